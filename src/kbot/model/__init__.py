@@ -1,0 +1,28 @@
+"""Robot, Link, Joint and what they are made of: frozen, typed, each with the place it was written."""
+
+from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from kbot.model.joint import Dynamics, Joint, JointType, Limit, Mimic, SafetyController
+from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
+from kbot.model.robot import Robot
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Collision",
+    "Cylinder",
+    "Dynamics",
+    "Geometry",
+    "Inertial",
+    "Joint",
+    "JointType",
+    "Limit",
+    "Link",
+    "Material",
+    "Mesh",
+    "Mimic",
+    "Pose",
+    "Robot",
+    "SafetyController",
+    "Sphere",
+    "Visual",
+]

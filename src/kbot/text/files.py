@@ -1,0 +1,78 @@
+"""Reading a source with one clear error, and writing a file whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from kbot.text.diagnostic import Diagnostic, Severity
+from kbot.text.errors import DescriptionError, KbotError
+from kbot.text.span import Origin, Source, Span
+
+MAX_BYTES = 32 * 1024 * 1024
+
+
+def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
+    origin = Origin(Span(Source(path, ""), 0, 0))
+    return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
+
+
+def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Source:
+    """Read a UTF-8 text file. Symbolic links are not resolved in the path it is known by.
+
+    Raises:
+        DescriptionError: F001 missing, F002 a directory, F003 not readable, F004 too large, F005 not UTF-8 text.
+    """
+    name = os.fspath(path)
+    file = Path(name)
+    if file.is_dir():
+        raise _unreadable(name, "F002", f"{name} is a directory, not a file")
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(max_bytes + 1)
+    except FileNotFoundError:
+        siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
+        from kbot.text.suggest import did_you_mean
+
+        raise _unreadable(name, "F001", f"{name} does not exist", did_you_mean(file.name, siblings)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
+    if len(data) > max_bytes:
+        raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes")
+    try:
+        return Source(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise _unreadable(
+            name, "F005", f"{name} is not UTF-8 text: byte 0x{data[error.start]:02x} at offset {error.start}"
+        ) from None
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file beside its target and rename it into place, so that nobody sees half of it.
+
+    Raises:
+        KbotError: the folder is missing or not writable.
+    """
+    target = Path(path)
+    try:
+        descriptor, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    except OSError as error:
+        raise KbotError(f"{target} cannot be written: {error.strerror}") from None
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as stream:
+            stream.write(text)
+        mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
+        Path(scratch).chmod(mode)
+        Path(scratch).replace(target)
+    except OSError as error:
+        raise KbotError(f"{target} cannot be written: {error.strerror}") from None
+    finally:
+        Path(scratch).unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

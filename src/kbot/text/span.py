@@ -1,0 +1,129 @@
+"""Where something was written: a source text, a span of it, and the calls that brought it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+
+class Source:
+    """One text and the path it is known by.
+
+    Offsets are counted in bytes of the UTF-8 encoding, as the XML parser counts them; lines are
+    1-based, columns 1-based and counted in characters.
+    """
+
+    def __init__(self, path: str, text: str) -> None:
+        self.path = path
+        self.text = text
+
+    def __repr__(self) -> str:
+        return f"Source({self.path!r})"
+
+    @cached_property
+    def data(self) -> bytes:
+        """The text as UTF-8, which offsets count in."""
+        return self.text.encode("utf-8", "surrogatepass")
+
+    @cached_property
+    def _line_starts(self) -> list[int]:
+        starts, at = [0], self.data.find(b"\n")
+        while at >= 0:
+            starts.append(at + 1)
+            at = self.data.find(b"\n", at + 1)
+        return starts
+
+    @property
+    def line_count(self) -> int:
+        return len(self._line_starts)
+
+    def line(self, number: int) -> str:
+        """Line `number` (1-based) without its line end; empty when there is no such line."""
+        starts = self._line_starts
+        if not 1 <= number <= len(starts):
+            return ""
+        end = starts[number] if number < len(starts) else len(self.data)
+        return self.data[starts[number - 1] : end].decode("utf-8", "replace").rstrip("\r\n")
+
+    def line_column(self, offset: int) -> tuple[int, int]:
+        """Line and column (both 1-based) of a byte offset, held within the text."""
+        offset = min(max(offset, 0), len(self.data))
+        line = bisect_right(self._line_starts, offset)
+        start = self._line_starts[line - 1]
+        return line, len(self.data[start:offset].decode("utf-8", "replace")) + 1
+
+    def offset(self, line: int, column: int) -> int:
+        """Byte offset of a line and column (both 1-based)."""
+        start = self._line_starts[min(max(line, 1), self.line_count) - 1]
+        return start + len(self.line(line)[: max(column, 1) - 1].encode("utf-8", "surrogatepass"))
+
+    def whole(self) -> Span:
+        return Span(self, 0, len(self.data))
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A piece of a source: byte offsets `start` to `end`, the end not included."""
+
+    source: Source
+    start: int
+    end: int
+
+    @property
+    def file(self) -> str:
+        return self.source.path
+
+    @property
+    def line(self) -> int:
+        return self.source.line_column(self.start)[0]
+
+    @property
+    def column(self) -> int:
+        return self.source.line_column(self.start)[1]
+
+    @property
+    def text(self) -> str:
+        return self.source.data[self.start : self.end].decode("utf-8", "replace")
+
+    def __str__(self) -> str:
+        line, column = self.source.line_column(self.start)
+        return f"{self.file}:{line}:{column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One step that brought an element here: a macro call or an include, and where it was written.
+
+    Calls are a linked list, so that the thousands of elements a macro makes share one chain.
+    """
+
+    kind: Literal["macro", "include"]
+    name: str
+    span: Span
+    caller: Call | None = None
+
+    def chain(self) -> Iterator[Call]:
+        """This call and those outside it, innermost first."""
+        call: Call | None = self
+        while call is not None:
+            yield call
+            call = call.caller
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The span something came from, and the includes and macro calls that brought it."""
+
+    span: Span
+    call: Call | None = None
+
+    @property
+    def stack(self) -> tuple[Call, ...]:
+        """Macro calls and includes, innermost first."""
+        return tuple(self.call.chain()) if self.call else ()
+
+    def __str__(self) -> str:
+        return str(self.span)

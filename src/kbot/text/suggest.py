@@ -1,0 +1,22 @@
+"""The nearest valid names to a misspelt one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
+    """Up to `count` candidates that look like `name`, best first."""
+    by_lower: dict[str, str] = {}
+    for candidate in candidates:
+        by_lower.setdefault(candidate.lower(), candidate)
+    return [by_lower[match] for match in get_close_matches(name.lower(), by_lower, count, 0.6)]
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+    """`did you mean 'a' or 'b'?`, or an empty text when nothing is near."""
+    names = [f"'{n}'" for n in nearest(name, candidates)]
+    if not names:
+        return ""
+    return "did you mean " + (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] + "?"
