@@ -9,7 +9,7 @@ from kbot.text.span import Origin, Span
 
 
 class Severity(StrEnum):
-    """How much a finding matters: an error is refused by a consumer, a warning misbehaves, info may be meant."""
+    """How much a finding matters: an error is refused, a warning misbehaves, info may be meant."""
 
     ERROR = "error"
     WARNING = "warning"

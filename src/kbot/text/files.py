@@ -9,6 +9,7 @@ from pathlib import Path
 from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError, KbotError
 from kbot.text.span import Origin, Source, Span
+from kbot.text.suggest import did_you_mean
 
 MAX_BYTES = 32 * 1024 * 1024
 
@@ -22,7 +23,8 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     """Read a UTF-8 text file. Symbolic links are not resolved in the path it is known by.
 
     Raises:
-        DescriptionError: F001 missing, F002 a directory, F003 not readable, F004 too large, F005 not UTF-8 text.
+        DescriptionError: F001 missing, F002 a directory, F003 not readable, F004 too large,
+            F005 not UTF-8 text.
     """
     name = os.fspath(path)
     file = Path(name)
@@ -33,8 +35,6 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
             data = stream.read(max_bytes + 1)
     except FileNotFoundError:
         siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
-        from kbot.text.suggest import did_you_mean
-
         raise _unreadable(name, "F001", f"{name} does not exist", did_you_mean(file.name, siblings)) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)

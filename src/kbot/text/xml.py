@@ -150,9 +150,7 @@ class _Builder:
 
     def parse(self) -> Element:
         if not self.source.text.strip():
-            raise self._error(
-                "P002", "the file is empty", 0, 'a robot description starts with <robot name="…">'
-            )
+            raise self._error("P002", "the file is empty", 0, "a robot starts with <robot name='…'>")
         try:
             self.parser.Parse(self.source.data, True)
         except expat.ExpatError as error:

@@ -1,0 +1,1 @@
+"""A robot description goes in, a robot that drives comes out."""
