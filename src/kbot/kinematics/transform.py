@@ -1,0 +1,205 @@
+"""A rigid transform: where one frame stands in another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class Transform:
+    """An immutable rigid transform. `a_from_b` takes coordinates in frame b to frame a.
+
+    Composition reads like the names do: `a_from_c = a_from_b @ b_from_c`.
+    """
+
+    __slots__ = ("_matrix",)
+
+    _matrix: Array
+
+    def __init__(self, matrix: ArrayLike) -> None:
+        """`matrix`: homogeneous, (4, 4), its rotation orthonormal.
+
+        Raises:
+            ValueError: another shape, a number that is not finite, or not a rigid transform.
+        """
+        copy = np.array(matrix, dtype=np.float64)
+        if copy.shape != (4, 4):
+            raise ValueError(f"a transform is a (4, 4) matrix, not one of shape {copy.shape}")
+        if not np.isfinite(copy).all():
+            raise ValueError("a transform's matrix has a number that is not finite")
+        rotation = copy[:3, :3]
+        rigid = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+        if not rigid or not np.allclose(copy[3], (0.0, 0.0, 0.0, 1.0), atol=1e-9):
+            raise ValueError("the matrix is not a rigid transform")
+        copy.flags.writeable = False
+        object.__setattr__(self, "_matrix", copy)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError("a Transform cannot be changed")
+
+    @classmethod
+    def _trusted(cls, matrix: Array) -> Transform:
+        """Wrap a matrix that is rigid by its making and that nobody else will change."""
+        matrix.flags.writeable = False
+        transform = object.__new__(cls)
+        object.__setattr__(transform, "_matrix", matrix)
+        return transform
+
+    @classmethod
+    def identity(cls) -> Transform:
+        return cls._trusted(np.eye(4))
+
+    @classmethod
+    def from_rotation_translation(cls, rotation: ArrayLike, translation: ArrayLike) -> Transform:
+        """From a rotation matrix (3, 3) and a translation (3,)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation
+        matrix[:3, 3] = translation
+        return cls(matrix)
+
+    @classmethod
+    def from_xyz_rpy(cls, xyz: Sequence[float], rpy: Sequence[float]) -> Transform:
+        """From URDF's `<origin>`: metres, and roll, pitch, yaw about fixed axes in radians."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation_from_rpy(*rpy)
+        matrix[:3, 3] = xyz
+        return cls._trusted(matrix)
+
+    @classmethod
+    def from_quaternion_xyzw(
+        cls, quaternion: Sequence[float], translation: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> Transform:
+        """From a quaternion (x, y, z, w), normalised here, and a translation in metres.
+
+        Raises:
+            ValueError: the quaternion's length is zero.
+        """
+        x, y, z, w = (float(v) for v in quaternion)
+        norm = x * x + y * y + z * z + w * w
+        if not norm > 0.0:
+            raise ValueError("a quaternion of length zero is no rotation")
+        s = 2.0 / norm
+        matrix = np.array(
+            [
+                [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), translation[0]],
+                [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), translation[1]],
+                [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), translation[2]],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+        return cls._trusted(matrix)
+
+    @property
+    def matrix(self) -> Array:
+        """Homogeneous matrix (4, 4), read-only."""
+        return self._matrix
+
+    @property
+    def translation(self) -> Array:
+        """Metres, (3,), read-only."""
+        return self._matrix[:3, 3]
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix (3, 3), read-only."""
+        return self._matrix[:3, :3]
+
+    @property
+    def quaternion_xyzw(self) -> tuple[float, float, float, float]:
+        """Unit quaternion x, y, z, w with w >= 0."""
+        return quaternion_xyzw_from_rotation(self.rotation)
+
+    @property
+    def rpy(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw about fixed axes in radians; at pitch +-pi/2, where only their sum or
+        difference is known, yaw is 0."""
+        r = self._matrix
+        cos_pitch = float(np.hypot(r[0, 0], r[1, 0]))
+        pitch = float(np.arctan2(-r[2, 0], cos_pitch))
+        if cos_pitch < 1e-9:
+            return float(np.arctan2(-r[1, 2], r[1, 1])), pitch, 0.0
+        return float(np.arctan2(r[2, 1], r[2, 2])), pitch, float(np.arctan2(r[1, 0], r[0, 0]))
+
+    @property
+    def yaw(self) -> float:
+        """Heading of the x axis seen from above, in radians."""
+        return float(np.arctan2(self._matrix[1, 0], self._matrix[0, 0]))
+
+    def __matmul__(self, other: Transform) -> Transform:
+        if not isinstance(other, Transform):
+            return NotImplemented
+        return Transform._trusted(self._matrix @ other._matrix)
+
+    def inverse(self) -> Transform:
+        """The transform the other way round."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation.T
+        matrix[:3, 3] = -(self.rotation.T @ self.translation)
+        return Transform._trusted(matrix)
+
+    def apply(self, points: ArrayLike) -> Array:
+        """Points (3,) or (n, 3) in the inner frame, in coordinates of the outer one."""
+        result: Array = np.asarray(points, dtype=np.float64) @ self.rotation.T + self.translation
+        return result
+
+    def is_close(self, other: Transform, tolerance: float = 1e-9) -> bool:
+        """Whether no entry of the two matrices differs by more than `tolerance`."""
+        return bool(np.abs(self._matrix - other._matrix).max() <= tolerance)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Transform) and bool((self._matrix == other._matrix).all())
+
+    def __hash__(self) -> int:
+        return hash(self._matrix.tobytes())
+
+    def __reduce__(self) -> tuple[type[Transform], tuple[Array]]:
+        return (Transform, (self._matrix,))
+
+    def __repr__(self) -> str:
+        xyz = ", ".join(f"{v:.6g}" for v in self.translation)
+        rpy = ", ".join(f"{v:.6g}" for v in self.rpy)
+        return f"Transform(xyz=({xyz}), rpy=({rpy}))"
+
+
+def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
+    """Rotation matrix (3, 3) of roll, then pitch, then yaw about the fixed x, y, z axes (REP 103)."""
+    cr, cp, cy = np.cos((roll, pitch, yaw))
+    sr, sp, sy = np.sin((roll, pitch, yaw))
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rotations_about(axis: Sequence[float], angles: ArrayLike) -> Array:
+    """Rotation matrices (..., 3, 3) about a unit axis by angles (...) in radians (Rodrigues)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = np.asarray(angles, dtype=np.float64)[..., None, None]
+    result: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return result
+
+
+def quaternion_xyzw_from_rotation(rotation: ArrayLike) -> tuple[float, float, float, float]:
+    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by its largest component
+    (Shepperd 1978), which is exact to rounding for every angle."""
+    r = np.asarray(rotation, dtype=np.float64)
+    xx, yy, zz = float(r[0, 0]), float(r[1, 1]), float(r[2, 2])
+    candidates = (xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz)
+    largest = max(range(4), key=candidates.__getitem__)
+    a, b, c = float(r[2, 1] - r[1, 2]), float(r[0, 2] - r[2, 0]), float(r[1, 0] - r[0, 1])
+    d, e, f = float(r[1, 0] + r[0, 1]), float(r[0, 2] + r[2, 0]), float(r[2, 1] + r[1, 2])
+    t = 1.0 + candidates[largest]
+    x, y, z, w = ((t, d, e, a), (d, t, f, b), (e, f, t, c), (a, b, c, t))[largest]
+    scale = 1.0 / float(np.sqrt(x * x + y * y + z * z + w * w))
+    if w < 0.0:
+        scale = -scale
+    return x * scale, y * scale, z * scale, w * scale
