@@ -3,6 +3,7 @@
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.joint import Dynamics, Joint, JointType, Limit, Mimic, SafetyController
 from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
+from kbot.model.read import Reading, read_robot
 from kbot.model.robot import Robot
 
 __all__ = [
@@ -21,8 +22,10 @@ __all__ = [
     "Mesh",
     "Mimic",
     "Pose",
+    "Reading",
     "Robot",
     "SafetyController",
     "Sphere",
     "Visual",
+    "read_robot",
 ]

@@ -1,0 +1,118 @@
+"""Attributes into numbers and names, each fault kept with the place it was written."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Protocol
+
+from kbot.text import Diagnostic, Element, Origin, Related, Severity
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+
+
+class MeshFinder(Protocol):
+    """What finds the file of a mesh: `kbot.xacro.packages.Packages` does."""
+
+    def resolve(self, uri: str) -> str | None: ...
+
+
+class Values:
+    """Reads attributes and collects what is wrong with them.
+
+    A number that cannot be read becomes `fallback`, and an error is kept: a reader goes on to
+    find the other faults, and whoever uses the robot sees the error first.
+    """
+
+    def __init__(self, finder: MeshFinder | None = None) -> None:
+        self.finder = finder
+        self.diagnostics: list[Diagnostic] = []
+
+    def error(
+        self, code: str, message: str, origin: Origin, hint: str = "", related: tuple[Related, ...] = ()
+    ) -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint, related))
+
+    def name(self, element: Element) -> str | None:
+        """The `name` attribute; None and an error (U015) when it is missing or empty."""
+        name = element.attributes.get("name")
+        if name is None:
+            self.error("U015", f"<{element.tag}> has no name", element.origin, "add name='…'")
+        elif not name.strip():
+            self.error("U015", f"<{element.tag}> has an empty name", element.attribute_origin("name"))
+        else:
+            return name
+        return None
+
+    def required(self, element: Element, attribute: str) -> str | None:
+        """An attribute's text; None and an error (U013) when it is missing."""
+        text = element.attributes.get(attribute)
+        if text is None:
+            self.error("U013", f"<{element.tag}> lacks the attribute '{attribute}'", element.origin)
+        return text
+
+    def number(
+        self, element: Element, attribute: str, default: float | None, fallback: float = math.nan
+    ) -> float:
+        """A number; `default` where the attribute is missing, which is an error if that is None."""
+        if default is not None and attribute not in element.attributes:
+            return default
+        text = self.required(element, attribute)
+        return fallback if text is None else self._one(element, attribute, text, fallback)
+
+    def optional_number(self, element: Element, attribute: str) -> float | None:
+        """A number; None where the attribute is missing or cannot be read."""
+        if attribute not in element.attributes:
+            return None
+        value = self.number(element, attribute, None)
+        return None if math.isnan(value) else value
+
+    def vector(
+        self,
+        element: Element,
+        attribute: str,
+        default: tuple[float, float, float] | None,
+        fallback: float = 0.0,
+    ) -> tuple[float, float, float]:
+        """Three numbers with white space between; `default` as for `number`."""
+        x, y, z = self.numbers(element, attribute, 3, default, fallback)
+        return x, y, z
+
+    def numbers(
+        self,
+        element: Element,
+        attribute: str,
+        count: int,
+        default: tuple[float, ...] | None,
+        fallback: float = math.nan,
+    ) -> tuple[float, ...]:
+        """`count` numbers with white space between; `default` as for `number`."""
+        if default is not None and attribute not in element.attributes:
+            return default
+        text = self.required(element, attribute)
+        if text is None:
+            return (fallback,) * count
+        words = text.split() if "${" not in text else [text] * count
+        if len(words) != count:
+            message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
+            self.error("U012", message, element.attribute_origin(attribute))
+            return (fallback,) * count
+        return tuple(self._one(element, attribute, word, fallback) for word in words)
+
+    def _one(self, element: Element, attribute: str, text: str, fallback: float) -> float:
+        if _NUMBER.fullmatch(text.strip()):
+            value = float(text)
+            if math.isfinite(value):
+                return value
+        where = f"'{attribute}' of <{element.tag}>"
+        finite = "a finite number" if _is_infinite(text) else "a number"
+        hint = "the expression was not expanded" if "${" in text else ""
+        message = f"{where} is not {finite}: '{text.strip()}'"
+        if not self.diagnostics or self.diagnostics[-1].message != message:
+            self.error("U012", message, element.attribute_origin(attribute), hint)
+        return fallback
+
+
+def _is_infinite(text: str) -> bool:
+    return bool(_NOT_FINITE.fullmatch(text.strip()) or _NUMBER.fullmatch(text.strip()))
