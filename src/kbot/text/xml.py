@@ -8,31 +8,61 @@ written as, and the chain of calls that brought it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 from xml.parsers import expat
 
 from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Origin, Source, Span
 
+MAX_NESTING = 1000
+
 _ATTRIBUTE = re.compile(rb"""([^\s=/>"']+)\s*=\s*("[^"]*"|'[^']*')""")
+_TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
+_XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 
 class Text:
-    """Character data between tags."""
+    """Character data between tags. `end` is where the markup after it begins."""
 
-    __slots__ = ("call", "end", "source", "start", "value")
+    __slots__ = ("_after", "call", "end", "source", "value")
 
-    def __init__(self, value: str, source: Source, start: int, end: int, call: Call | None = None) -> None:
-        self.value, self.source, self.start, self.end, self.call = value, source, start, end, call
+    def __init__(self, value: str, source: Source, after: int, end: int, call: Call | None = None) -> None:
+        self.value, self.source, self._after, self.end, self.call = value, source, after, end, call
+
+    @property
+    def start(self) -> int:
+        """Where the text begins: behind the markup that stands before it."""
+        return _markup_end(self.source.data, self._after)
 
     @property
     def origin(self) -> Origin:
         return Origin(Span(self.source, self.start, self.end), self.call)
 
+    def brought_by(self, call: Call | None, value: str | None = None) -> Text:
+        """The same text, brought by a call; with another value where it was evaluated."""
+        return type(self)(self.value if value is None else value, self.source, self._after, self.end, call)
 
-class Comment(Text):
+
+class CData(Text):
+    """A CDATA section; xacro leaves it as it is."""
+
+    __slots__ = ()
+
+    @property
+    def start(self) -> int:
+        return self._after
+
+
+class Comment(CData):
     """A comment; `value` is what stands between its marks."""
+
+    __slots__ = ()
+
+
+class Instruction(CData):
+    """A processing instruction or document type; `value` is what stands between its marks."""
 
     __slots__ = ()
 
@@ -40,7 +70,7 @@ class Comment(Text):
 class Element:
     """An element: its name as written, attributes in order, children, and where it came from."""
 
-    __slots__ = ("attributes", "call", "children", "end", "moved", "source", "start", "tag")
+    __slots__ = ("_close", "attributes", "call", "children", "fed", "moved", "source", "start", "tag")
 
     def __init__(
         self,
@@ -48,19 +78,27 @@ class Element:
         attributes: dict[str, str],
         source: Source,
         start: int,
-        end: int = -1,
+        close: int = -1,
         call: Call | None = None,
     ) -> None:
         self.tag = tag
         self.attributes = attributes
         self.children: list[Element | Text] = []
-        self.source, self.start, self.end = source, start, end
+        self.source = source
+        self.start = start
+        self._close = close
         self.call = call
         self.moved: dict[str, Origin] | None = None
         """Origins of the attributes that were not written in this element's own tag."""
+        self.fed: dict[str, Any] | None = None
+        """What the values of its attributes were computed from, by name: kept for the source map."""
 
     def __repr__(self) -> str:
         return f"<{self.tag} {self.attributes}>"
+
+    def made_by(self, call: Call | None, tag: str, attributes: dict[str, str]) -> Element:
+        """A childless element written where this one is, brought by a call."""
+        return Element(tag, attributes, self.source, self.start, self._close, call)
 
     def elements(self, tag: str | None = None) -> Iterator[Element]:
         """Child elements in order, all or those of one name."""
@@ -74,19 +112,34 @@ class Element:
 
     def descendants(self) -> Iterator[Element]:
         """Every element beneath this one, in document order."""
-        for child in self.elements():
-            yield child
-            yield from child.descendants()
+        pending = list(self.elements())[::-1]
+        while pending:
+            element = pending.pop()
+            yield element
+            pending.extend(list(element.elements())[::-1])
 
     @property
     def text(self) -> str:
-        """The character data directly within, comments left out."""
-        return "".join(c.value for c in self.children if isinstance(c, Text) and not isinstance(c, Comment))
+        """The character data directly within, comments and instructions left out."""
+        return "".join(
+            c.value for c in self.children if isinstance(c, Text) and not isinstance(c, Comment | Instruction)
+        )
+
+    @property
+    def end(self) -> int:
+        """Offset behind the end tag, or behind the tag itself where it is empty."""
+        data, tag_end = self.source.data, self.tag_end
+        return tag_end if self._close < 0 or data[tag_end - 2] == 0x2F else _markup_end(data, self._close)
+
+    @property
+    def tag_end(self) -> int:
+        """Offset behind the start tag."""
+        return _markup_end(self.source.data, self.start)
 
     @property
     def origin(self) -> Origin:
         """The start tag's span and the calls that brought the element."""
-        return Origin(Span(self.source, self.start, self._tag_end()), self.call)
+        return Origin(Span(self.source, self.start, self.tag_end), self.call)
 
     @property
     def whole(self) -> Span:
@@ -103,7 +156,7 @@ class Element:
     def attribute_spans(self) -> dict[str, tuple[Span, Span]]:
         """Name span and value span (without quotes) of every attribute written in the start tag."""
         spans = {}
-        for match in _ATTRIBUTE.finditer(self.source.data, self.start, self._tag_end()):
+        for match in _ATTRIBUTE.finditer(self.source.data, self.start, self.tag_end):
             name = match[1].decode("utf-8", "replace")
             spans[name] = (
                 Span(self.source, match.start(1), match.end(1)),
@@ -111,90 +164,210 @@ class Element:
             )
         return spans
 
-    def _tag_end(self) -> int:
-        data, at, quote = self.source.data, self.start, 0
-        while at < len(data):
-            byte = data[at]
-            if quote:
-                quote = 0 if byte == quote else quote
-            elif byte in b"\"'":
-                quote = byte
-            elif byte == 0x3E:
-                return at + 1
-            at += 1
-        return len(data)
+
+class Document:
+    """A parsed file: what stands before the root, the root, what stands after it.
+
+    `diagnostics` holds what is wrong but leaves a tree to work with.
+    """
+
+    __slots__ = ("after", "before", "diagnostics", "root", "source")
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.root: Element
+        self.before: list[Text] = []
+        self.after: list[Text] = []
+        self.diagnostics: tuple[Diagnostic, ...] = ()
 
 
 def parse_xml(source: Source) -> Element:
     """Parse a source and return its root element.
 
     Raises:
-        DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities.
+        DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
+            P004 a name prefix that is not declared, P005 nested too deeply.
     """
-    return _Builder(source).parse()
+    document = parse_document(source)
+    if document.diagnostics:
+        raise DescriptionError(document.diagnostics)
+    return document.root
 
 
-class _Builder:
+def parse_document(source: Source, max_nesting: int = MAX_NESTING) -> Document:
+    """Parse a source into all that stands in it.
+
+    An undeclared prefix (P004) is a diagnostic of the document, which is usable nevertheless.
+
+    Raises:
+        DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
+            P005 nested too deeply.
+    """
+    if not source.text.strip():
+        raise _error(source, "P002", "the file is empty", 0, "a robot starts with <robot name='…'>")
+    document = Document(source)
+    parser = expat.ParserCreate("UTF-8")
+    parser.buffer_text = True
+    parser.buffer_size = 1 << 16
+    problems = _handle(parser, document, max_nesting)
+    try:
+        parser.Parse(source.data, True)
+    except expat.ExpatError as error:
+        message = f"not well-formed XML: {expat.ErrorString(error.code)}"
+        raise _error(source, "P001", message, parser.ErrorByteIndex) from None
+    document.diagnostics = tuple(problems)
+    return document
+
+
+def _error(source: Source, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:
+    return DescriptionError([_diagnostic(source, code, message, offset, offset + 1, hint)])
+
+
+def _diagnostic(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
+    return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
+
+
+def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -> list[Diagnostic]:
+    """Set the parser's handlers, which build the document. Closures: they run for every event."""
+    source = document.source
+    stack: list[Element] = []
+    children: list[Element | Text] = []
+    outer: list[list[Element | Text]] = []
+    previous = 0
+    in_cdata = fresh = False
+    prefixes = _Prefixes(source)
+    known_tags, known_names = prefixes.tags, prefixes.names
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal children, previous, fresh
+        previous = at = parser.CurrentByteIndex
+        fresh = True
+        if tag not in known_tags or not known_names.issuperset(attributes):
+            prefixes.check(tag, attributes, at, stack)
+        element = Element(tag, attributes, source, at)
+        if stack:
+            children.append(element)
+        else:
+            document.root = element
+        stack.append(element)
+        outer.append(children)
+        children = element.children
+        if len(stack) > max_nesting:
+            raise _error(source, "P005", f"elements are nested more than {max_nesting} deep", at)
+
+    def end(tag: str) -> None:
+        nonlocal children, previous, fresh
+        fresh = True
+        previous = parser.CurrentByteIndex
+        stack.pop()._close = previous
+        children = outer.pop()
+
+    def text(value: str) -> None:
+        nonlocal fresh
+        if not stack:
+            return
+        at = parser.CurrentByteIndex
+        last = children[-1] if children else None
+        kind: type[Text] = CData if in_cdata else Text
+        if type(last) is kind and not fresh:
+            assert isinstance(last, Text)  # noqa: S101 - for the type checker
+            last.value += value
+            last.end = at
+        else:
+            children.append(kind(value, source, previous, at))
+        fresh = False
+
+    def cdata(entering: bool) -> Callable[[], None]:
+        def toggle() -> None:
+            nonlocal in_cdata, previous, fresh
+            in_cdata, fresh = entering, True
+            previous = parser.CurrentByteIndex
+            if not entering and children and type(children[-1]) is CData:
+                children[-1].end = previous + 3
+
+        return toggle
+
+    def aside(node: Text) -> None:
+        nonlocal previous, fresh
+        previous, fresh = parser.CurrentByteIndex, True
+        place = children if stack else (document.after if hasattr(document, "root") else document.before)
+        place.append(node)
+
+    def comment(value: str) -> None:
+        at = parser.CurrentByteIndex
+        aside(Comment(value, source, at, _markup_end(source.data, at)))
+
+    def instruction(target: str, value: str) -> None:
+        at = parser.CurrentByteIndex
+        aside(Instruction(f"?{target} {value}?", source, at, _markup_end(source.data, at)))
+
+    def doctype(name: str, system: str | None, public: str | None, subset: bool) -> None:
+        at = parser.CurrentByteIndex
+        if subset:
+            message = "a document type with declarations of its own is refused"
+            raise _error(source, "P003", message, at, "write the text itself, or use a xacro property")
+        value = f"!DOCTYPE {name}"
+        if public:
+            value += f"\n  PUBLIC '{public}'\n  '{system}'"
+        elif system:
+            value += f"\n  SYSTEM '{system}'"
+        aside(Instruction(value, source, at, _markup_end(source.data, at)))
+
+    def entity(name: str, *_: object) -> None:
+        message = f"the entity '{name}' is declared: entity declarations are refused"
+        hint = "write the text itself, or use a xacro property"
+        raise _error(source, "P003", message, parser.CurrentByteIndex, hint)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = text
+    parser.CommentHandler = comment
+    parser.ProcessingInstructionHandler = instruction
+    parser.StartCdataSectionHandler = cdata(True)
+    parser.EndCdataSectionHandler = cdata(False)
+    parser.StartDoctypeDeclHandler = doctype
+    parser.EntityDeclHandler = entity
+    return prefixes.problems
+
+
+class _Prefixes:
+    """Which names have a declared prefix. Names met once are known from then on."""
+
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.root: Element | None = None
-        self.open: list[Element] = []
-        parser = self.parser = expat.ParserCreate("UTF-8")
-        parser.buffer_text = True
-        parser.ordered_attributes = True
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._text
-        parser.CommentHandler = self._comment
-        parser.EntityDeclHandler = self._entity
+        self.tags: set[str] = set()
+        self.names: set[str] = set()
+        self.problems: list[Diagnostic] = []
+        self._refused: set[str] = set()
 
-    def parse(self) -> Element:
-        if not self.source.text.strip():
-            raise self._error("P002", "the file is empty", 0, "a robot starts with <robot name='…'>")
-        try:
-            self.parser.Parse(self.source.data, True)
-        except expat.ExpatError as error:
-            message = f"not well-formed XML: {expat.ErrorString(error.code)}"
-            raise self._error("P001", message, self.parser.ErrorByteIndex) from None
-        if self.root is None:
-            raise self._error("P001", "not well-formed XML: no element found", 0)
-        return self.root
+    def check(self, tag: str, attributes: dict[str, str], at: int, stack: list[Element]) -> None:
+        for name in (tag, *attributes):
+            prefix, colon, _ = name.partition(":")
+            if not colon or prefix in ("xml", "xmlns"):
+                known = True
+            else:
+                declaration = "xmlns:" + prefix
+                known = declaration in (stack[0].attributes if stack else attributes)
+                if not known and not any(declaration in e.attributes for e in stack):
+                    self._refuse(prefix, declaration in attributes, at)
+            if known:
+                (self.tags if name is tag else self.names).add(name)
 
-    def _error(self, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:
-        origin = Origin(Span(self.source, offset, offset + 1))
-        return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
+    def _refuse(self, prefix: str, declared_here: bool, at: int) -> None:
+        if declared_here or prefix in self._refused:
+            return
+        self._refused.add(prefix)
+        message = f"the prefix '{prefix}' is not declared"
+        hint = _XACRO_HINT if prefix == "xacro" else f'declare it in the root element: xmlns:{prefix}="…"'
+        end = _markup_end(self.source.data, at)
+        self.problems.append(_diagnostic(self.source, "P004", message, at, end, hint))
 
-    def _start(self, tag: str, flat: list[str]) -> None:
-        attributes = dict(zip(flat[::2], flat[1::2], strict=True))
-        element = Element(tag, attributes, self.source, self.parser.CurrentByteIndex)
-        if self.open:
-            self.open[-1].children.append(element)
-        else:
-            self.root = element
-        self.open.append(element)
 
-    def _end(self, tag: str) -> None:
-        element = self.open.pop()
-        data, at = self.source.data, self.parser.CurrentByteIndex
-        element.end = at if at <= element.start else data.index(b">", at) + 1
-        if at == element.start:
-            element.end = element._tag_end()
-
-    def _text(self, value: str) -> None:
-        if self.open:
-            at = self.parser.CurrentByteIndex
-            self.open[-1].children.append(Text(value, self.source, at, at))
-
-    def _comment(self, value: str) -> None:
-        if self.open:
-            at = self.parser.CurrentByteIndex
-            end = at + len(value.encode("utf-8", "surrogatepass")) + 7
-            self.open[-1].children.append(Comment(value, self.source, at, end))
-
-    def _entity(self, name: str, *_: object) -> None:
-        raise self._error(
-            "P003",
-            f"the entity '{name}' is declared: entity declarations are refused",
-            self.parser.CurrentByteIndex,
-            "write the text itself, or use a xacro property",
-        )
+def _markup_end(data: bytes, at: int) -> int:
+    """Offset behind the markup that begins at `at`; `at` itself where none does."""
+    for opening, closing in ((b"<!--", b"-->"), (b"<![CDATA[", b"]]>"), (b"]]>", b"]]>"), (b"<?", b"?>")):
+        if data.startswith(opening, at):
+            end = data.find(closing, at)
+            return end + len(closing) if end >= 0 else len(data)
+    match = _TAG.match(data, at)
+    return match.end() if match else at

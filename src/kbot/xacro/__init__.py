@@ -1,0 +1,7 @@
+"""The xacro language: a description goes in, an expanded document with a source map comes out."""
+
+from kbot.xacro.limits import Limits
+from kbot.xacro.packages import PackageNotFound, Packages
+from kbot.xacro.result import Expansion
+
+__all__ = ["Expansion", "Limits", "PackageNotFound", "Packages"]
