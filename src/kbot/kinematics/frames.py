@@ -1,0 +1,226 @@
+"""Forward kinematics: where every link stands for given joint positions, one or many at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.model import Joint, JointType, Robot
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """How a link hangs on the one above it: constant + a(q) first + b(q) second, all (4, 4).
+
+    A turn by q about an axis is I + sin(q) K + (1 - cos(q)) K^2 (Rodrigues), a slide is I + q T.
+    """
+
+    link: str
+    parent: str
+    joint: str
+    kind: JointType
+    constant: Array
+    first: Array
+    second: Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Follow:
+    """position = multiplier * position of `leader` + offset, through any chain of mimics."""
+
+    leader: str
+    multiplier: float
+    offset: float
+
+
+class FrameTree:
+    """The frames of a robot's links.
+
+    Joints whose position is not given stand at 0; a mimic joint follows its leader unless it is given
+    a position of its own, as robot_state_publisher has it. Planar and floating joints stand at 0.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.root = robot.root
+        self._steps = _steps(robot)
+        self._by_link = {step.link: step for step in self._steps}
+        self._movable = frozenset(joint.name for joint in robot.movable_joints)
+        self._follow = _mimics(robot)
+
+    def poses(self, joints: Mapping[str, float] | None = None) -> dict[str, Transform]:
+        """`root_from_link` of every link; positions in rad or m.
+
+        Raises:
+            KbotError: an unknown or immovable joint, or a position that is not finite.
+        """
+        positions = self._positions(joints)
+        matrices: dict[str, Array] = {self.root: np.eye(4)}
+        for step in self._steps:
+            matrices[step.link] = matrices[step.parent] @ _local(step, positions)
+        return {link: Transform._trusted(matrices[link]) for link in self.robot.links}
+
+    def pose(
+        self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None
+    ) -> Transform:
+        """`in_frame_from_link`: where `link` stands in the frame of another link (the root's by default).
+
+        Raises:
+            KbotError: an unknown link, and as for `poses`.
+        """
+        positions = self._positions(joints)
+        root_from_link = self._in_root(link, positions)
+        if in_frame is None or in_frame == self.root:
+            return root_from_link
+        return self._in_root(in_frame, positions).inverse() @ root_from_link
+
+    def batch(
+        self, joint_names: Sequence[str], positions: ArrayLike, links: Iterable[str] | None = None
+    ) -> dict[str, Array]:
+        """`root_from_link` matrices (n, 4, 4) of `links` (all by default), read-only.
+
+        `positions`: (n, k), a column for each of the k `joint_names`, in rad or m.
+
+        Raises:
+            KbotError: another shape, an unknown link, and as for `poses`.
+        """
+        table = np.asarray(positions, dtype=np.float64)
+        if table.ndim != 2 or table.shape[1] != len(joint_names):
+            raise KbotError(
+                f"positions need the shape (n, {len(joint_names)}), one column a joint, not {table.shape}"
+            )
+        columns = self._positions(dict(zip(joint_names, table.T, strict=True)))
+        wanted = list(self.robot.links) if links is None else list(links)
+        for name in wanted:
+            self._check_link(name)
+        needed = self._with_ancestors(wanted)
+        matrices: dict[str, Array] = {self.root: np.eye(4)}
+        for step in self._steps:
+            if step.link in needed:
+                matrices[step.link] = _compose(matrices[step.parent], _local(step, columns))
+        shape = (len(table), 4, 4)
+        return {name: np.broadcast_to(matrices[name], shape) for name in wanted}
+
+    def _in_root(self, link: str, positions: Mapping[str, Array]) -> Transform:
+        self._check_link(link)
+        matrix = np.eye(4)
+        while link != self.root:
+            step = self._by_link[link]
+            matrix = _local(step, positions) @ matrix
+            link = step.parent
+        return Transform._trusted(matrix)
+
+    def _check_link(self, link: str) -> None:
+        if link not in self.robot.links:
+            hint = did_you_mean(link, self.robot.links)
+            raise KbotError(f"the robot has no link '{link}'" + (f": {hint}" if hint else ""))
+
+    def _with_ancestors(self, links: Iterable[str]) -> set[str]:
+        needed: set[str] = set()
+        for name in links:
+            link = name
+            while link != self.root and link not in needed:
+                needed.add(link)
+                link = self._by_link[link].parent
+        return needed
+
+    def _positions(self, joints: Mapping[str, ArrayLike] | None) -> dict[str, Array]:
+        """Positions by joint, mimics resolved; each a number or one number a row."""
+        positions: dict[str, Array] = {}
+        for name, value in (joints or {}).items():
+            self._check_joint(name)
+            position = np.asarray(value, dtype=np.float64)
+            if not np.isfinite(position).all():
+                raise KbotError(f"the position of joint '{name}' is not finite")
+            positions[name] = position
+        given = frozenset(positions)
+        for name, follow in self._follow.items():
+            if name not in given:
+                leader = positions[follow.leader] if follow.leader in given else np.zeros(())
+                positions[name] = follow.multiplier * leader + follow.offset
+        return positions
+
+    def _check_joint(self, name: str) -> None:
+        if name in self._movable:
+            return
+        joint = self.robot.joints.get(name)
+        if joint is not None:
+            raise KbotError(f"joint '{name}' is {joint.type} and has no position")
+        hint = did_you_mean(name, self._movable)
+        raise KbotError(f"the robot has no joint '{name}'" + (f": {hint}" if hint else ""))
+
+
+def unit_axis(joint: Joint) -> Array:
+    """The joint's axis (3,) of length 1 in the joint's frame; zero where it was written as zero."""
+    axis = np.array(joint.axis)
+    length = float(np.linalg.norm(axis))
+    return axis / length if length > 0.0 else axis
+
+
+def _steps(robot: Robot) -> list[_Step]:
+    """The links beneath the root, parents before children."""
+    steps = []
+    waiting = [robot.root]
+    while waiting:
+        for joint in robot.child_joints[waiting.pop()]:
+            steps.append(_step(joint))
+            waiting.append(joint.child)
+    return steps
+
+
+def _step(joint: Joint) -> _Step:
+    origin = Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy).matrix
+    x, y, z = unit_axis(joint)
+    first, second = np.zeros((4, 4)), np.zeros((4, 4))
+    if joint.type is JointType.PRISMATIC:
+        first[:3, 3] = (x, y, z)
+    else:
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        first[:3, :3], second[:3, :3] = cross, cross @ cross
+    return _Step(joint.child, joint.parent, joint.name, joint.type, origin, origin @ first, origin @ second)
+
+
+def _local(step: _Step, positions: Mapping[str, Array]) -> Array:
+    """`parent_from_link`, (4, 4) or (n, 4, 4) as the position is a number or n of them."""
+    position = positions.get(step.joint)
+    if position is None:
+        return step.constant
+    q = position[..., None, None]
+    if step.kind is JointType.PRISMATIC:
+        return step.constant + q * step.first
+    return step.constant + np.sin(q) * step.first + (1.0 - np.cos(q)) * step.second
+
+
+def _compose(parent: Array, local: Array) -> Array:
+    """Matrix products of (4, 4) and (n, 4, 4) in either place; a stack times one matrix is one product."""
+    if parent.ndim == 3 and local.ndim == 2:
+        product: Array = (parent.reshape(-1, 4) @ local).reshape(parent.shape)
+        return product
+    return parent @ local
+
+
+def _mimics(robot: Robot) -> dict[str, _Follow]:
+    """Each mimic joint's leader; one whose leader is missing, immovable or itself is left free."""
+    follows: dict[str, _Follow] = {}
+    for joint in robot.movable_joints:
+        multiplier, offset, at, seen = 1.0, 0.0, joint, {joint.name}
+        while at.mimic is not None:
+            offset += multiplier * at.mimic.offset
+            multiplier *= at.mimic.multiplier
+            leader = robot.joints.get(at.mimic.joint)
+            if leader is None or not leader.has_position or leader.name in seen:
+                break
+            seen.add(leader.name)
+            at = leader
+        else:
+            if at is not joint:
+                follows[joint.name] = _Follow(at.name, multiplier, offset)
+    return follows

@@ -1,0 +1,64 @@
+"""Where a robot on a plane is, reckoned from how far its wheels went.
+
+Source of the formulas: a constant twist over a step is a motion along an arc, the exponential of
+se(2) (Lynch and Park, Modern Robotics, 13.4); the step is exact however long it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarPose:
+    """Metres, and a heading in radians that counts full turns (it is not wrapped)."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    def __matmul__(self, other: PlanarPose) -> PlanarPose:
+        """`a_from_c = a_from_b @ b_from_c`."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return PlanarPose(
+            self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y, self.yaw + other.yaw
+        )
+
+    def inverse(self) -> PlanarPose:
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return PlanarPose(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarTwist:
+    """Forward and leftward speed in m/s and turning speed in rad/s, in the moving frame."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+def arc(length: float, turn: float) -> PlanarPose:
+    """Motion along an arc of `length` metres that turns by `turn` radians, begun along x."""
+    half = turn / 2.0
+    # sin(half)/half, by its series where the quotient loses digits
+    sinc = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
+    chord = length * sinc
+    return PlanarPose(chord * math.cos(half), chord * math.sin(half), turn)
+
+
+def integrate(
+    pose: PlanarPose,
+    left: float,
+    right: float,
+    separation: float,
+    axle_in_base: PlanarPose = PlanarPose(),  # noqa: B008 - frozen
+) -> PlanarPose:
+    """The base's pose after its left and right wheels rolled `left` and `right` metres.
+
+    `separation`: between the wheels' contact points, in m. `axle_in_base`: the middle of the axle,
+    about which the robot turns, in the frame that `pose` is of. Exact for constant wheel speeds.
+    """
+    step = arc((left + right) / 2.0, (right - left) / separation)
+    return pose @ axle_in_base @ step @ axle_in_base.inverse()

@@ -1,0 +1,151 @@
+"""Mesh files as triangles, in the coordinates that ROS shows them in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    import trimesh
+
+FORMATS = ("stl", "obj", "dae", "glb", "gltf", "ply")
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MeshPart:
+    """Triangles of one colour: `vertices` (n, 3) in metres, `faces` (m, 3) indices; rgba in 0..1 or None."""
+
+    vertices: Array
+    faces: NDArray[np.int64]
+    rgba: tuple[float, float, float, float] | None
+
+
+@dataclass(frozen=True)
+class MeshData:
+    """A mesh file's parts, scale not applied."""
+
+    parts: tuple[MeshPart, ...]
+
+    @cached_property
+    def vertices(self) -> Array:
+        """The vertices of all parts, (n, 3)."""
+        return np.concatenate([part.vertices for part in self.parts])
+
+    @cached_property
+    def faces(self) -> NDArray[np.int64]:
+        """The triangles of all parts, (m, 3), as indices into `vertices`."""
+        starts = np.cumsum([0] + [len(part.vertices) for part in self.parts[:-1]])
+        return np.concatenate([part.faces + at for part, at in zip(self.parts, starts, strict=True)])
+
+    @cached_property
+    def solid(self) -> SolidMesh:
+        """What the mesh weighs at density 1, taken as a closed surface."""
+        return _solid(self)
+
+
+@dataclass(frozen=True)
+class SolidMesh:
+    """A closed mesh filled at density 1: volume in m^3, centre (3,) in m, tensor (3, 3) in m^5 about it.
+
+    `is_closed` tells whether the surface is closed, which the figures need to be true.
+    """
+
+    volume: float
+    center: Array
+    inertia: Array
+    is_closed: bool
+
+
+def load_mesh(path: str) -> MeshData:
+    """Read a mesh file; kept in memory until the file changes.
+
+    COLLADA's unit is applied and its up axis is not, as rviz and Gazebo have it; other formats
+    count in metres.
+
+    Raises:
+        KbotError: the file is missing, of no known format, broken, or has no triangle.
+    """
+    try:
+        stamp = Path(path).stat()
+    except OSError as error:
+        raise KbotError(f"the mesh {path} cannot be read: {error.strerror}") from None
+    return _load(path, stamp.st_mtime_ns, stamp.st_size)
+
+
+@lru_cache(maxsize=256)
+def _load(path: str, _modified: int, _size: int) -> MeshData:
+    import trimesh
+
+    extension = Path(path).suffix.lower().lstrip(".")
+    if extension not in FORMATS:
+        raise KbotError(f"the mesh {path} is of no known format: one of {', '.join(FORMATS)}")
+    try:
+        scene = trimesh.load_scene(path, file_type=extension, process=False)
+        unit = _unit(scene) if extension == "dae" else 1.0
+        parts = tuple(_parts(scene, unit))
+    except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
+        raise KbotError(f"the mesh {path} cannot be read: {error}") from None
+    if not parts:
+        raise KbotError(f"the mesh {path} has no triangle")
+    if not all(np.isfinite(part.vertices).all() for part in parts):
+        raise KbotError(f"the mesh {path} has a vertex that is not finite")
+    return MeshData(parts)
+
+
+def _unit(scene: trimesh.Scene) -> float:
+    """Metres in a COLLADA file's unit, which trimesh keeps as text (`0.01 * meters`) for each mesh."""
+    for geometry in scene.geometry.values():
+        words = str(geometry.metadata.get("units", "meters")).split()
+        return float(words[0]) if len(words) > 1 else 1.0
+    return 1.0
+
+
+def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
+    for node in scene.graph.nodes_geometry:
+        matrix, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        faces = getattr(mesh, "faces", None)
+        if faces is None or len(faces) == 0:
+            continue
+        vertices = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        triangles = np.asarray(faces, dtype=np.int64)
+        if np.linalg.det(matrix[:3, :3]) < 0.0:
+            triangles = triangles[:, ::-1]
+        yield MeshPart(vertices * unit, triangles, _color(mesh))
+
+
+def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN401 - trimesh has no types
+    """The material's colour; None where the file gives none."""
+    visual = mesh.visual
+    if not visual.defined:
+        return None
+    material = getattr(visual, "material", None)
+    color = getattr(material, "main_color", None) if material is not None else visual.main_color
+    if color is None:
+        return None
+    r, g, b, a = (float(c) / 255.0 for c in color)
+    return r, g, b, a
+
+
+def _solid(data: MeshData) -> SolidMesh:
+    import trimesh
+
+    mesh = trimesh.Trimesh(data.vertices, data.faces, process=True)
+    properties = mesh.mass_properties
+    outwards = -1.0 if properties["volume"] < 0.0 else 1.0  # some exporters write triangles inside out
+    return SolidMesh(
+        outwards * float(properties["volume"]),
+        np.asarray(properties["center_mass"], dtype=np.float64),
+        outwards * np.asarray(properties["inertia"], dtype=np.float64),
+        bool(mesh.is_watertight),
+    )
