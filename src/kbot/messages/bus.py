@@ -1,0 +1,139 @@
+"""Typed topics within one process: who publishes is heard by who subscribes, at once and in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+M = TypeVar("M")
+
+
+class Subscription:
+    """A callback that hears a topic until it is closed."""
+
+    def __init__(self, topic: _Topic, callback: Callable[[Any], None]) -> None:
+        self._topic = topic
+        self.callback = callback
+
+    def close(self) -> None:
+        if self in self._topic.subscriptions:
+            self._topic.subscriptions.remove(self)
+
+
+class _Topic:
+    def __init__(self, name: str, message_type: type) -> None:
+        self.name = name
+        self.message_type = message_type
+        self.subscriptions: list[Subscription] = []
+        self.latched = False
+        self.last: Any = None
+
+
+class Publisher(Generic[M]):
+    """Where messages of one type go out on one topic."""
+
+    def __init__(self, topic: _Topic) -> None:
+        self._topic = topic
+
+    @property
+    def topic(self) -> str:
+        return self._topic.name
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether anyone would get a message, now or, on a latched topic, later."""
+        return bool(self._topic.subscriptions) or self._topic.latched
+
+    def publish(self, message: M) -> None:
+        """Hand the message to every subscriber, in the order they came.
+
+        Raises:
+            KbotError: the message is not of the topic's type.
+        """
+        topic = self._topic
+        if not isinstance(message, topic.message_type):
+            raise KbotError(
+                f"topic {topic.name} carries {topic.message_type.__name__}, not {type(message).__name__}"
+            )
+        if topic.latched:
+            topic.last = message
+        for subscription in tuple(topic.subscriptions):
+            subscription.callback(message)
+
+
+class Bus:
+    """The topics of one simulation. A name has one type, said by who comes first."""
+
+    def __init__(self) -> None:
+        self._topics: dict[str, _Topic] = {}
+
+    def advertise(self, topic: str, message_type: type[M], *, latched: bool = False) -> Publisher[M]:
+        """A publisher; a latched topic hands its last message to those who subscribe later.
+
+        Raises:
+            KbotError: the topic's name is not one, or it carries another type.
+        """
+        entry = self._topic(topic, message_type)
+        entry.latched = entry.latched or latched
+        return Publisher(entry)
+
+    def subscribe(
+        self, topic: str, message_type: type[M], callback: Callable[[M], None]
+    ) -> Subscription:
+        """Hear a topic, whether or not anyone publishes on it yet.
+
+        Raises:
+            KbotError: the topic's name is not one, or it carries another type.
+        """
+        entry = self._topic(topic, message_type)
+        subscription = Subscription(entry, callback)
+        entry.subscriptions.append(subscription)
+        if entry.last is not None:
+            callback(entry.last)
+        return subscription
+
+    def publish(self, topic: str, message: object) -> None:
+        """Publish once without keeping a publisher."""
+        self.advertise(topic, type(message)).publish(message)
+
+    @property
+    def topics(self) -> dict[str, type]:
+        """Name and message type of every topic, in the order they came up."""
+        return {name: entry.message_type for name, entry in self._topics.items()}
+
+    def require(self, topic: str) -> type:
+        """The type of a topic that must be there.
+
+        Raises:
+            KbotError: there is no such topic; the nearest names are said.
+        """
+        name = absolute(topic)
+        if name not in self._topics:
+            hint = did_you_mean(name, self._topics)
+            raise KbotError(f"there is no topic {name}" + (f": {hint}" if hint else ""))
+        return self._topics[name].message_type
+
+    def _topic(self, topic: str, message_type: type) -> _Topic:
+        name = absolute(topic)
+        entry = self._topics.setdefault(name, _Topic(name, message_type))
+        if entry.message_type is not message_type:
+            raise KbotError(
+                f"topic {name} carries {entry.message_type.__name__}, not {message_type.__name__}"
+            )
+        return entry
+
+
+def absolute(topic: str, namespace: str = "") -> str:
+    """The topic's full name: `odom` is `/odom`, in namespace `a` it is `/a/odom`; `/odom` stays.
+
+    Raises:
+        KbotError: empty, or with an empty part.
+    """
+    name = topic if topic.startswith("/") else f"{namespace.rstrip('/')}/{topic}"
+    name = name if name.startswith("/") else f"/{name}"
+    if not all(name[1:].split("/")):
+        raise KbotError(f"'{topic}' is no topic's name")
+    return name

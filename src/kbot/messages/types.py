@@ -1,0 +1,144 @@
+"""Messages with the fields, units and frames of their ROS namesakes (ROS 2 spelling of Time).
+
+Lengths in metres, angles in radians, speeds in m/s and rad/s (REP 103). Quaternions are x, y, z, w.
+A covariance is 6x6, row by row, over x, y, z and rotations about x, y, z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
+
+
+@dataclass(frozen=True, slots=True)
+class Time:
+    """A moment of the simulation's clock; `nanosec` is less than a second."""
+
+    sec: int = 0
+    nanosec: int = 0
+
+    @classmethod
+    def from_nanoseconds(cls, nanoseconds: int) -> Time:
+        return cls(*divmod(nanoseconds, 1_000_000_000))
+
+    @property
+    def nanoseconds(self) -> int:
+        return self.sec * 1_000_000_000 + self.nanosec
+
+    @property
+    def seconds(self) -> float:
+        return self.sec + self.nanosec * 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    stamp: Time = Time()
+    frame_id: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Vector3:
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Quaternion:
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    w: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    position: Point = Point()
+    orientation: Quaternion = Quaternion()
+
+
+@dataclass(frozen=True, slots=True)
+class PoseWithCovariance:
+    pose: Pose = Pose()
+    covariance: tuple[float, ...] = NO_COVARIANCE
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """`linear` in m/s along, `angular` in rad/s about x, y, z."""
+
+    linear: Vector3 = Vector3()
+    angular: Vector3 = Vector3()
+
+
+@dataclass(frozen=True, slots=True)
+class TwistStamped:
+    header: Header = Header()
+    twist: Twist = Twist()
+
+
+@dataclass(frozen=True, slots=True)
+class TwistWithCovariance:
+    twist: Twist = Twist()
+    covariance: tuple[float, ...] = NO_COVARIANCE
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """`pose` in `header.frame_id`, `twist` in `child_frame_id`."""
+
+    header: Header = Header()
+    child_frame_id: str = ""
+    pose: PoseWithCovariance = PoseWithCovariance()
+    twist: TwistWithCovariance = TwistWithCovariance()
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """One entry a joint; a list that is empty says nothing of that quantity."""
+
+    header: Header = Header()
+    name: tuple[str, ...] = ()
+    position: tuple[float, ...] = ()
+    velocity: tuple[float, ...] = ()
+    effort: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Transform:
+    translation: Vector3 = Vector3()
+    rotation: Quaternion = Quaternion()
+
+
+@dataclass(frozen=True, slots=True)
+class TransformStamped:
+    """Where `child_frame_id` stands in `header.frame_id`."""
+
+    header: Header = Header()
+    child_frame_id: str = ""
+    transform: Transform = Transform()
+
+
+@dataclass(frozen=True, slots=True)
+class TFMessage:
+    transforms: tuple[TransformStamped, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ClockMessage:
+    """rosgraph_msgs/Clock."""
+
+    clock: Time = Time()
+
+
+@dataclass(frozen=True, slots=True)
+class String:
+    data: str = ""

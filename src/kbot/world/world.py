@@ -1,0 +1,125 @@
+"""What a robot stands on and runs into: solid shapes with poses, at rest or moving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.text import Origin
+
+Rgba = tuple[float, float, float, float]
+
+GREY: Rgba = (0.72, 0.72, 0.74, 1.0)
+IDENTITY = Transform.identity()
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """z = 0 of its pose, solid below; without end. `size` (x, y in m) is what a picture shows of it."""
+
+    size: tuple[float, float] = (40.0, 40.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Edge lengths along x, y, z in metres, centred."""
+
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """Along z, centred; metres."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Along z, centred; `length` is that of the cylinder between the half spheres."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """Half axes along x, y, z in metres."""
+
+    radii: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. Touched as its convex hull."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeightField:
+    """Heights (rows along y, columns along x) in metres above the pose's z = 0, over `size` (x, y)."""
+
+    heights: NDArray[np.float64]
+    size: tuple[float, float]
+
+
+Shape = Plane | Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh | HeightField
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One shape of a body: where it is in the body, its colour, and how it is touched.
+
+    `ground` parts are driven on, the others run into: a drive wheel meets them differently.
+    `friction` is the sliding coefficient; of two surfaces that touch the smaller one counts.
+    A part that is not `solid` is only seen.
+    """
+
+    shape: Shape
+    pose: Transform = IDENTITY
+    rgba: Rgba = GREY
+    friction: float = 1.0
+    ground: bool = False
+    solid: bool = True
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """Parts that move together. `mass` in kg is None for what stands still.
+
+    The mass is spread over the solid parts evenly by volume, unless `inertia` (xx, yy, zz, xy, xz,
+    yz in kg m^2 about `centre_of_mass` in the body's axes) says otherwise.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    pose: Transform = IDENTITY
+    mass: float | None = None
+    centre_of_mass: tuple[float, float, float] | None = None
+    inertia: tuple[float, float, float, float, float, float] | None = None
+    origin: Origin | None = None
+
+    @property
+    def is_static(self) -> bool:
+        return self.mass is None
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Bodies by name, and gravity in m/s^2. The origin is free: a robot starts there."""
+
+    name: str
+    bodies: tuple[Body, ...]
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)

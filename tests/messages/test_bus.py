@@ -1,0 +1,74 @@
+import pytest
+
+from kbot.messages import Bus, Odometry, String, Twist
+from kbot.messages.bus import absolute
+from kbot.text import KbotError
+
+
+def test_a_message_reaches_every_subscriber_in_order():
+    bus, heard = Bus(), []
+    bus.subscribe("chatter", String, lambda m: heard.append(("first", m.data)))
+    bus.subscribe("/chatter", String, lambda m: heard.append(("second", m.data)))
+    bus.advertise("/chatter", String).publish(String("hello"))
+    assert heard == [("first", "hello"), ("second", "hello")]
+
+
+def test_a_closed_subscription_hears_no_more():
+    bus, heard = Bus(), []
+    subscription = bus.subscribe("/a", String, heard.append)
+    subscription.close()
+    subscription.close()
+    bus.publish("/a", String("x"))
+    assert heard == []
+
+
+def test_a_latched_topic_tells_its_last_message_to_who_comes_later():
+    bus, heard = Bus(), []
+    bus.advertise("/robot_description", String, latched=True).publish(String("<robot/>"))
+    bus.subscribe("/robot_description", String, heard.append)
+    assert heard == [String("<robot/>")]
+
+
+def test_an_unlatched_topic_forgets():
+    bus, heard = Bus(), []
+    bus.advertise("/a", String).publish(String("gone"))
+    bus.subscribe("/a", String, heard.append)
+    assert heard == []
+
+
+def test_one_topic_has_one_type():
+    bus = Bus()
+    publisher = bus.advertise("/odom", Odometry)
+    with pytest.raises(KbotError, match="/odom carries Odometry, not Twist"):
+        bus.subscribe("odom", Twist, print)
+    with pytest.raises(KbotError, match="/odom carries Odometry, not Twist"):
+        publisher.publish(Twist())
+
+
+def test_is_heard_only_when_someone_listens():
+    bus = Bus()
+    publisher = bus.advertise("/a", String)
+    assert not publisher.is_heard
+    bus.subscribe("/a", String, print)
+    assert publisher.is_heard
+
+
+def test_a_missing_topic_is_named_with_the_nearest():
+    bus = Bus()
+    bus.advertise("/odom", Odometry)
+    with pytest.raises(KbotError, match="did you mean '/odom'"):
+        bus.require("/odon")
+
+
+@pytest.mark.parametrize(
+    ("topic", "namespace", "full"),
+    [("odom", "", "/odom"), ("odom", "a", "/a/odom"), ("/odom", "a", "/odom"), ("odom", "/a/b/", "/a/b/odom")],
+)
+def test_names_are_made_absolute(topic, namespace, full):
+    assert absolute(topic, namespace) == full
+
+
+@pytest.mark.parametrize("topic", ["", "/", "a//b", "/a/"])
+def test_a_name_with_an_empty_part_is_refused(topic):
+    with pytest.raises(KbotError, match="no topic's name"):
+        absolute(topic)

@@ -1,0 +1,65 @@
+import pytest
+
+from kbot.messages import Clock, Time
+from kbot.messages.clock import NEVER
+from kbot.text import KbotError
+
+MS = 1_000_000
+
+
+def test_timers_fire_once_a_period_in_the_order_they_were_made():
+    clock, calls = Clock(), []
+    clock.every(50.0, lambda: calls.append(("odom", clock.nanoseconds // MS)))
+    clock.every(50.0, lambda: calls.append(("joints", clock.nanoseconds // MS)))
+    clock.every(25.0, lambda: calls.append(("slow", clock.nanoseconds // MS)))
+    for ms in range(2, 41, 2):
+        clock.advance_to(ms * MS)
+    assert calls == [("odom", 20), ("joints", 20), ("odom", 40), ("joints", 40), ("slow", 40)]
+
+
+def test_next_due_is_the_soonest_timer():
+    clock = Clock()
+    assert clock.next_due == NEVER
+    clock.every(10.0, lambda: None)
+    clock.every(50.0, lambda: None)
+    assert clock.next_due == 20 * MS
+
+
+def test_a_cancelled_timer_is_silent():
+    clock, calls = Clock(), []
+    timer = clock.every(50.0, lambda: calls.append(1))
+    timer.cancel()
+    clock.advance_to(100 * MS)
+    assert calls == []
+
+
+def test_a_timer_may_cancel_itself():
+    clock, calls = Clock(), []
+
+    def once():
+        calls.append(1)
+        timer.cancel()
+
+    timer = clock.every(50.0, once)
+    clock.advance_to(100 * MS)
+    assert calls == [1]
+
+
+def test_set_jumps_without_calling():
+    clock, calls = Clock(), []
+    clock.every(50.0, lambda: calls.append(clock.nanoseconds))
+    clock.advance_to(30 * MS)
+    clock.set(0)
+    clock.advance_to(20 * MS)
+    assert calls == [30 * MS, 20 * MS]
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_rate_that_is_none_is_refused(rate):
+    with pytest.raises(KbotError, match="rate"):
+        Clock().every(rate, lambda: None)
+
+
+def test_time_is_split_and_joined_exactly():
+    time = Time.from_nanoseconds(3_000_000_007)
+    assert (time.sec, time.nanosec, time.nanoseconds) == (3, 7, 3_000_000_007)

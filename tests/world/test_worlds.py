@@ -1,0 +1,105 @@
+from math import cos, hypot, radians, sin
+
+import numpy as np
+import pytest
+
+from kbot.text import KbotError
+from kbot.world import BUILDERS, Box, Cylinder, load_world
+
+
+@pytest.mark.parametrize("name", list(BUILDERS))
+def test_every_world_leaves_the_start_free(name):
+    """No solid part that rises from the ground reaches into 0.15 m about the origin."""
+    for body in load_world(name).bodies:
+        for part in body.parts:
+            pose = body.pose @ part.pose
+            if not part.solid or not isinstance(part.shape, Box | Cylinder):
+                continue
+            if isinstance(part.shape, Cylinder):
+                gap = hypot(*pose.translation[:2]) - part.shape.radius
+            else:
+                half = np.array(part.shape.size) / 2
+                start = pose.inverse().apply((0.0, 0.0, pose.translation[2]))
+                gap = float(np.linalg.norm(np.maximum(np.abs(start) - half, 0.0)[:2]))
+            assert gap > 0.15, body.name
+
+
+@pytest.mark.parametrize("name", list(BUILDERS))
+def test_every_world_has_a_floor_and_bodies_with_names_of_their_own(name):
+    names = [body.name for body in load_world(name).bodies]
+    assert "ground_plane" in names
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(("size", "seed"), [(1, 1), (5, 2), (12, 7)])
+def test_a_maze_is_perfect(size, seed):
+    """A spanning tree of n cells leaves closed all but n - 1 of the inner walls."""
+    cell, total = 0.6, 0.0
+    for body in load_world(f"maze:size={size},seed={seed},cell={cell}").bodies[1:]:
+        total += body.parts[0].shape.size[0] - 0.02
+    inner, opened = 2 * size * (size - 1), size * size - 1
+    assert total / cell == pytest.approx(4 * size + inner - opened)
+
+
+def test_a_seed_makes_the_same_maze_and_another_seed_another():
+    def outline(text):
+        return [tuple(body.pose.translation) for body in load_world(text).bodies]
+
+    assert outline("maze:seed=3") == outline("maze:seed=3")
+    assert outline("maze:seed=3") != outline("maze:seed=4")
+
+
+def test_the_ramp_meets_the_ground_and_its_platform():
+    world = load_world("ramp:angle=10,length=2")
+    up, platform = world.bodies[1], world.bodies[2]
+    lx, _, lz = up.parts[0].shape.size
+    foot = up.pose.apply((-lx / 2, 0.0, lz / 2))
+    head = up.pose.apply((lx / 2, 0.0, lz / 2))
+    assert foot == pytest.approx((0.5, 0.0, 0.0), abs=1e-12)
+    assert head == pytest.approx((0.5 + 2 * cos(radians(10)), 0.0, 2 * sin(radians(10))))
+    assert platform.pose.translation[2] + 0.02 == pytest.approx(head[2])
+
+
+def test_stairs_rise_by_their_height():
+    tops = [
+        body.pose.translation[2] + body.parts[0].shape.size[2] / 2
+        for body in load_world("stairs:steps=3,height=0.02").bodies[1:]
+    ]
+    assert tops == pytest.approx([0.02, 0.04, 0.06])
+
+
+def test_the_track_closes():
+    """Both half circles are made of chords whose length makes up the circle's, within a hundredth."""
+    parts = load_world("track:straight=2,radius=0.75").bodies[1].parts
+    assert all(not part.solid for part in parts)
+    assert sum(part.shape.size[0] for part in parts) == pytest.approx(4 + 2 * np.pi * 0.75, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("maz", "did you mean 'maze'"),
+        ("qqqq", "there are empty, boxes"),
+        ("maze:sise=3", "no parameter 'sise': did you mean 'size'"),
+        ("maze:size", "parameter=value"),
+        ("maze:size=big", "size is a whole number"),
+        ("maze:size=-1", "size of 1 to 100"),
+        ("maze:cell=nan", "cell is a number"),
+        ("maze:seed=-3", "seed"),
+        ("ramp:angle=1e308", "angle is a number of sensible size"),
+        ("ramp:angle=-5", "angle above 0"),
+        ("corridor:width=0", "width"),
+        ("boxes:count=-1", "count"),
+        ("stairs:steps=0", "steps"),
+        ("rooms:door=5", "door"),
+        ("track:radius=0", "radius"),
+    ],
+)
+def test_what_cannot_be_built_is_said(text, message):
+    with pytest.raises(KbotError, match=message):
+        load_world(text)
+
+
+def test_a_world_is_handed_through():
+    world = load_world("empty")
+    assert load_world(world) is world
