@@ -1,0 +1,5 @@
+"""`python -m kbot`."""
+
+from kbot.cli.main import main
+
+main()

@@ -1,0 +1,83 @@
+"""What the verbs' command lines have in common: `name:=value` words and options."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from kbot.text.errors import KbotError
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+_NEARLY = re.compile(r"([A-Za-z_][\w.\-]*)\s*(=|:)(.*)", re.DOTALL)
+
+
+def split_arguments(words: Iterable[str]) -> tuple[list[str], dict[str, str]]:
+    """Files and `name:=value` arguments of a command line, as they come; the last value of a name counts.
+
+    Raises:
+        KbotError: `name=value` where `name:=value` is meant, or an argument without a name.
+    """
+    files: list[str] = []
+    arguments: dict[str, str] = {}
+    for word in words:
+        name, mark, value = word.partition(":=")
+        nearly = _NEARLY.fullmatch(word)
+        if mark:
+            if not name.strip():
+                raise KbotError(f"'{word}' has no name before ':='; an argument is written name:=value")
+            arguments[name.strip()] = value
+        elif nearly and nearly[2] == "=" and not Path(word).exists():
+            raise KbotError(f"'{word}' is not an argument; write {nearly[1]}:={nearly[3]}")
+        else:
+            files.append(word)
+    return files, arguments
+
+
+def one_file(words: Iterable[str]) -> tuple[str, dict[str, str]]:
+    """The one FILE and the arguments of a command line.
+
+    Raises:
+        KbotError: no file, more than one, or a malformed argument.
+    """
+    files, arguments = split_arguments(words)
+    if not files:
+        raise KbotError("no FILE was given; 'kbot' means the robot that ships with KBot")
+    if len(files) > 1:
+        raise KbotError(f"one FILE is expected, not {len(files)}: {' '.join(files)}")
+    return files[0], arguments
+
+
+def package_path_option(function: _Function) -> _Function:
+    """`--package-path DIR`, any number of times, as `package_path: tuple[str, ...]`."""
+    return click.option(
+        "--package-path",
+        multiple=True,
+        metavar="DIR",
+        type=click.Path(exists=True, file_okay=False),
+        help="Where to look for packages first: a package, or a folder of packages. May be repeated.",
+    )(function)
+
+
+def page_options(function: _Function) -> _Function:
+    """`--host`, `--port` and `--no-browser`, as `host: str`, `port: int | None`, `browser: bool`."""
+    function = click.option(
+        "--no-browser", "browser", flag_value=False, default=True, help="Print the address; open nothing."
+    )(function)
+    function = click.option(
+        "--port",
+        type=click.IntRange(0, 65535),
+        metavar="N",
+        help="Port of the page; 0 takes any free one.  [default: the first free one from 8300 on]",
+    )(function)
+    return click.option(
+        "--host", default="127.0.0.1", show_default=True, help="Address to serve the page on."
+    )(function)
+
+
+def examples(*lines: str) -> str:
+    """An epilog for `click.command(epilog=…)` that shows these command lines as they stand."""
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)

@@ -1,0 +1,131 @@
+"""`kbot`: finds the verb, loads its module only then, and turns errors into one message and an exit status.
+
+Exit status: 0 fine, 1 findings, 2 unusable input or arguments, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+import click
+
+from kbot.cli.arguments import examples
+from kbot.cli.output import report_error
+from kbot.text.errors import KbotError
+from kbot.text.suggest import did_you_mean
+
+DEMO = ("sim", "kbot")
+
+VERBS = {
+    "sim": ("kbot.cli.sim:command", "Simulate a robot, and drive it in the browser."),
+    "view": ("kbot.cli.view:command", "Show a robot in the browser, anew with every save."),
+    "check": ("kbot.cli.check:command", "Say what is wrong with a robot, at the line it was written."),
+    "expand": ("kbot.cli.expand:command", "Expand a xacro into the URDF it stands for."),
+    "where": ("kbot.cli.where:command", "Say which lines made a link, a joint or a line of the result."),
+    "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
+    "launch": ("kbot.cli.launch:command", "Carry out a ROS launch file, without ROS."),
+}
+
+
+class Verbs(click.Group):
+    """The verbs by name; a verb's module is imported when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        module, name = VERBS[cmd_name][0].split(":")
+        command: click.Command = getattr(import_module(module), name)
+        return command
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        own = {"-h", "--help", "--version"}
+        if not args or (args[0].startswith("-") and args[0] not in own):
+            args = [*DEMO, *args]
+        return super().parse_args(ctx, args)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        word = args[0]
+        if word in VERBS:
+            return super().resolve_command(ctx, args)
+        hint = did_you_mean(word, VERBS)
+        if word == "kbot" or Path(word).is_file():
+            hint = f"to look at it: kbot view {word}"
+        raise click.UsageError(f"no such verb: {word}" + (f"; {hint}" if hint else ""), ctx)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Verbs"):
+            formatter.write_dl([(name, text) for name, (_, text) in VERBS.items()])
+
+
+def _print_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked and not ctx.resilient_parsing:
+        from importlib.metadata import version
+
+        click.echo(f"kbot {version('kbot')}")
+        ctx.exit()
+
+
+@click.group(
+    cls=Verbs,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=examples(
+        "kbot                                       drive KBot in the browser",
+        "kbot view robot.xacro                      look at a robot while you edit it",
+        "kbot check robot.xacro                     what is wrong, and at which line",
+        "kbot expand robot.xacro wheel_radius:=0.04 -o robot.urdf",
+        "kbot launch my_robot display.launch        what roslaunch would do, without ROS",
+    ),
+)
+@click.option(
+    "--version", is_flag=True, callback=_print_version, expose_value=False, is_eager=True, help="Print it."
+)
+def group() -> None:
+    """A robot description goes in, a robot that drives comes out.
+
+    Without a verb: the KBot in a simulated world, to be driven in the browser.
+    Where a FILE is asked for, the word `kbot` means the robot that ships with KBot.
+    """
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit status."""
+    sys.exit(run(sys.argv[1:] if words is None else words))
+
+
+def run(words: Sequence[str]) -> int:
+    """Run the command line; its exit status. A verb may return one, or call `ctx.exit`."""
+    for stream in (sys.stdout, sys.stderr):
+        if os.name == "nt" and hasattr(stream, "reconfigure"):
+            stream.reconfigure(encoding="utf-8")
+    if "_KBOT_COMPLETE" in os.environ:
+        group.main(list(words), prog_name="kbot")
+    try:
+        with group.make_context("kbot", list(words)) as context:
+            status = group.invoke(context)
+        sys.stdout.flush()
+    except click.exceptions.Exit as stop:
+        return stop.exit_code
+    except BrokenPipeError:
+        return _reader_gone()
+    except (click.ClickException, KbotError, OSError) as error:
+        report_error(error)
+        return 2
+    except (KeyboardInterrupt, click.Abort):
+        click.echo(err=True)
+        return 130
+    return status if isinstance(status, int) else 0
+
+
+def _reader_gone() -> int:
+    """Whoever read our output has seen enough (`kbot expand … | head`): end as other programs do."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 141

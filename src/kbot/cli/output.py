@@ -1,0 +1,60 @@
+"""What the verbs print: findings and errors on stderr, results on stdout."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+from collections.abc import Iterable
+from typing import NoReturn, TextIO
+
+import click
+
+from kbot.text.diagnostic import Diagnostic
+from kbot.text.errors import DescriptionError, KbotError
+from kbot.text.render import render_text
+
+
+def has_color(stream: TextIO) -> bool:
+    """Whether a stream is a terminal whose user did not ask for plain text (NO_COLOR, TERM=dumb)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def report(diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
+    """Write diagnostics to stderr, with color and wrapped only on a terminal."""
+    stream = stream or sys.stderr
+    width = shutil.get_terminal_size().columns if stream.isatty() else None
+    text = render_text(diagnostics, color=has_color(stream), width=width)
+    if text:
+        stream.write(text)
+        stream.flush()
+
+
+def report_error(error: Exception) -> None:
+    """Write what went wrong to stderr: every diagnostic of a description, or one line."""
+    if isinstance(error, DescriptionError) and error.diagnostics:
+        report(error.diagnostics)
+        return
+    head = "\x1b[1;31merror:\x1b[0m" if has_color(sys.stderr) else "error:"
+    if isinstance(error, click.ClickException):
+        text = error.format_message()
+        context = error.ctx if isinstance(error, click.UsageError) else None
+        if context is not None:
+            text += f"\nTry '{context.command_path} --help'."
+    elif isinstance(error, OSError):
+        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror or str(error)
+    else:
+        text = str(error)
+    sys.stderr.write(f"{head} {text}\n")
+    sys.stderr.flush()
+
+
+def print_json(value: object) -> None:
+    """One JSON object on stdout; NaN and infinity, which JSON lacks, are refused."""
+    click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def fail(message: str) -> NoReturn:
+    """End the verb with one clear sentence and exit status 2."""
+    raise KbotError(message)

@@ -1,0 +1,50 @@
+"""The words of a command line."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.cli.arguments import one_file, split_arguments
+from kbot.text import KbotError
+
+
+def test_files_and_arguments_are_told_apart() -> None:
+    words = ["robot.xacro", "wheel_radius:=0.04", "name:=a:=b", "empty:="]
+    assert split_arguments(words) == (
+        ["robot.xacro"],
+        {"wheel_radius": "0.04", "name": "a:=b", "empty": ""},
+    )
+
+
+def test_the_last_value_of_a_name_counts() -> None:
+    assert split_arguments(["r:=1", "r:=2"]) == ([], {"r": "2"})
+
+
+def test_a_single_equals_sign_is_refused_with_what_to_write() -> None:
+    with pytest.raises(KbotError, match=r"'r=0\.04' is not an argument; write r:=0\.04"):
+        split_arguments(["robot.xacro", "r=0.04"])
+
+
+def test_a_file_whose_name_has_an_equals_sign_is_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a=b.xacro").write_text("<robot/>")
+    assert split_arguments(["a=b.xacro"]) == (["a=b.xacro"], {})
+
+
+def test_an_argument_without_a_name_is_refused() -> None:
+    with pytest.raises(KbotError, match="no name"):
+        split_arguments([":=0.04"])
+
+
+def test_windows_paths_are_files() -> None:
+    assert split_arguments([r"C:\robots\a.xacro"]) == ([r"C:\robots\a.xacro"], {})
+
+
+def test_one_file_is_one_file() -> None:
+    assert one_file(["kbot", "r:=1"]) == ("kbot", {"r": "1"})
+    with pytest.raises(KbotError, match="no FILE"):
+        one_file(["r:=1"])
+    with pytest.raises(KbotError, match="not 2"):
+        one_file(["a", "b"])

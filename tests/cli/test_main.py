@@ -1,0 +1,94 @@
+"""The command line as a whole: verbs, help, errors and exit statuses."""
+
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from kbot.cli.main import VERBS, group, run
+
+
+def kbot(*words: str, **more: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "kbot", *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **more)  # type: ignore[call-overload]
+
+
+def test_the_version_is_the_package_s(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"kbot {version('kbot')}\n"
+
+
+@pytest.mark.parametrize("word", ["-h", "--help"])
+def test_help_names_every_verb(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([word]) == 0
+    out = capsys.readouterr().out
+    assert all(f"\n  {verb} " in out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([verb, "-h"]) == 0
+    assert f"kbot {verb} " in capsys.readouterr().out.split("Examples:")[1]
+
+
+def test_help_loads_no_verb_and_no_heavy_library() -> None:
+    code = (
+        "import sys; from kbot.cli.main import run; run(['-h']);"
+        "heavy = {'numpy', 'mujoco', 'yaml', 'trimesh', 'websockets', 'rich', 'kbot.cli.sim'};"
+        "sys.exit(repr(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+
+
+def test_an_unknown_verb_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["chek"]) == 2
+    assert "did you mean 'check'?" in capsys.readouterr().err
+
+
+def test_a_file_in_a_verb_s_place_says_how_to_view_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = tmp_path / "robot.xacro"
+    robot.write_text("<robot/>")
+    assert run([str(robot)]) == 2
+    assert f"kbot view {robot}" in capsys.readouterr().err
+
+
+def test_without_a_verb_it_is_the_simulation_of_kbot() -> None:
+    with group.make_context("kbot", ["--port", "8300"]) as context:
+        assert [*context._protected_args, *context.args] == ["sim", "kbot", "--port", "8300"]
+
+
+def test_an_unknown_option_is_exit_status_2(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["expand", "--hepl"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ")
+    assert "Try 'kbot expand --help'." in error
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes and /dev/full are POSIX")
+def test_a_reader_that_goes_away_is_met_in_silence() -> None:
+    command = f"'{sys.executable}' -m kbot expand kbot | head -c 1"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("<", "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_a_full_disk_is_one_message() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "kbot", "expand", "kbot"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == ["error: No space left on device"]
+
+
+def test_python_m_kbot_is_the_command() -> None:
+    assert kbot("--version").stdout == f"kbot {version('kbot')}\n"
