@@ -62,7 +62,7 @@ def test_a_missing_topic_is_named_with_the_nearest():
 
 @pytest.mark.parametrize(
     ("topic", "namespace", "full"),
-    [("odom", "", "/odom"), ("odom", "a", "/a/odom"), ("/odom", "a", "/odom"), ("odom", "/a/b/", "/a/b/odom")],
+    [("odom", "", "/odom"), ("odom", "a", "/a/odom"), ("/odom", "a", "/odom"), ("x", "/a/b/", "/a/b/x")],
 )
 def test_names_are_made_absolute(topic, namespace, full):
     assert absolute(topic, namespace) == full
