@@ -53,7 +53,7 @@ def integrate(
     left: float,
     right: float,
     separation: float,
-    axle_in_base: PlanarPose = PlanarPose(),  # noqa: B008 - frozen
+    axle_in_base: PlanarPose = PlanarPose(),
 ) -> PlanarPose:
     """The base's pose after its left and right wheels rolled `left` and `right` metres.
 

@@ -1,0 +1,52 @@
+"""The joints that a description's own plugins and controllers say they drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from kbot.model import Joint, Robot
+from kbot.text import Element
+
+_DRIVES = ("diff_drive", "diffdrive", "skid_steer", "skidsteer")
+_LEFT = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
+_RIGHT = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
+
+
+def drive_plugins(robot: Robot) -> Iterator[Element]:
+    """The `<plugin>` elements of differential and skid-steer drives, of Gazebo Classic and gz."""
+    for extension in robot.extensions:
+        if extension.tag == "gazebo":
+            for plugin in extension.elements("plugin"):
+                names = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
+                if any(word in names for word in _DRIVES):
+                    yield plugin
+
+
+def plugin_joints(plugin: Element) -> tuple[list[str], list[str]]:
+    """The joints a drive plugin names as left and right, as written."""
+    left = [e.text.strip() for e in plugin.elements() if e.tag in _LEFT]
+    right = [e.text.strip() for e in plugin.elements() if e.tag in _RIGHT]
+    return left, right
+
+
+def plugin_driven_joints(robot: Robot) -> list[Joint]:
+    """The movable joints that the drive plugins name."""
+    names = [name for p in drive_plugins(robot) for side in plugin_joints(p) for name in side]
+    return _movable(robot, names)
+
+
+def velocity_joints(robot: Robot) -> list[Joint]:
+    """The movable joints that a `<ros2_control>` commands by velocity."""
+    names = [
+        joint.attributes.get("name", "")
+        for extension in robot.extensions
+        if extension.tag == "ros2_control"
+        for joint in extension.elements("joint")
+        if any(c.attributes.get("name") == "velocity" for c in joint.elements("command_interface"))
+    ]
+    return _movable(robot, names)
+
+
+def _movable(robot: Robot, names: Iterable[str]) -> list[Joint]:
+    joints = (robot.joints.get(name) for name in dict.fromkeys(names))
+    return [joint for joint in joints if joint is not None and joint.has_position]

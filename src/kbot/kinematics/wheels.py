@@ -1,0 +1,161 @@
+"""The wheels of a robot, found from its joints and shapes; names play no part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.frames import FrameTree, unit_axis
+from kbot.kinematics.transform import Transform
+from kbot.model import Capsule, Cylinder, Geometry, Joint, JointType, Link, Mesh, Pose, Robot, Sphere
+from kbot.model.shapes import span_along
+from kbot.text import KbotError
+
+Array = NDArray[np.float64]
+
+_PARALLEL = math.cos(math.radians(5.0))
+_ROUND = 0.03
+"""By how much of its radius a mesh's outline may differ between directions and still be round."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """A round body on a level axle; `center` (3,) and the unit `axis` (3,) in the base frame, in m."""
+
+    joint: str
+    link: str
+    radius: float
+    width: float
+    center: Array
+    axis: Array
+
+
+@dataclass(frozen=True, slots=True)
+class NoWheel:
+    """A joint that might have held a wheel, and why it does not."""
+
+    joint: str
+    reason: str
+
+
+def rigid_links(robot: Robot, link: str) -> Iterator[str]:
+    """`link` and the links that fixed joints hold to it from below."""
+    yield link
+    for joint in robot.child_joints[link]:
+        if joint.type is JointType.FIXED:
+            yield from rigid_links(robot, joint.child)
+
+
+def movable_ancestor(robot: Robot, joint: Joint) -> Joint | None:
+    """The nearest joint above that moves by a motor or a spring; None where the joint hangs rigidly on the
+    root, or on a body that floats."""
+    link = joint.parent
+    while link != robot.root:
+        above = robot.parent_joint[link]
+        if above.is_movable:
+            return above if above.has_position else None
+        link = above.parent
+    return None
+
+
+def carrier(robot: Robot, link: str) -> str:
+    """The topmost link above `link` that goes with it over the ground: the root, or a body that floats."""
+    while link != robot.root:
+        above = robot.parent_joint[link]
+        if above.is_movable and not above.has_position:
+            return link
+        link = above.parent
+    return link
+
+
+def pose_transform(pose: Pose) -> Transform:
+    """A model pose as a transform."""
+    return Transform.from_xyz_rpy(pose.xyz, pose.rpy)
+
+
+def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel | NoWheel:
+    """The wheel on a joint that turns; its size is that of the largest round shape about the axle."""
+    robot = tree.robot
+    base_from_wheel = tree.pose(joint.child, in_frame=base)
+    axis = base_from_wheel.rotation @ unit_axis(joint)
+    if abs(axis[2]) > 0.2:
+        return NoWheel(joint.name, "its axis is not level")
+    best: Wheel | None = None
+    unknown = ""
+    for link in rigid_links(robot, joint.child):
+        base_from_link = tree.pose(link, in_frame=base)
+        for pose, shape in _shapes(robot.links[link]):
+            base_from_shape = base_from_link @ pose_transform(pose)
+            size = _round_about(shape, base_from_shape.rotation.T @ axis)
+            if isinstance(size, str):
+                unknown = unknown or size
+                continue
+            radius, width, middle = size
+            center = base_from_shape.apply(middle)
+            away = center - base_from_wheel.translation
+            off_axle = float(np.linalg.norm(away - axis * (away @ axis)))
+            if off_axle > 0.05 * radius:
+                unknown = unknown or "its shape is not centred on its axis"
+            elif best is None or radius > best.radius:
+                best = Wheel(joint.name, joint.child, radius, width, center, axis)
+    return best or NoWheel(joint.name, unknown or "it turns no shape")
+
+
+def _shapes(link: Link) -> list[tuple[Pose, Geometry]]:
+    """What the link touches the ground with; what is seen of it where nothing plain is said to touch."""
+    collisions: list[tuple[Pose, Geometry]] = [(c.pose, c.geometry) for c in link.collisions]
+    visuals: list[tuple[Pose, Geometry]] = [(v.pose, v.geometry) for v in link.visuals]
+    for shapes in (collisions, visuals):
+        plain = [item for item in shapes if isinstance(item[1], Cylinder | Sphere | Capsule)]
+        if plain:
+            return plain
+    return collisions or visuals
+
+
+def _round_about(shape: Geometry, axis: Array) -> tuple[float, float, Array] | str:
+    """Radius, width and middle (3,) of a shape that is round about `axis`, or why it is not.
+
+    `axis` (3,) and the middle are in the shape's frame.
+    """
+    match shape:
+        case Sphere(radius=radius) if radius > 0.0:
+            return radius, 2.0 * radius, np.zeros(3)
+        case Cylinder(radius=radius, length=length) if radius > 0.0:
+            if abs(axis[2]) < _PARALLEL:
+                return "its cylinder does not lie along its axis"
+            return radius, length, np.zeros(3)
+        case Capsule(radius=radius, length=length) if radius > 0.0:
+            if abs(axis[2]) < _PARALLEL:
+                return "its capsule does not lie along its axis"
+            return radius, length + 2.0 * radius, np.zeros(3)
+        case Mesh():
+            return _round_mesh(shape, axis)
+    return "its shape is not round"
+
+
+def _round_mesh(mesh: Mesh, axis: Array) -> tuple[float, float, Array] | str:
+    if mesh.path is None:
+        return f"its size is not known, for its mesh is not found: {mesh.uri}"
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    across = np.cross(axis, helper)
+    across /= np.linalg.norm(across)
+    up = np.cross(axis, across)
+    try:
+        spans = [
+            span_along(mesh, direction) for direction in (axis, across, up, (across + up) / math.sqrt(2))
+        ]
+    except KbotError as error:
+        return str(error)
+    (low, high), *outline = [span for span in spans if span is not None]
+    diameters = [b - a for a, b in outline]
+    radius = max(diameters) / 2.0
+    if radius <= 0.0 or max(diameters) - min(diameters) > _ROUND * 2.0 * radius:
+        return "its mesh is not round"
+    middle = axis * (low + high) / 2.0
+    for direction, (a, b) in zip((across, up), outline[:2], strict=True):
+        middle = middle + direction * (a + b) / 2.0
+    return radius, high - low, middle
