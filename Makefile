@@ -1,0 +1,55 @@
+# A fresh clone needs Python >= 3.11, make and the network; these do the rest.
+#   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
+#   make test         lint, types, layers, all tests      (ARGS="-k xacro" for some of them)
+#   make test-peers   tests against a real ROS 1 (Debian, Ubuntu)
+#   make benchmarks   what it costs, as ratios
+#   make clean        forget what was set up
+
+# The stamps carry the place: a clone that was moved is set up anew.
+place := $(shell pwd -P | cksum | cut -d' ' -f1)
+python := .venv/bin/python
+venv := .venv/made-$(place)
+installed := .venv/installed-$(place)
+tests := .venv/tests-$(place)
+pip := $(python) -m pip install -q --disable-pip-version-check
+page := $(shell find web -type f -not -path '*/node_modules/*' 2>/dev/null)
+
+.PHONY: run test lint test-peers benchmarks clean
+.DELETE_ON_ERROR:
+
+run: $(installed)
+	@$(python) -m kbot $(ARGS)
+
+test: lint
+	@sh scripts/need_chromium.sh
+	$(python) -m pytest --ignore=tests/peers $(ARGS)
+
+lint: $(tests)
+	$(python) -m ruff check
+	$(python) -m ruff format --check
+	$(python) -m mypy
+	.venv/bin/lint-imports
+
+test-peers: $(tests)
+	@sh scripts/need_ros1.sh
+	$(python) -m pytest tests/peers $(ARGS)
+
+benchmarks: $(tests)
+	$(python) -m pytest benchmarks --benchmark-only $(ARGS)
+
+clean:
+	rm -rf .venv build dist web/node_modules src/kbot/workbench/page
+
+$(venv):
+	@sh scripts/make_venv.sh
+	@touch $@
+
+$(installed): $(venv) pyproject.toml $(wildcard hatch_build.py) $(page)
+	@echo "Installing KBot into .venv (the first time takes a minute or two)"
+	@$(pip) -e .
+	@touch $@
+
+$(tests): $(installed)
+	@echo "Installing what the tests need into .venv"
+	@$(pip) -e ".[test]"
+	@touch $@
