@@ -1,1 +1,86 @@
-"""A robot description goes in, a robot that drives comes out."""
+"""A robot description goes in, a robot that drives comes out.
+
+    import kbot
+    robot = kbot.load("robot.xacro", wheel_radius=0.04)
+    robot.pose("left_wheel", in_frame="base_footprint").translation
+
+    sim = kbot.Simulation(robot, world="empty", seed=1)
+    sim.cmd_vel(0.2, 0.5)
+    sim.run(5.0)
+    sim.odometry.pose
+
+Names are imported when they are first used, so that `import kbot` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from kbot import checks, kinematics, messages, model, sim, text, world, xacro
+    from kbot.kinematics import PlanarPose, Transform
+    from kbot.robot import DescriptionWarning, Robot, load
+    from kbot.sim import Simulation
+    from kbot.text import DescriptionError, Diagnostic, KbotError
+    from kbot.world import World, load_world
+
+    __version__: str
+
+_HOMES = {
+    "DescriptionError": "kbot.text",
+    "DescriptionWarning": "kbot.robot",
+    "Diagnostic": "kbot.text",
+    "KbotError": "kbot.text",
+    "PlanarPose": "kbot.kinematics",
+    "Robot": "kbot.robot",
+    "Simulation": "kbot.sim",
+    "Transform": "kbot.kinematics",
+    "World": "kbot.world",
+    "load": "kbot.robot",
+    "load_world": "kbot.world",
+}
+_PACKAGES = frozenset({"checks", "kinematics", "messages", "model", "sim", "text", "world", "xacro"})
+
+__all__ = [
+    "DescriptionError",
+    "DescriptionWarning",
+    "Diagnostic",
+    "KbotError",
+    "PlanarPose",
+    "Robot",
+    "Simulation",
+    "Transform",
+    "World",
+    "__version__",
+    "checks",
+    "kinematics",
+    "load",
+    "load_world",
+    "messages",
+    "model",
+    "sim",
+    "text",
+    "world",
+    "xacro",
+]
+
+
+def __getattr__(name: str) -> object:
+    value: object
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    elif name in _PACKAGES:
+        value = import_module(f"kbot.{name}")
+    elif name == "__version__":
+        from importlib.metadata import version
+
+        value = version("kbot")
+    else:
+        raise AttributeError(f"module 'kbot' has no attribute '{name}'")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(set(globals()) | set(__all__))

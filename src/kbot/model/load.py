@@ -1,0 +1,96 @@
+"""From a file, or from unsaved text, to a Robot: expansion, reading, and all that was said on the way."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from kbot.model.read import read_robot
+from kbot.model.robot import Robot
+from kbot.text import DescriptionError, Diagnostic
+from kbot.xacro import Expansion, Packages, expand, expand_text
+
+SHIPPED_NAME = "kbot"
+"""What stands for the robot that comes with KBot wherever a file is expected."""
+
+_MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What came of a description; `robot` is None where there is none to speak of."""
+
+    robot: Robot | None
+    expansion: Expansion
+    diagnostics: tuple[Diagnostic, ...]
+    packages: Packages
+
+    @property
+    def has_errors(self) -> bool:
+        return self.robot is None or any(d.is_error for d in self.diagnostics)
+
+    def require(self) -> Robot:
+        """The robot.
+
+        Raises:
+            DescriptionError: with every diagnostic, if one of them is an error.
+        """
+        if self.robot is None or self.has_errors:
+            raise DescriptionError(self.diagnostics)
+        return self.robot
+
+
+def resolve_robot_path(path: str | os.PathLike[str]) -> str:
+    """The file to read: the shipped robot's for the word `kbot`, else the path itself."""
+    name = os.fspath(path)
+    if name != SHIPPED_NAME:
+        return name
+    folder = Path(__file__).parents[1] / "robots" / "kbot_description"
+    return str(folder / "urdf" / "kbot.xacro")
+
+
+def load_robot(
+    path: str | os.PathLike[str],
+    arguments: Mapping[str, str] | None = None,
+    properties: Mapping[str, str] | None = None,
+    packages: Packages | None = None,
+) -> Loaded:
+    """Expand and read a xacro or URDF file. Never raises for what is wrong with the description.
+
+    `arguments` are xacro arguments, `properties` override the top level's properties; `packages` is
+    where packages are looked for, also those around the file.
+    """
+    file = resolve_robot_path(path)
+    found = (packages or Packages()).beside(file)
+    return _read(expand(file, arguments, properties=properties, packages=found), found)
+
+
+def load_robot_text(
+    text: str,
+    path: str | os.PathLike[str],
+    arguments: Mapping[str, str] | None = None,
+    properties: Mapping[str, str] | None = None,
+    packages: Packages | None = None,
+) -> Loaded:
+    """As `load_robot`, for text that is not saved yet; `path` is the file that it would be."""
+    file = resolve_robot_path(path)
+    found = (packages or Packages()).beside(file)
+    return _read(expand_text(text, file, arguments, properties=properties, packages=found), found)
+
+
+def _read(expansion: Expansion, packages: Packages) -> Loaded:
+    if expansion.document is None:
+        return Loaded(None, expansion, expansion.diagnostics, packages)
+    reading = read_robot(expansion.document, packages)
+    told = reading.diagnostics
+    if any(d.is_error for d in expansion.diagnostics):
+        told = tuple(d for d in told if not _follows(d))
+    return Loaded(reading.robot, expansion, expansion.diagnostics + told, packages)
+
+
+def _follows(diagnostic: Diagnostic) -> bool:
+    """Whether a reader's error may only tell again what could not be expanded: something that is missing,
+    or an expression that still stands where a number should."""
+    return diagnostic.code in _MISSING or (diagnostic.code == "U012" and "${" in diagnostic.message)

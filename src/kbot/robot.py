@@ -1,0 +1,123 @@
+"""`kbot.load`: a description in, a robot out that knows its frames and its drive."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+from kbot import model
+from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
+from kbot.model.load import Loaded, load_robot
+from kbot.model.writer import to_urdf
+from kbot.text import Diagnostic, KbotError
+from kbot.xacro import Packages
+
+Value = str | bool | int | float
+
+
+class DescriptionWarning(UserWarning):
+    """Something in a description that may not do what its author means."""
+
+
+@dataclass(frozen=True)
+class Robot(model.Robot):
+    """A robot description, with its frames and its drive."""
+
+    loaded: Loaded = field(compare=False, repr=False)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """What was said while the description was expanded and read; no errors."""
+        return self.loaded.diagnostics
+
+    @cached_property
+    def frames(self) -> FrameTree:
+        """The frames of the links: poses of all of them, and of many joint positions at once."""
+        return FrameTree(self)
+
+    @cached_property
+    def drive(self) -> DifferentialDrive | NoDrive:
+        """The differential drive found from the model, or why there is none."""
+        return find_drive(self, self.frames)
+
+    def pose(
+        self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None
+    ) -> Transform:
+        """`in_frame_from_link`: where a link stands in another link's frame (the root's by default).
+
+        `joints`: positions in rad or m by name; those not given stand at 0.
+
+        Raises:
+            KbotError: an unknown link or joint, or a position that is not finite.
+        """
+        return self.frames.pose(link, in_frame, joints)
+
+    def to_urdf(self) -> str:
+        """The robot as URDF text."""
+        return to_urdf(self)
+
+
+def load(
+    path: str | os.PathLike[str],
+    /,
+    *,
+    properties: Mapping[str, Value] | None = None,
+    packages: Packages | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | None = None,
+    arguments: Mapping[str, Value] | None = None,
+    **more_arguments: Value,
+) -> Robot:
+    """Load a robot from a xacro or URDF file, or KBot itself for `"kbot"`.
+
+    Keywords are xacro arguments, as in `load("robot.xacro", wheel_radius=0.04)`; those that are no
+    Python names go into `arguments`. `properties` override the top level's properties. `packages`:
+    folders in which packages are looked for first.
+
+    Warnings of the description are given as `DescriptionWarning`.
+
+    Raises:
+        DescriptionError: the description has errors; it carries all of them.
+        KbotError: an argument's value is no text, number or truth value.
+    """
+    loaded = load_robot(
+        path,
+        _texts("argument", {**(arguments or {}), **more_arguments}),
+        _texts("property", properties or {}),
+        _packages(packages),
+    )
+    robot = loaded.require()
+    for diagnostic in loaded.diagnostics:
+        warnings.warn(str(diagnostic), DescriptionWarning, stacklevel=2)
+    return Robot(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
+
+
+def _packages(
+    packages: Packages | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | None,
+) -> Packages | None:
+    if packages is None or isinstance(packages, Packages):
+        return packages
+    paths = [packages] if isinstance(packages, str | os.PathLike) else list(packages)
+    return Packages(paths)
+
+
+def _texts(kind: str, values: Mapping[str, Value]) -> dict[str, str]:
+    return {name: _text(kind, name, value) for name, value in values.items()}
+
+
+def _text(kind: str, name: str, value: object) -> str:
+    """A Python value as a xacro file would have it written."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return str(value).lower()
+    try:
+        number = float(value)  # type: ignore[arg-type]  # numpy's numbers too
+    except (TypeError, ValueError):
+        kind_of = type(value).__name__
+        raise KbotError(f"the {kind} '{name}' is a {kind_of}, not a text, number or truth value") from None
+    if not math.isfinite(number):
+        raise KbotError(f"the {kind} '{name}' is not finite: {value}")
+    return str(value) if isinstance(value, int) else repr(number)
