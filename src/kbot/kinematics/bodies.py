@@ -26,10 +26,11 @@ def robot_bounds(
     corners: list[tuple[Array, Array]] = []
     for name, root_from_link in tree.poses(joints).items():
         link = tree.robot.links[name]
-        for part in (*link.visuals, *link.collisions):
-            frame_from_shape = frame_from_root @ root_from_link @ pose_transform(part.pose)
+        parts = [(v.pose, v.geometry) for v in link.visuals] + [(c.pose, c.geometry) for c in link.collisions]
+        for pose, shape in parts:
+            frame_from_shape = frame_from_root @ root_from_link @ pose_transform(pose)
             try:
-                box = bounds(part.geometry, frame_from_shape.rotation)
+                box = bounds(shape, frame_from_shape.rotation)
             except KbotError:
                 continue
             if box is not None:
@@ -47,7 +48,7 @@ def total_mass(tree: FrameTree) -> float:
 def center_of_mass(
     tree: FrameTree, in_frame: str | None = None, joints: Mapping[str, float] | None = None
 ) -> Array | None:
-    """The centre of mass (3,) in m, in the frame of a link (the root by default); None where nothing weighs."""
+    """The centre of mass (3,) in m, in a link's frame (the root's by default); None where nothing weighs."""
     moment, mass = np.zeros(3), 0.0
     for name, root_from_link in tree.poses(joints).items():
         inertial = tree.robot.links[name].inertial

@@ -55,10 +55,8 @@ class MeshData:
 
 @dataclass(frozen=True)
 class SolidMesh:
-    """A closed mesh filled at density 1: volume in m^3, centre (3,) in m, tensor (3, 3) in m^5 about it.
-
-    `is_closed` tells whether the surface is closed, which the figures need to be true.
-    """
+    """A closed mesh filled at density 1: volume in m^3, centre (3,) in m, tensor (3, 3) in m^5 about it;
+    all zero where the surface is not closed or encloses nothing."""
 
     volume: float
     center: Array
@@ -141,11 +139,13 @@ def _solid(data: MeshData) -> SolidMesh:
     import trimesh
 
     mesh = trimesh.Trimesh(data.vertices, data.faces, process=True)
+    if not mesh.is_watertight or abs(mesh.volume) < 1e-15:
+        return SolidMesh(0.0, np.zeros(3), np.zeros((3, 3)), False)
     properties = mesh.mass_properties
     outwards = -1.0 if properties["volume"] < 0.0 else 1.0  # some exporters write triangles inside out
     return SolidMesh(
         outwards * float(properties["volume"]),
         np.asarray(properties["center_mass"], dtype=np.float64),
         outwards * np.asarray(properties["inertia"], dtype=np.float64),
-        bool(mesh.is_watertight),
+        True,
     )
