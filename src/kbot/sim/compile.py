@@ -1,0 +1,71 @@
+"""World and robots put together into one model of the engine, its errors led back to their lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+
+from kbot.sim.findings import Findings
+from kbot.sim.recipe import IMPRATIO
+from kbot.sim.robot_builder import RobotPlan, add_robot
+from kbot.sim.world_builder import add_world
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity
+from kbot.world import World
+
+_NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
+
+
+def compile_model(
+    world: World, plans: Sequence[RobotPlan], timestep: float
+) -> tuple[Any, tuple[Diagnostic, ...]]:
+    """The engine's model (MjModel) and what there is to warn of.
+
+    Raises:
+        DescriptionError: the world or a robot cannot be simulated; every reason at its line.
+    """
+    findings = Findings()
+    spec = mujoco.MjSpec()
+    _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
+    add_world(spec, world, findings)
+    for plan in plans:
+        add_robot(spec, plan, findings)
+    findings.require()
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise DescriptionError([_refused(str(error), plans)]) from None
+    return model, tuple(findings.diagnostics)
+
+
+def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:  # noqa: ANN401
+    option = spec.option
+    option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = IMPRATIO
+    # a run that diverges is to be noticed, not begun anew in silence
+    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    if sleeps:
+        option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    spec.compiler.degree = False
+
+
+def _refused(text: str, plans: Sequence[RobotPlan]) -> Diagnostic:
+    """The engine's words at the line of the element they speak of."""
+    reason = text.removeprefix("Error: ").splitlines()[0]
+    named = _NAMED.search(text)
+    where: Origin | None = None
+    what = ""
+    if named:
+        owner, _, name = named[1].partition("/")
+        plan = next((p for p in plans if p.name == owner), None)
+        if plan is not None:
+            element = plan.robot.links.get(name) or plan.robot.joints.get(name.partition(":")[0])
+            where, what = (element.origin if element else plan.robot.origin), f"'{name}': "
+        else:
+            what = f"'{named[1]}': "
+    return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)

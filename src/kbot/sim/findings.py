@@ -1,0 +1,29 @@
+"""What there is to say about a robot or world on its way into the simulation.
+
+Codes: W101 a moving link weighs nothing, W102 bad mass, W103 bad inertia, W104 inertia that no body
+has, W105 a joint without an axis, W106 a shape that cannot touch, W107 a robot that touches nothing,
+W108 a mimic that follows nothing, W109 bad limits, W110 what the engine refuses, W120 a run that
+diverged.
+"""
+
+from __future__ import annotations
+
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity
+
+
+class Findings:
+    """Collects diagnostics, so that one run reports them all."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+
+    def error(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint))
+
+    def warning(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint))
+
+    def require(self) -> None:
+        """Raises DescriptionError with all diagnostics when one of them is an error."""
+        if any(d.is_error for d in self.diagnostics):
+            raise DescriptionError(self.diagnostics)

@@ -1,0 +1,113 @@
+"""Shapes of robots and worlds as geometries of the engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from kbot.model.meshes import load_mesh
+from kbot.text import KbotError
+from kbot.world import world as w
+
+_TYPE = mujoco.mjtGeom
+_HULL_VERTICES = 64
+
+
+def wxyz(pose: Transform) -> tuple[float, float, float, float]:
+    """The pose's rotation as the engine writes quaternions."""
+    x, y, z, real = pose.quaternion_xyzw
+    return real, x, y, z
+
+
+def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) -> Any:  # noqa: ANN401
+    """Add a shape to a body at `body_from_shape`; the geometry weighs nothing.
+
+    Raises:
+        KbotError: a mesh cannot be read or is flat, or a size is not above zero.
+    """
+    kind, size = _kind_and_size(shape)
+    if not all(0.0 < value < np.inf for value in size):
+        raise KbotError(f"a {type(shape).__name__.lower()} needs sizes above zero, not {size}")
+    geom = body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), mass=0.0)
+    match shape:
+        case w.Plane():
+            geom.size = (0.0, 0.0, 1.0)
+        case Mesh():
+            geom.meshname = _mesh_of_file(spec, shape)
+        case w.Mesh():
+            geom.meshname = _add_mesh(spec, f"mesh{len(spec.meshes)}", shape.vertices)
+        case w.HeightField():
+            geom.hfieldname = _add_height_field(spec, shape)
+        case _:
+            geom.size[: len(size)] = size
+    return geom
+
+
+def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
+    match shape:
+        case Box(size=(x, y, z)) | w.Box(size=(x, y, z)):
+            return _TYPE.mjGEOM_BOX, (x / 2, y / 2, z / 2)
+        case Cylinder(radius=radius, length=length) | w.Cylinder(radius=radius, length=length):
+            return _TYPE.mjGEOM_CYLINDER, (radius, length / 2)
+        case Sphere(radius=radius) | w.Sphere(radius=radius):
+            return _TYPE.mjGEOM_SPHERE, (radius,)
+        case Capsule(radius=radius, length=length) | w.Capsule(radius=radius, length=length):
+            return _TYPE.mjGEOM_CAPSULE, (radius, length / 2)
+        case w.Ellipsoid(radii=radii):
+            return _TYPE.mjGEOM_ELLIPSOID, radii
+        case w.Plane():
+            return _TYPE.mjGEOM_PLANE, ()
+        case w.HeightField():
+            return _TYPE.mjGEOM_HFIELD, ()
+        case _:
+            return _TYPE.mjGEOM_MESH, ()
+
+
+def _mesh_of_file(spec: Any, mesh: Mesh) -> str:  # noqa: ANN401
+    if mesh.path is None:
+        raise KbotError(f"the mesh {mesh.uri} is not found")
+    name = f"{mesh.path} {mesh.scale}"
+    if any(known.name == name for known in spec.meshes):
+        return name
+    return _add_mesh(spec, name, load_mesh(mesh.path).vertices * np.array(mesh.scale))
+
+
+def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> str:  # noqa: ANN401
+    """Points whose convex hull is touched."""
+    points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
+    if len(points) < 4 or _is_flat(points):
+        raise KbotError("the mesh is flat: it has no inside to touch")
+    spec.add_mesh(
+        name=name,
+        uservert=points.ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
+        maxhullvert=_HULL_VERTICES,
+    )
+    return name
+
+
+def _is_flat(points: NDArray[np.float64]) -> bool:
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[-1] <= 1e-9 * spread[0])
+
+
+def _add_height_field(spec: Any, field: w.HeightField) -> str:  # noqa: ANN401
+    heights = np.asarray(field.heights, dtype=np.float64)
+    low, high = float(heights.min()), float(heights.max())
+    if low < 0.0:
+        raise KbotError("a height field's heights are counted from its own zero: none is below it")
+    rise = max(high, 1e-6)
+    name = f"field{len(spec.hfields)}"
+    spec.add_hfield(
+        name=name,
+        nrow=heights.shape[0],
+        ncol=heights.shape[1],
+        size=(field.size[0] / 2, field.size[1] / 2, rise, 0.1),
+        userdata=(heights / rise).ravel(),
+    )
+    return name

@@ -1,0 +1,116 @@
+"""Masses and inertias of links, as the engine takes them, and what makes them impossible."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import rotation_from_rpy
+from kbot.model import Inertial, Link, Robot
+from kbot.model.shapes import tensor
+from kbot.sim.findings import Findings
+
+SMALLEST = 1e-14
+"""Kilograms, or kg m^2: less than this the engine takes for nothing."""
+
+
+def set_inertial(body: Any, link: Link, findings: Findings) -> None:  # noqa: ANN401 - the engine's own
+    """Give a body its link's mass, centre of mass and inertia; a link without inertial weighs nothing."""
+    inertial = link.inertial
+    if inertial is None or inertial.mass == 0.0:
+        return
+    if not 0.0 < inertial.mass < np.inf:
+        findings.error(
+            "W102", f"link '{link.name}' has a mass of {inertial.mass:g} kg", inertial.mass_origin,
+            "a mass is above zero",
+        )  # fmt: skip
+        return
+    matrix = _possible(link, inertial, findings)
+    if matrix is None:
+        return
+    body.explicitinertial = True
+    body.mass = inertial.mass
+    # the engine would otherwise take the body's own position for its centre of mass
+    body.ipos = inertial.pose.xyz
+    rotation = rotation_from_rpy(*inertial.pose.rpy)
+    m = rotation @ matrix @ rotation.T
+    if not m.any():
+        body.iquat, body.inertia = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        return
+    body.fullinertia = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
+
+
+def check_masses(robot: Robot, findings: Findings) -> None:
+    """Every part that moves on its own must weigh something: a moving link with those fixed to it."""
+    for head in moving_parts(robot):
+        links = [robot.links[name] for name in rigid_part(robot, head)]
+        inertials = [link.inertial for link in links if link.inertial is not None]
+        if sum(i.mass for i in inertials) > SMALLEST:
+            if all(not tensor(i).any() for i in inertials) and len(inertials) == 1:
+                findings.error(
+                    "W103", f"link '{head}' moves and has no inertia", inertials[0].inertia_origin,
+                    "give <inertia> the moments of its shape",
+                )  # fmt: skip
+            continue
+        what = "is the robot's body" if head == robot.root else "moves"
+        findings.error(
+            "W101", f"link '{head}' {what} and weighs nothing", robot.links[head].origin,
+            "add an <inertial> with its mass and inertia",
+        )  # fmt: skip
+
+
+def moving_parts(robot: Robot) -> list[str]:
+    """The links that move on their own: those beneath movable joints, and the root unless it is `world`."""
+    heads = [joint.child for joint in robot.joints.values() if joint.is_movable]
+    return heads if robot.root == "world" else [robot.root, *heads]
+
+
+def rigid_part(robot: Robot, head: str) -> list[str]:
+    """`head` and the links that fixed joints hold to it."""
+    part, waiting = [], [head]
+    while waiting:
+        name = waiting.pop()
+        part.append(name)
+        waiting += [joint.child for joint in robot.child_joints[name] if not joint.is_movable]
+    return part
+
+
+def total_mass(robot: Robot) -> float:
+    """Kilograms of all links."""
+    return sum(link.inertial.mass for link in robot.links.values() if link.inertial is not None)
+
+
+def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.float64] | None:
+    """The link's tensor; the nearest that a body can have, with a warning, where it is one that none can
+    (one principal moment above the sum of the other two)."""
+    matrix = tensor(inertial)
+    if not np.isfinite(matrix).all():
+        message = f"link '{link.name}' has an inertia that is no number"
+        findings.error("W103", message, inertial.inertia_origin)
+        return None
+    moments, axes = np.linalg.eigh(matrix)
+    if moments[0] < -1e-12 * max(moments[-1], 0.0) or moments[-1] < 0.0:
+        findings.error(
+            "W103",
+            f"link '{link.name}' has a negative moment of inertia ({moments[0]:.4g} kg m^2)",
+            inertial.inertia_origin,
+            "the tensor of a body has three moments above zero",
+        )
+        return None
+    lack = float(moments[2] - moments[0] - moments[1])
+    if lack <= 1e-12 * moments[2]:
+        return matrix
+    if lack > 1e-3 * moments[2]:
+        a, b, c = moments
+        findings.warning(
+            "W104",
+            f"link '{link.name}' has moments of inertia that no body has: {c:.4g} is more than"
+            f" {a:.4g} + {b:.4g} kg m^2; the smaller two are simulated as {lack / 2:.4g} larger",
+            inertial.inertia_origin,
+            "the greatest moment is at most the sum of the other two",
+        )
+    moments[:2] += lack / 2 * (1.0 + 1e-9) + 1e-15
+    possible: NDArray[np.float64] = axes @ np.diag(moments) @ axes.T
+    return possible

@@ -1,0 +1,92 @@
+"""URDF joints as the engine's: what may move, how far, against what damping and friction."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.frames import unit_axis
+from kbot.model import Joint, JointType, Robot
+from kbot.sim.findings import Findings
+
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE
+_SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
+_BALL = mujoco.mjtJoint.mjJNT_BALL
+
+
+def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:  # noqa: ANN401
+    """Let a body move as its joint says. A planar joint slides in the plane across its axis and turns
+    about it; the engine's joints of planar and floating ones are named `joint:x` and so on."""
+    name = prefix + joint.name
+    if joint.type is JointType.FIXED:
+        return
+    if joint.type is JointType.FLOATING:
+        for index, letter in enumerate("xyz"):
+            body.add_joint(name=f"{name}:{letter}", type=_SLIDE, axis=np.eye(3)[index])
+        body.add_joint(name=f"{name}:ball", type=_BALL)
+        return
+    axis = unit_axis(joint)
+    if not axis.any():
+        findings.error(
+            "W105", f"joint '{joint.name}' moves along no axis", joint.axis_origin or joint.origin,
+            "give <axis> a direction",
+        )  # fmt: skip
+        return
+    if joint.type is JointType.PLANAR:
+        first = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
+        second = np.cross(axis, first)
+        body.add_joint(name=f"{name}:x", type=_SLIDE, axis=first)
+        body.add_joint(name=f"{name}:y", type=_SLIDE, axis=second)
+        body.add_joint(name=f"{name}:yaw", type=_HINGE, axis=axis)
+        return
+    kind = _SLIDE if joint.type is JointType.PRISMATIC else _HINGE
+    added = body.add_joint(name=name, type=kind, axis=axis)
+    if joint.dynamics is not None:
+        added.damping[0] = max(joint.dynamics.damping, 0.0)
+        added.frictionloss = max(joint.dynamics.friction, 0.0)
+    _limit(added, joint, findings)
+
+
+def _limit(added: Any, joint: Joint, findings: Findings) -> None:  # noqa: ANN401
+    if joint.type is JointType.CONTINUOUS or joint.limit is None:
+        return
+    lower, upper = limits(joint)
+    if lower > upper:
+        findings.error(
+            "W109", f"joint '{joint.name}' has its lower limit {lower:g} above its upper {upper:g}",
+            joint.limit.origin, "exchange them",
+        )  # fmt: skip
+        return
+    added.limited = True
+    # a joint whose limits are equal (often both left at 0) cannot move
+    added.range = (lower, upper) if lower < upper else (lower - 1e-6, upper + 1e-6)
+
+
+def limits(joint: Joint) -> tuple[float, float]:
+    """Lower and upper position in rad or m; what is not given is 0, as URDF has it."""
+    if joint.limit is None or joint.type is JointType.CONTINUOUS:
+        return -float("inf"), float("inf")
+    return joint.limit.lower or 0.0, joint.limit.upper or 0.0
+
+
+def add_mimics(spec: Any, robot: Robot, prefix: str, findings: Findings) -> None:  # noqa: ANN401
+    """Couple each mimic joint to the one it follows."""
+    for joint in robot.joints.values():
+        if joint.mimic is None or not joint.has_position:
+            continue
+        leader = robot.joints.get(joint.mimic.joint)
+        if leader is None or not leader.has_position or leader is joint:
+            findings.error(
+                "W108",
+                f"joint '{joint.name}' mimics '{joint.mimic.joint}', which has no position to follow",
+                joint.mimic.origin,
+            )
+            continue
+        equality = spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT, name1=prefix + joint.name, name2=prefix + leader.name
+        )
+        equality.data[:5] = (joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0)
+        equality.solref = (0.004, 1.0)
+        equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)

@@ -1,0 +1,48 @@
+"""The settings under which wheels drive true, and the reasons for them.
+
+A wheel's rolling radius is its radius less half of what it sinks in, so contacts are stiff; a thin
+cylinder stands on two edges, so a drive wheel meets the ground as a sphere; friction about the
+contact's normal (condim 4 and 6) would hold back every turn.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+TIMESTEP = 0.002
+"""Seconds; twice as much doubles the error of a step command."""
+
+IMPRATIO = 10.0
+SOLREF = (0.002, 1.0)
+SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
+"""Stiffer ones (0.9999 throughout) creep: there is a cliff."""
+
+FRICTION = 1.0
+"""Sliding coefficient where nothing else is said, as in Gazebo."""
+
+CONTROL_PERIOD = 0.02
+"""Seconds between two updates of odometry, joint states and the watchdog."""
+
+SERVO_TIME = 0.0035
+"""Seconds in which the speed servo corrects an error: kv is the inertia it moves over this."""
+
+SERVO_STIFFNESS = 50.0
+"""kp / kv in 1/s: holds a slope; twice as much drives 0.05 mm off in 2 m."""
+
+SERVO_MARGIN = 1.3
+"""Torque limit as a multiple of what the tyre can hold; without a limit a robot climbs walls."""
+
+LINEAR_ACCELERATION = 1.0
+ANGULAR_ACCELERATION = 8.0
+"""m/s^2 and rad/s^2 by which commands are slewed; a step command would tip a small robot."""
+
+WATCHDOG = 0.5
+"""Seconds after which a command that came from outside is taken for lost."""
+
+
+class Contacts(StrEnum):
+    """`recipe`: drive wheels touch the ground as spheres, casters slide freely. `as-written`: every
+    shape touches as the description has it."""
+
+    RECIPE = "recipe"
+    AS_WRITTEN = "as-written"

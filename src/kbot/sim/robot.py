@@ -1,0 +1,258 @@
+"""One robot within a simulation: its commands in, its motion and joints out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim.drive import DriveLimits, TwistController
+from kbot.sim.holds import JointHolds
+from kbot.sim.motion import Motion, WheelOdometry
+from kbot.sim.numbers import numbers
+from kbot.sim.servo import speed_limit
+from kbot.sim.wheel_servos import WheelServos
+from kbot.sim.world_builder import body_pose
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+class SimulatedRobot:
+    """A robot's handles into the engine, its drive and its odometry."""
+
+    def __init__(
+        self,
+        name: str,
+        robot: Robot,
+        drive: DifferentialDrive | NoDrive,
+        limits: DriveLimits,
+        timestep: float,
+    ) -> None:
+        self.name = name
+        self.robot = robot
+        self.drive = drive
+        self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
+        self._controller: TwistController | None = None
+        self._odometry: WheelOdometry | None = None
+        if isinstance(drive, DifferentialDrive):
+            fastest = min(speed_limit(robot, joint) for joint in drive.joints)
+            self._controller = TwistController(drive, limits, fastest, timestep)
+            self._odometry = WheelOdometry(drive)
+        self._turns = 0
+        self._last_yaw = 0.0
+
+    def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
+        """Look up this robot's places in a compiled model."""
+        self._model, self._data = model, data
+        self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
+        self._force = numbers(data.qfrc_actuator)
+        prefix = f"{self.name}/"
+        body, joint = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
+        self._bodies: dict[str, int] = {
+            link: mujoco.mj_name2id(model, body, prefix + link) for link in self.robot.links
+        }
+        movable = [j.name for j in self.robot.movable_joints]
+        indices = {name: mujoco.mj_name2id(model, joint, prefix + name) for name in movable}
+        self._joints = {
+            name: (int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]))
+            for name, index in indices.items()
+        }
+        root = mujoco.mj_name2id(model, joint, prefix)
+        self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
+        driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
+        self.holds = JointHolds(model, data, prefix, [name for name in self._joints if name not in driven])
+        self._servos: WheelServos | None = None
+        if isinstance(self.drive, DifferentialDrive):
+            self._servos = WheelServos(model, data, self.drive, prefix)
+
+    def reset(self) -> None:
+        """Forget commands and odometry; the engine's state is the simulation's to reset."""
+        if self._controller is not None:
+            self._controller.reset()
+        if self._odometry is not None:
+            self._odometry.reset()
+        self.holds.release_all()
+        self._turns, self._last_yaw = 0, self._yaw()
+
+    @property
+    def controller(self) -> TwistController:
+        """The controller of a robot that can drive.
+
+        Raises:
+            KbotError: it cannot; the reason is said.
+        """
+        if self._controller is None:
+            reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
+            raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
+        return self._controller
+
+    @property
+    def can_drive(self) -> bool:
+        return self._controller is not None
+
+    def slew(self) -> bool:
+        """One step of the controller, handed to the wheels; whether the commanded twist is reached."""
+        controller, servos = self._controller, self._servos
+        if controller is None or servos is None:
+            return True
+        linear, angular = controller.advance()
+        servos.command(*controller.drive.wheel_speeds(linear, angular))
+        return controller.is_there
+
+    def hold(self, joint: str, position: float) -> None:
+        """Hold a joint at a position (rad or m) by a servo, within its effort limit.
+
+        Raises:
+            KbotError: no such joint, a joint that drives or follows another, or a number that is none.
+        """
+        self._require_joint(joint)
+        if joint not in self.holds.joints:
+            drives = isinstance(self.drive, DifferentialDrive) and joint in self.drive.forward
+            why = "drives the robot" if drives else "follows another joint"
+            raise KbotError(f"joint '{joint}' {why} and cannot be held")
+        if not math.isfinite(position):
+            raise KbotError(f"a joint's position is a finite number, not {position}")
+        self.holds.hold(joint, position)
+
+    def release(self, joint: str) -> None:
+        """Let a held joint move freely again. Raises KbotError for an unknown joint."""
+        self._require_joint(joint)
+        self.holds.release(joint)
+
+    def tick(self, step: int) -> bool:
+        """Called every control period: reckon odometry, keep the servos from winding up, and drop a
+        command that has grown old. Returns whether there is a new twist to slew to."""
+        if self.root_qpos >= 0:
+            self._count_turns()
+        servos, odometry, controller = self._servos, self._odometry, self._controller
+        if servos is None or odometry is None or controller is None:
+            return False
+        left, right = servos.angles()
+        odometry.update(left, right)
+        servos.unwind()
+        if controller.deadline is not None and step >= controller.deadline:
+            controller.command(0.0, 0.0, None)
+            return not controller.is_there
+        return False
+
+    def _count_turns(self) -> None:
+        yaw = self._yaw()
+        if yaw - self._last_yaw > math.pi:
+            self._turns -= 1
+        elif yaw - self._last_yaw < -math.pi:
+            self._turns += 1
+        self._last_yaw = yaw
+
+    def _yaw(self) -> float:
+        """Heading of the root in rad, within half a turn."""
+        if self.root_qpos < 0:
+            return 0.0
+        q, at = self._qpos, self.root_qpos
+        w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+    # What can be read. The simulation has brought the engine's frames up to date before.
+
+    @property
+    def odometry(self) -> Motion:
+        """What the wheels tell: the base's pose in the odometry frame, and its twist."""
+        if self._odometry is None or self._servos is None or not isinstance(self.drive, DifferentialDrive):
+            return Motion(PlanarPose(), PlanarTwist())
+        linear, angular = self.drive.twist(*self.drive.wheel_angles(self.joint_velocities))
+        return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
+
+    @property
+    def ground_truth(self) -> Motion:
+        """Where the base truly is in the world, its yaw with full turns counted, and its twist."""
+        root, base = self.link_pose(self.robot.root), self.link_pose(self.base)
+        x, y, _ = base.translation
+        full = 2.0 * math.pi
+        counted = self._last_yaw + full * self._turns + (root.inverse() @ base).yaw
+        yaw = base.yaw + full * round((counted - base.yaw) / full)
+        spin, speed = self.link_velocity(self.base)
+        return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
+
+    @property
+    def base_from_root(self) -> Transform:
+        """Fixed, for the base hangs rigidly on the root."""
+        return self.link_pose(self.base).inverse() @ self.link_pose(self.robot.root)
+
+    @property
+    def joint_positions(self) -> dict[str, float]:
+        """rad or m, of every joint with a position."""
+        return {name: self._qpos[at[0]] for name, at in self._joints.items()}
+
+    @property
+    def joint_velocities(self) -> dict[str, float]:
+        """rad/s or m/s."""
+        return {name: self._qvel[at[1]] for name, at in self._joints.items()}
+
+    @property
+    def joint_efforts(self) -> dict[str, float]:
+        """What the servos exert, in N m or N."""
+        return {name: self._force[at[1]] for name, at in self._joints.items()}
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        return tuple(self._bodies)
+
+    def link_pose(self, link: str) -> Transform:
+        """`world_from_link`. Raises KbotError for a link that the robot does not have."""
+        return body_pose(self._data, self.body(link))
+
+    def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
+        velocity = np.zeros(6)
+        kind = mujoco.mjtObj.mjOBJ_XBODY
+        mujoco.mj_objectVelocity(self._model, self._data, kind, self.body(link), velocity, 1)
+        wx, wy, wz, x, y, z = velocity.tolist()
+        return (wx, wy, wz), (x, y, z)
+
+    def body(self, link: str) -> int:
+        """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
+        if link not in self._bodies:
+            hint = did_you_mean(link, self._bodies)
+            raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
+        return self._bodies[link]
+
+    def set_position(self, joint: str, position: float) -> None:
+        """Put a joint somewhere at once, its speed left as it is; for the start of a run."""
+        self._qpos[self._joints[joint][0]] = position
+
+    def _require_joint(self, joint: str) -> None:
+        if joint not in self._joints:
+            hint = did_you_mean(joint, self._joints)
+            raise KbotError(
+                f"robot '{self.name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
+            )
+
+    def save(self) -> tuple[Any, ...]:
+        """What a saved state holds beside the engine's own."""
+        controller = self._controller
+        commanded = (controller.target, controller.twist, controller.deadline) if controller else None
+        odometry = self._odometry.state if self._odometry else None
+        return commanded, odometry, self._turns, self._last_yaw, self.holds.engaged
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """Take back what `save` gave; the engine's own state has been restored before."""
+        commanded, odometry, self._turns, self._last_yaw, engaged = saved
+        if self._controller is not None and commanded is not None:
+            self._controller.target, self._controller.twist, self._controller.deadline = commanded
+        if self._odometry is not None and odometry is not None:
+            self._odometry.state = odometry
+        self.holds.engage_only(engaged)
+
+    @property
+    def is_slewing(self) -> bool:
+        return self._controller is not None and not self._controller.is_there
+
+
+def _base(robot: Robot) -> str:
+    """The frame that stands for a robot without wheels."""
+    return "base_footprint" if "base_footprint" in robot.links else robot.root

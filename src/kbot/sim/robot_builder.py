@@ -1,0 +1,146 @@
+"""A robot description as bodies, joints, shapes and servos of the engine; every frame is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.model import Collision, Link, Robot
+from kbot.sim import contacts as touch
+from kbot.sim.findings import Findings
+from kbot.sim.geometry import add_shape, wxyz
+from kbot.sim.inertia import check_masses, set_inertial
+from kbot.sim.joints import add_joint, add_mimics
+from kbot.sim.recipe import FRICTION, Contacts
+from kbot.sim.servo import add_drive_servos, add_hold_servos
+from kbot.text import KbotError
+
+
+@dataclass(frozen=True)
+class RobotPlan:
+    """What is to be built: a robot under a name, where it starts, and how it touches.
+
+    `others` says whether it can meet other robots.
+    """
+
+    name: str
+    robot: Robot
+    drive: DifferentialDrive | NoDrive
+    contacts: Contacts
+    pose: Transform
+    others: bool
+
+    @property
+    def prefix(self) -> str:
+        """What the engine's names of its bodies and joints start with."""
+        return f"{self.name}/"
+
+
+def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
+    """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
+    robot, prefix = plan.robot, plan.prefix
+    check_masses(robot, findings)
+    shapes = _Shapes(spec, plan, findings)
+    root = spec.worldbody.add_body(
+        name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose)
+    )
+    if robot.root != "world":
+        root.add_freejoint(name=prefix)
+    waiting = [(robot.root, root)]
+    while waiting:
+        name, body = waiting.pop()
+        link = robot.links[name]
+        set_inertial(body, link, findings)
+        shapes.add(body, link)
+        for joint in robot.child_joints[name]:
+            pose = Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy)
+            child = body.add_body(name=prefix + joint.child, pos=pose.translation, quat=wxyz(pose))
+            add_joint(child, joint, prefix, findings)
+            waiting.append((joint.child, child))
+    add_mimics(spec, robot, prefix, findings)
+    driven: tuple[str, ...] = ()
+    if isinstance(plan.drive, DifferentialDrive):
+        driven = plan.drive.joints
+        add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts)
+    add_hold_servos(spec, robot, driven, prefix)
+    shapes.keep_from_each_other()
+
+
+class _Shapes:
+    """The shapes of one robot's links."""
+
+    def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
+        self.spec, self.plan, self.findings = spec, plan, findings
+        self.touching: list[str] = []
+        self.tyres: dict[str, tuple[float, Transform]] = {}
+        self.casters: tuple[str, ...] = ()
+        if isinstance(plan.drive, DifferentialDrive) and plan.contacts is Contacts.RECIPE:
+            self.casters = plan.drive.casters
+            self.tyres = _tyres(plan.robot, plan.drive)
+
+    def add(self, body: Any, link: Link) -> None:  # noqa: ANN401
+        friction = 0.0 if link.name in self.casters else FRICTION
+        tyre = self.tyres.get(link.name)
+        if tyre is not None:
+            radius, pose = tyre
+            geom = body.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=pose.translation, size=(radius, 0, 0), mass=0.0
+            )
+            touch.set_surface(geom, friction)
+            touch.as_tyre(geom)
+        for collision in link.collisions:
+            geom = self._shape(body, link, collision)
+            if geom is None:
+                continue
+            touch.set_surface(geom, friction)
+            if tyre is not None:
+                touch.as_rim(geom, self.plan.others)
+            else:
+                touch.as_robot(geom, self.plan.others)
+            if link.name not in self.touching:
+                self.touching.append(link.name)
+
+    def _shape(self, body: Any, link: Link, collision: Collision) -> Any:  # noqa: ANN401
+        pose = Transform.from_xyz_rpy(collision.pose.xyz, collision.pose.rpy)
+        try:
+            return add_shape(self.spec, body, collision.geometry, pose)
+        except KbotError as error:
+            self.findings.warning(
+                "W106",
+                f"link '{link.name}' touches nothing with this shape: {error}",
+                collision.geometry.origin,
+            )
+            return None
+
+    def keep_from_each_other(self) -> None:
+        """A robot's own links do not collide, as in Gazebo; where robots meet, that needs saying."""
+        if not self.touching:
+            self.findings.warning(
+                "W107",
+                f"robot '{self.plan.robot.name}' has no <collision> and falls through the ground",
+                self.plan.robot.origin,
+                "give at least the wheels a <collision>",
+            )
+        if not self.plan.others:
+            return
+        names = [self.plan.prefix + name for name in self.touching]
+        for index, name in enumerate(names):
+            for other in names[index + 1 :]:
+                self.spec.add_exclude(bodyname1=name, bodyname2=other)
+
+
+def _tyres(robot: Robot, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:
+    """Radius and place (in its link) of the sphere that stands for each drive wheel on the ground."""
+    tree = FrameTree(robot)
+    tyres = {}
+    for name in drive.joints:
+        wheel = drive.wheels[name]
+        link_from_base = tree.pose(drive.base, in_frame=wheel.link)
+        x, y, z = link_from_base.apply(wheel.center).tolist()
+        tyres[wheel.link] = wheel.radius, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, 0.0))
+    return tyres

@@ -1,0 +1,92 @@
+"""What turns the joints: speed servos on drive wheels, position servos on the others.
+
+A drive servo follows the integral of the speed it is told (it holds a slope where a plain speed servo
+rolls down) and is sized by the inertia that the wheel moves.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.model import Robot
+from kbot.sim.inertia import total_mass
+from kbot.sim.recipe import FRICTION, SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
+
+GRAVITY = 9.81
+HOLD_FREQUENCY = 30.0
+"""rad/s: how fast a held joint goes to where it is told to."""
+
+
+def add_drive_servos(
+    spec: Any,  # noqa: ANN401
+    robot: Robot,
+    drive: DifferentialDrive,
+    prefix: str,
+    contacts: Contacts,
+) -> None:
+    """A speed servo and its motor's inertia on every drive wheel; its command is in rad/s of the joint.
+
+    Its torque is what the tyre can hold and a third more, within the joint's own effort limit; with
+    contacts as written the effort limit alone.
+    """
+    count = len(drive.joints)
+    mass = total_mass(robot)
+    for name in drive.joints:
+        radius = drive.wheels[name].radius
+        inertia = mass * radius * radius / count
+        gain = inertia / SERVO_TIME
+        traction = SERVO_MARGIN * FRICTION * mass * GRAVITY / count * radius
+        effort = effort_limit(robot, name)
+        torque = min(traction, effort)
+        if contacts is Contacts.AS_WRITTEN and effort < float("inf"):
+            torque = effort
+        spec.joint(prefix + name).armature = inertia
+        servo = spec.add_actuator(name=prefix + name, target=prefix + name)
+        servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        servo.set_to_intvelocity(kp=SERVO_STIFFNESS * gain, kv=gain)
+        servo.actlimited = False
+        servo.forcelimited = True
+        servo.forcerange = (-torque, torque)
+
+
+def add_hold_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:  # noqa: ANN401
+    """A position servo, without force until it is told to hold, on every other joint with a position."""
+    for joint in robot.movable_joints:
+        if joint.name in driven or joint.mimic is not None:
+            continue
+        servo = spec.add_actuator(name=prefix + joint.name, target=prefix + joint.name)
+        servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        servo.set_to_position(kp=0.0, kv=0.0)
+        effort = effort_limit(robot, joint.name)
+        if effort < float("inf"):
+            servo.forcelimited = True
+            servo.forcerange = (-effort, effort)
+
+
+def engage_hold(model: Any, actuator: int, dof: int) -> None:  # noqa: ANN401
+    """Give a position servo the gains of a critically damped oscillator about the joint's inertia."""
+    inertia = max(float(model.dof_M0[dof]), 1e-6)
+    stiffness = inertia * HOLD_FREQUENCY**2
+    model.actuator_gainprm[actuator, 0] = stiffness
+    model.actuator_biasprm[actuator, 1] = -stiffness
+    model.actuator_biasprm[actuator, 2] = -2.0 * inertia * HOLD_FREQUENCY
+
+
+def release_hold(model: Any, actuator: int) -> None:  # noqa: ANN401
+    model.actuator_gainprm[actuator, 0] = 0.0
+    model.actuator_biasprm[actuator, 1:3] = 0.0
+
+
+def effort_limit(robot: Robot, joint: str) -> float:
+    """N m or N; endless where it is not given, or given as 0."""
+    limit = robot.joints[joint].limit
+    return limit.effort if limit is not None and limit.effort else float("inf")
+
+
+def speed_limit(robot: Robot, joint: str) -> float:
+    """rad/s or m/s; endless where it is not given, or given as 0."""
+    limit = robot.joints[joint].limit
+    return limit.velocity if limit is not None and limit.velocity else float("inf")

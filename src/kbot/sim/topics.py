@@ -1,0 +1,108 @@
+"""What a robot says on the bus every control period, and what it hears there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import cos, sin
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.messages import types as msg
+from kbot.messages.bus import Bus, Subscription, absolute
+from kbot.messages.clock import Clock
+from kbot.sim.robot import SimulatedRobot
+
+Command = Callable[[float, float], None]
+
+POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
+"""Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
+
+
+def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
+    """6x6, row by row."""
+    return tuple(diagonal[row] if row == column else 0.0 for row in range(6) for column in range(6))
+
+
+class RobotTopics:
+    """`odom`, `tf` and `joint_states` out, `cmd_vel` in; nothing is made that nobody hears."""
+
+    def __init__(self, bus: Bus, robot: SimulatedRobot, command: Command, namespace: str = "") -> None:
+        """`command` is called with the forward and turning speed of every twist that is heard."""
+        self._robot = robot
+        self._frame_prefix = f"{namespace}/" if namespace else ""
+        self._covariance = covariance(POSE_VARIANCE)
+        self._clock = bus.advertise("/clock", msg.ClockMessage)
+        self._joint_states = bus.advertise(absolute("joint_states", namespace), msg.JointState)
+        self._tf = bus.advertise("/tf", msg.TFMessage)
+        self._odometry = bus.advertise(absolute("odom", namespace), msg.Odometry)
+        self._commands: Subscription | None = None
+        if robot.can_drive:
+            self._commands = bus.subscribe(
+                absolute("cmd_vel", namespace), msg.Twist, lambda m: command(m.linear.x, m.angular.z)
+            )
+
+    def close(self) -> None:
+        """Hear no more commands."""
+        if self._commands is not None:
+            self._commands.close()
+
+    def publish(self, clock: Clock) -> None:
+        """Say what time it is and where the robot is now."""
+        if self._clock.is_heard:
+            self._clock.publish(msg.ClockMessage(clock.stamp))
+        if self._joint_states.is_heard:
+            self._joint_states.publish(self._joint_state(clock.stamp))
+        if self._commands is None:
+            return
+        if self._odometry.is_heard:
+            self._odometry.publish(self._odometry_message(clock.stamp))
+        if self._tf.is_heard:
+            self._tf.publish(self._transform(clock.stamp))
+
+    def _joint_state(self, stamp: msg.Time) -> msg.JointState:
+        robot = self._robot
+        return msg.JointState(
+            msg.Header(stamp),
+            tuple(robot.joint_positions),
+            tuple(robot.joint_positions.values()),
+            tuple(robot.joint_velocities.values()),
+            tuple(robot.joint_efforts.values()),
+        )
+
+    def _odometry_message(self, stamp: msg.Time) -> msg.Odometry:
+        motion = self._robot.odometry
+        pose, twist = motion.pose, motion.twist
+        return msg.Odometry(
+            msg.Header(stamp, f"{self._frame_prefix}odom"),
+            self._frame_prefix + self._robot.base,
+            msg.PoseWithCovariance(
+                msg.Pose(msg.Point(pose.x, pose.y, 0.0), _about_z(pose.yaw)), self._covariance
+            ),
+            msg.TwistWithCovariance(
+                msg.Twist(msg.Vector3(twist.x, twist.y, 0.0), msg.Vector3(0.0, 0.0, twist.yaw)),
+                self._covariance,
+            ),
+        )
+
+    def _transform(self, stamp: msg.Time) -> msg.TFMessage:
+        """odom -> the robot's root, so that every frame keeps one parent."""
+        robot = self._robot
+        odom_from_root = _upright(robot.odometry.pose) @ robot.base_from_root
+        x, y, z = odom_from_root.translation.tolist()
+        return msg.TFMessage(
+            (
+                msg.TransformStamped(
+                    msg.Header(stamp, f"{self._frame_prefix}odom"),
+                    self._frame_prefix + robot.robot.root,
+                    msg.Transform(msg.Vector3(x, y, z), msg.Quaternion(*odom_from_root.quaternion_xyzw)),
+                ),
+            )
+        )
+
+
+def _about_z(yaw: float) -> msg.Quaternion:
+    return msg.Quaternion(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
+
+
+def _upright(pose: PlanarPose) -> Transform:
+    return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))

@@ -1,0 +1,78 @@
+"""Notices a run that diverges, and says which link went first and what the likely cause is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kbot.model import Link, Robot
+from kbot.model.shapes import tensor
+from kbot.sim.robot import SimulatedRobot
+from kbot.text import DescriptionError, Diagnostic, Severity
+
+FASTEST = 1e4
+"""m/s or rad/s; nothing on wheels goes so fast, a run that blows up does at once."""
+
+_MASS_RATIO = 1000.0
+_SMALL_RADIUS = 1e-3
+"""Radius of gyration in m below which a moment of inertia is suspect."""
+
+
+class SimulationDiverged(DescriptionError):
+    """The run left the physical; it can go on only after a reset."""
+
+
+def is_sound(qvel: Any) -> bool:  # noqa: ANN401
+    """Whether all speeds are finite and below what anything could reach."""
+    return bool(qvel.dot(qvel) < FASTEST * FASTEST)
+
+
+def diverged(
+    model: Any,  # noqa: ANN401
+    data: Any,  # noqa: ANN401
+    robots: Sequence[SimulatedRobot],
+    time: float,
+    last: float,
+) -> SimulationDiverged:
+    """What went wrong between the times `last` and `time` (s), at the line of the link that did."""
+    speeds = np.where(np.isfinite(data.qvel), np.abs(data.qvel), np.inf)
+    body = int(model.dof_bodyid[int(np.argmax(speeds))])
+    name = model.body(body).name
+    owner, _, link_name = name.partition("/")
+    robot = next((r.robot for r in robots if r.name == owner), None)
+    when = f"between {last:.3f} s and {time:.3f} s the simulation diverged"
+    if robot is None or link_name not in robot.links:
+        return SimulationDiverged([Diagnostic("W120", Severity.ERROR, f"{when}: '{name}' flew off")])
+    link = robot.links[link_name]
+    cause, hint = _cause(robot, link, model.opt.timestep)
+    message = f"{when}: link '{link.name}' flew off; {cause}"
+    return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, link.origin, hint)])
+
+
+def _cause(robot: Robot, link: Link, timestep: float) -> tuple[str, str]:
+    masses = {n: x.inertial.mass for n, x in robot.links.items() if x.inertial and x.inertial.mass > 0}
+    own = masses.get(link.name)
+    heaviest = max(masses, key=masses.__getitem__, default=None)
+    if own and heaviest and masses[heaviest] > _MASS_RATIO * own:
+        ratio = masses[heaviest] / own
+        return (
+            f"it weighs {own:g} kg, link '{heaviest}' {ratio:.0f} times as much",
+            "make masses more alike: within a factor of a thousand",
+        )
+    if link.inertial is not None:
+        moments = np.linalg.eigvalsh(tensor(link.inertial))
+        if link.inertial.mass > 0 and math.sqrt(max(moments[0], 0) / link.inertial.mass) < _SMALL_RADIUS:
+            return (
+                f"its smallest moment of inertia is {moments[0]:.3g} kg m^2 for {link.inertial.mass:g} kg",
+                "give it the inertia of its shape",
+            )
+    joint = robot.parent_joint.get(link.name)
+    if joint is not None and joint.dynamics is not None and joint.dynamics.damping > 0:
+        return (
+            f"the damping of joint '{joint.name}' or the step of {timestep:g} s may be too large",
+            "try a smaller step or less damping",
+        )
+    return f"the step of {timestep:g} s may be too large for it", "try a smaller step"

@@ -1,0 +1,94 @@
+"""A world's bodies in the engine's model."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.transform import Transform
+from kbot.sim import contacts as touch
+from kbot.sim.findings import Findings
+from kbot.sim.geometry import add_shape, wxyz
+from kbot.text import KbotError
+from kbot.world import world as w
+
+PREFIX = "/"
+"""A robot has a name before the slash, the world has none."""
+
+
+def add_world(spec: Any, world: w.World, findings: Findings) -> None:  # noqa: ANN401
+    """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
+    spec.option.gravity = world.gravity
+    for body in world.bodies:
+        added = spec.worldbody.add_body(
+            name=PREFIX + body.name, pos=body.pose.translation, quat=wxyz(body.pose)
+        )
+        if not body.is_static:
+            added.add_freejoint(name=PREFIX + body.name)
+        geoms = [(part, _add_part(spec, added, body, part, findings)) for part in body.parts if part.solid]
+        if body.mass is not None:
+            _weigh(added, body, body.mass, [(part, geom) for part, geom in geoms if geom is not None])
+
+
+def _add_part(spec: Any, added: Any, body: w.Body, part: w.Part, findings: Findings) -> Any:  # noqa: ANN401
+    try:
+        geom = add_shape(spec, added, part.shape, part.pose)
+    except KbotError as error:
+        findings.warning("W106", f"'{body.name}' cannot be touched: {error}", part.origin or body.origin)
+        return None
+    touch.set_surface(geom, part.friction)
+    if part.ground:
+        touch.as_ground(geom)
+    else:
+        touch.as_obstacle(geom, moving=not body.is_static)
+    return geom
+
+
+def _weigh(added: Any, body: w.Body, mass: float, geoms: list[tuple[w.Part, Any]]) -> None:  # noqa: ANN401
+    if body.inertia is not None:
+        added.explicitinertial = True
+        added.mass = mass
+        added.ipos = body.centre_of_mass or (0.0, 0.0, 0.0)
+        added.fullinertia = body.inertia
+        return
+    volumes = [volume(part.shape) for part, _ in geoms]
+    for (_, geom), share in zip(geoms, volumes, strict=True):
+        geom.mass = mass * share / sum(volumes)
+
+
+def volume(shape: w.Shape) -> float:
+    """Cubic metres; nothing for planes and height fields, which are without end."""
+    match shape:
+        case w.Box(size=(x, y, z)):
+            return x * y * z
+        case w.Cylinder(radius=r, length=length):
+            return pi * r * r * length
+        case w.Sphere(radius=r):
+            return 4 / 3 * pi * r**3
+        case w.Capsule(radius=r, length=length):
+            return pi * r * r * length + 4 / 3 * pi * r**3
+        case w.Ellipsoid(radii=(a, b, c)):
+            return 4 / 3 * pi * a * b * c
+        case w.Mesh(vertices=vertices, faces=faces):
+            one, two, three = (vertices[faces[:, i]] for i in range(3))
+            return abs(float(np.einsum("ij,ij->", one, np.cross(two, three)))) / 6
+    return 0.0
+
+
+def moving_bodies(model: Any, world: w.World) -> dict[str, int]:  # noqa: ANN401
+    """The engine's indices of the bodies that can move, by name."""
+    kind = mujoco.mjtObj.mjOBJ_BODY
+    return {
+        body.name: mujoco.mj_name2id(model, kind, PREFIX + body.name)
+        for body in world.bodies
+        if not body.is_static
+    }
+
+
+def body_pose(data: Any, body: int) -> Transform:  # noqa: ANN401
+    """`world_from_body` of a body by the engine's index."""
+    w_, x, y, z = data.xquat[body]
+    return Transform.from_quaternion_xyzw((x, y, z, w_), data.xpos[body])
