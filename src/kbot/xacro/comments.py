@@ -1,0 +1,55 @@
+"""Comments before a xacro tag belong to it and go with it; those set apart by a blank line stay.
+
+The official implementation marks where it stopped taking comments away with one empty text, which
+it moves about: there is only ever one. Which comments stay depends on where it is, so it is kept
+here the same way.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kbot.text.span import Source
+from kbot.text.xml import Comment, Element, Text
+
+if TYPE_CHECKING:
+    Nodes = list[Element | Text]
+
+
+class Gap:
+    """The one empty text, and the list it lies in."""
+
+    def __init__(self) -> None:
+        self.node = Text("\n\n", Source("", ""), 0, 0)
+        self._home: Nodes | None = None
+
+    def drop_comments(self, out: Nodes, tail: Nodes, has_next: bool) -> None:
+        """Take away the comments at the end of `out`, and put the gap at the end of `tail`."""
+        at = len(out)
+        while at:
+            last = out[at - 1]
+            if type(last) is Text and last.value.isspace() and last.value.count("\n") <= 1:
+                at -= 1
+            if at and type(out[at - 1]) is Comment:
+                at -= 1
+                del out[at]
+            else:
+                self._insert(tail, has_next)
+                return
+
+    def _insert(self, out: Nodes, has_next: bool) -> None:
+        if not has_next:
+            return
+        home = self._home
+        if home is not None:
+            for index in range(len(home) - 1, -1, -1):
+                if home[index] is self.node:
+                    del home[index]
+                    break
+        out.append(self.node)
+        self._home = out
+
+    def spliced(self, content: Nodes, out: Nodes) -> None:
+        """Note that what was in one list went to the end of another."""
+        if self._home is content:
+            self._home = out

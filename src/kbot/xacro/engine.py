@@ -1,0 +1,138 @@
+"""Expanding a file or a text: what the rest of KBot calls."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator, Mapping
+
+from kbot.text.diagnostic import Diagnostic
+from kbot.text.errors import DescriptionError
+from kbot.text.span import Origin, Source
+from kbot.text.suggest import did_you_mean
+from kbot.text.xml import Document, Element
+from kbot.xacro import expressions, files, templates
+from kbot.xacro.expander import Expander
+from kbot.xacro.faults import LimitFault, Problem, Severity
+from kbot.xacro.limits import DEFAULT, Limits
+from kbot.xacro.packages import Packages
+from kbot.xacro.result import Expansion
+from kbot.xacro.run import Log, Run
+from kbot.xacro.scope import READY, Binding, Scope
+from kbot.xacro.values import Value
+
+_FRAMES_PER_LEVEL = 8
+
+
+def expand(
+    path: str | os.PathLike[str],
+    arguments: Mapping[str, str] | None = None,
+    *,
+    properties: Mapping[str, Value] | None = None,
+    packages: Packages | None = None,
+    limits: Limits = DEFAULT,
+    root_dir: str = os.curdir,
+    log: Log | None = None,
+) -> Expansion:
+    """Expand a xacro (or plain URDF) file.
+
+    arguments   values for `xacro:arg`s, by name
+    properties  values that take the place of top-level properties, by name
+    packages    where `$(find …)` looks; by default around the file and in the usual places
+    root_dir    the folder that relative paths are resolved in, and what `$(cwd)` means
+
+    It never raises for what is wrong with the file: see `Expansion.diagnostics`.
+    """
+    name = os.fspath(path)
+    run = Run(name, arguments or {}, (packages or Packages()).beside(name), limits, root_dir)
+    run.log = log
+    try:
+        source = run.read(name)
+    except DescriptionError as error:
+        return Expansion(name, None, None, error.diagnostics, ())
+    return _expand(source, name, run, properties or {})
+
+
+def expand_text(
+    text: str,
+    base_path: str | os.PathLike[str] = "",
+    arguments: Mapping[str, str] | None = None,
+    *,
+    properties: Mapping[str, Value] | None = None,
+    packages: Packages | None = None,
+    limits: Limits = DEFAULT,
+    root_dir: str = os.curdir,
+) -> Expansion:
+    """Expand a text as if it were the file `base_path`, which need not exist."""
+    name = os.fspath(base_path)
+    run = Run(name, arguments or {}, (packages or Packages()).beside(name or os.curdir), limits, root_dir)
+    return _expand(Source(name, text), name, run, properties or {})
+
+
+def clear_cache() -> None:
+    """Forget parsed files, compiled expressions and YAML data."""
+    from kbot.xacro import yaml
+
+    files.clear_cache()
+    expressions.clear_cache()
+    templates.clear_cache()
+    yaml.clear_cache()
+
+
+def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]) -> Expansion:
+    try:
+        document = files.parsed(source, run.limits.nesting)
+    except DescriptionError as error:
+        return Expansion(name, None, None, error.diagnostics, ())
+    root, stopped = None, ()
+    with _deep_recursion(run.limits.nesting):
+        try:
+            root = _walk(document, run, properties)
+        except LimitFault as fault:
+            stopped = (_stopped(fault, document),)
+    return Expansion(name, document, root, (*run.diagnostics(), *stopped), tuple(run.dependencies))
+
+
+def _walk(document: Document, run: Run, properties: Mapping[str, Value]) -> Element:
+    if document.diagnostics:
+        run.adopt(document.diagnostics, None)
+    scope = Scope(run)
+    for name, value in properties.items():
+        scope.values[name] = Binding(name, value, READY, None, "", None)
+    expander = Expander(run, dict(properties))
+    root = expander.root(document.root, scope)
+    _warn_of_unknown(run, properties, expander.overridden)
+    return root
+
+
+def _warn_of_unknown(run: Run, properties: Mapping[str, Value], overridden: set[str]) -> None:
+    for name in run.given:
+        if name not in run.declared:
+            hint = did_you_mean(name, run.declared) or (
+                f"the arguments are {', '.join(sorted(run.declared))}" if run.declared else "it declares none"
+            )
+            run.warn_at("X206", f"the description declares no argument '{name}'", None, hint)
+    for name in properties:
+        if name not in overridden:
+            run.warn_at("X207", f"the description defines no property '{name}' at its top level", None)
+
+
+def _stopped(fault: LimitFault, document: Document) -> Diagnostic:
+    origin = fault.origin or Origin(document.root.origin.span)
+    return Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint).diagnostic()
+
+
+@contextlib.contextmanager
+def _deep_recursion(levels: int) -> Iterator[None]:
+    """Let Python functions call one another as deeply as the limits allow."""
+    before = sys.getrecursionlimit()
+    needed = levels * _FRAMES_PER_LEVEL + 1000
+    if needed <= before:
+        yield
+        return
+    sys.setrecursionlimit(needed)
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)

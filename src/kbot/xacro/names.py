@@ -1,0 +1,137 @@
+"""The names that expressions may use: `math`, `python`, `xacro`, and those known without a prefix."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kbot.xacro.faults import Fault
+from kbot.xacro.values import Value, YamlDict
+
+if TYPE_CHECKING:
+    from kbot.xacro.run import Run
+
+_DIRECT: dict[str, Any] = {
+    kind.__name__: kind for kind in (list, dict, map, len, str, float, int, bool, min, max, round)
+} | {"True": True, "False": False}
+_PYTHON: dict[str, Any] = _DIRECT | {
+    function.__name__: function
+    for function in (
+        abs, all, any, complex, divmod, enumerate, filter, frozenset, hash, isinstance, issubclass, ord,
+        range, repr, reversed, slice, set, sorted, sum, tuple, type, vars, zip,
+    )
+}  # fmt: skip
+_MATH: dict[str, Any] = {name: value for name, value in vars(math).items() if not name.startswith("_")}
+_DEPRECATED = {
+    "sorted": "python", "range": "python", "load_yaml": "xacro", "abs_filename": "xacro", "dotify": "xacro",
+}  # fmt: skip
+
+
+class Names:
+    """A namespace of fixed names, as `math` in `math.pi`."""
+
+    __slots__ = ("name", "table")
+
+    def __init__(self, name: str, table: dict[str, Value]) -> None:
+        self.name = name
+        self.table = table
+
+    def __repr__(self) -> str:
+        return f"<namespace {self.name}>"
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.table
+
+    def __getitem__(self, name: str) -> Value:
+        return self.xacro_attribute(name)
+
+    def xacro_attribute(self, name: str) -> Value:
+        try:
+            return self.table[name]
+        except (KeyError, TypeError):
+            error = AttributeError(f"name '{name}' is not defined in {self.name}")
+            raise error from None
+
+    @property
+    def names(self) -> list[str]:
+        return sorted(self.table)
+
+
+_MATH_NAMES = Names("math", _MATH)
+_PYTHON_NAMES = Names("python", _PYTHON)
+KNOWN = frozenset([*_DIRECT, *_MATH, *_DEPRECATED, "math", "python", "xacro"])
+"""Names that a property of the same name hides, which is worth a warning."""
+
+
+def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
+    """Split a text at any of some characters."""
+    parts = re.split(f"[{sep}]", text)
+    return [part for part in parts if part] if skip_empty else parts
+
+
+def has_attribute(value: Value, name: str) -> bool:
+    """Whether `value.name` is something."""
+    from kbot.xacro.values import attribute
+
+    try:
+        attribute(value, name)
+    except AttributeError:
+        return False
+    return True
+
+
+def global_names(run: Run) -> dict[str, Value]:
+    """What names mean in one expansion, before any property is defined."""
+    xacro = {
+        "load_yaml": run.load_yaml,
+        "abs_filename": run.absolute,
+        "dotify": YamlDict,
+        "arg": run.argument,
+        "tokenize": tokenize,
+        "fatal": _fatal,
+        "message": _speaker(run, "message"),
+        "warning": _speaker(run, "warning"),
+        "error": _speaker(run, "error"),
+        "print_location": _locator(run),
+    }
+    namespaces = {"math": _MATH_NAMES, "python": _PYTHON_NAMES, "xacro": Names("xacro", xacro)}
+    names = {**_DIRECT, **_MATH, **namespaces}
+    for name, space in _DEPRECATED.items():
+        names[name] = _deprecated(run, name, space, namespaces[space].table[name])
+    return names
+
+
+FALLBACK: dict[str, Value] = {"hasattr": has_attribute, "None": None}
+"""Names of the documentation that the official implementation does not define."""
+
+
+def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value]) -> Callable[..., Value]:
+    def call(*args: Value, **named: Value) -> Value:
+        run.warn("X202", f"{name}() without a prefix is deprecated", hint=f"write {space}.{name}()")
+        from kbot.xacro.bounds import call as bounded
+
+        return bounded(run.budget, function, list(args), named)
+
+    return call
+
+
+def _fatal(*args: Value) -> Value:
+    raise Fault("X118", " ".join(map(str, args)) or "xacro.fatal() was called")
+
+
+def _speaker(run: Run, kind: str) -> Callable[..., str]:
+    def speak(*args: Value, **_: Value) -> str:
+        run.speak(kind, " ".join([run.budget.text(arg) for arg in args]))
+        return ""
+
+    return speak
+
+
+def _locator(run: Run) -> Callable[..., str]:
+    def locate(*_: Value, **__: Value) -> str:
+        run.speak("message", run.location())
+        return ""
+
+    return locate

@@ -1,0 +1,230 @@
+"""What one expansion knows while it goes on: files, arguments, what is left of its bounds, problems."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from kbot.text.diagnostic import Diagnostic, Severity
+from kbot.text.errors import DescriptionError
+from kbot.text.files import read_source
+from kbot.text.span import Call, Origin, Source, Span
+from kbot.text.suggest import did_you_mean
+from kbot.text.xml import Element, Text
+from kbot.xacro.bounds import Budget
+from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
+from kbot.xacro.limits import Limits
+from kbot.xacro.location import locate
+from kbot.xacro.names import global_names
+from kbot.xacro.packages import Packages
+from kbot.xacro.values import Value
+
+if TYPE_CHECKING:
+    from kbot.xacro.scope import Binding, Scope
+
+Log = Callable[[str, "Scope", str, Value], None]
+
+_SPOKEN = {
+    "message": ("X301", Severity.INFO),
+    "warning": ("X302", Severity.WARNING),
+    "error": ("X303", Severity.WARNING),
+}
+
+
+class Run:
+    """The state of one expansion that all its parts share.
+
+    `files` is the stack of files being read, `used` the bindings that were looked up since it was
+    last cleared, `resolving` those being computed just now, innermost last.
+    """
+
+    def __init__(
+        self, path: str, arguments: Mapping[str, str], packages: Packages, limits: Limits, root_dir: str
+    ) -> None:
+        self.files = [path]
+        self.given = dict(arguments)
+        self.arguments = dict(arguments)
+        self.failed_arguments: dict[str, Problem] = {}
+        self.declared: set[str] = set()
+        self.packages = packages
+        self.limits = limits
+        self.root_dir = root_dir
+        self.budget = Budget(limits)
+        self.nodes = limits.nodes
+        self.characters = limits.text
+        self.depth = 0
+        self.macro_depth = 0
+        self.used: list[Binding] = []
+        self.resolving: list[Binding] = []
+        self.dependencies: dict[str, None] = {}
+        self.problems: list[Problem] = []
+        self.incomplete: Problem | None = None
+        """A file that could not be included: what it would have defined is not to be missed."""
+        self.log: Log | None = None
+        self.pending: list[tuple[str, Severity, str, str]] = []
+        """Warnings of the text being evaluated, which get their place when it is done."""
+        self._known: dict[object, Problem] = {}
+        self._errors = 0
+        self.names: dict[str, Any] = global_names(self)
+
+    @property
+    def file(self) -> str:
+        """The file that is being read, as it was named."""
+        return self.files[-1]
+
+    def absolute(self, name: str) -> str:
+        """A file name relative to the file being read, as a path."""
+        if os.path.isabs(name):  # noqa: PTH117
+            return name
+        return os.path.join(os.path.dirname(self.file) if self.file else ".", name)  # noqa: PTH118, PTH120
+
+    def read(self, name: str) -> Source:
+        """Read a file that the description names.
+
+        Raises:
+            DescriptionError: it is missing or unreadable.
+        """
+        path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)  # noqa: PTH118
+        source = read_source(path, self.limits.file_bytes)
+        return source if path == name else Source(name, source.text)
+
+    def argument(self, name: str) -> str:
+        """The value of `$(arg name)`.
+
+        Raises:
+            Fault: X112, it is neither declared nor given.
+        """
+        try:
+            value = self.arguments[name]
+        except (KeyError, TypeError):
+            if name in self.failed_arguments:
+                raise consequence(self.failed_arguments[name]) from None
+            hint = did_you_mean(str(name), self.arguments) or (
+                f'declare it before: <xacro:arg name="{name}" default="…"/>, or give {name}:=…'
+            )
+            fault = Fault("X112", f"the argument '{name}' is not defined", hint, key=("argument", name))
+            fault.near = hint.startswith("did")
+            raise fault from None
+        self.declared.add(name)
+        return value
+
+    def load_yaml(self, filename: str) -> Value:
+        """`xacro.load_yaml`."""
+        from kbot.xacro import yaml
+
+        name = self.absolute(str(filename))
+        self.dependencies[name] = None
+        try:
+            source = self.read(name)
+        except DescriptionError as error:
+            cause = error.diagnostics[0]
+            fault = Fault("X117", cause.message, cause.hint, key=("file", name))
+            raise fault from None
+        self.files.append(name)
+        try:
+            return yaml.load(source, self._unit_value)
+        finally:
+            self.files.pop()
+
+    def _unit_value(self, text: str) -> Value:
+        from kbot.xacro.scope import Scope
+        from kbot.xacro.templates import expression
+
+        return expression(text, Scope(self))
+
+    def substitute(self, content: str, scope: Scope) -> str:
+        """What `$(content)` stands for."""
+        from kbot.xacro.substitution import substitute
+
+        return substitute(content, self)
+
+    # --- what is wrong -----------------------------------------------------------------------
+
+    def report(self, fault: Fault, node: Element | Text, attribute: str, call: Call | None) -> Problem:
+        """Report a fault of an attribute's value, of a text, or (attribute empty) of a tag.
+
+        Raises:
+            LimitFault: the fault is one, or there are too many errors: expansion ends.
+        """
+        if fault.origin is None:
+            fault.origin = locate(node, attribute, call, fault.part)
+        if isinstance(fault, LimitFault):
+            raise fault
+        return self._add(fault, fault.origin)
+
+    def report_value(self, fault: Fault, binding: Binding) -> Problem:
+        """Report a fault of a property's own value."""
+        if binding.node is not None:
+            return self.report(fault, binding.node, binding.attribute, binding.call)
+        fault.origin = fault.origin or self._start()
+        return self._add(fault, fault.origin)
+
+    def _add(self, fault: Fault, origin: Origin) -> Problem:
+        if fault.problem is not None:
+            fault.problem.also("needed here", origin)
+            return fault.problem
+        if self.incomplete is not None and fault.key is not None and not fault.near:
+            self.incomplete.also(fault.message, origin)
+            return self.incomplete
+        key = fault.key or (fault.code, fault.message, origin.span.file, origin.span.start)
+        problem = self._known.get(key)
+        if problem is not None:
+            problem.also("needed here", origin)
+            return problem
+        problem = Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
+        self._known[key] = problem
+        self.problems.append(problem)
+        self._errors += 1
+        if self._errors >= self.limits.errors:
+            raise LimitFault(
+                "X199", f"there are {self._errors} errors: the rest is not looked at", origin=origin
+            )
+        return problem
+
+    def adopt(self, diagnostics: tuple[Diagnostic, ...], call: Call | None) -> Problem:
+        """Report what is wrong with a file that was read; the first of the problems."""
+        first: Problem | None = None
+        for d in diagnostics:
+            origin = Origin(d.origin.span, call) if d.origin else self._start()
+            fault = Fault(d.code, d.message, d.hint, origin=origin)
+            problem = self._add(fault, origin)
+            first = first or problem
+        if first is None:
+            raise ValueError("nothing to report")
+        return first
+
+    def warn(self, code: str, message: str, hint: str = "", severity: Severity = Severity.WARNING) -> None:
+        """Warn of the text that is being evaluated."""
+        self.pending.append((code, severity, message, hint))
+
+    def warn_at(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        """Warn of a place, once."""
+        self._warning(code, Severity.WARNING, message, origin or self._start(), hint)
+
+    def flush(self, node: Element | Text, attribute: str, call: Call | None) -> None:
+        """Give the warnings of the text just evaluated their place."""
+        pending, self.pending = self.pending, []
+        for code, severity, message, hint in pending:
+            self._warning(code, severity, message, locate(node, attribute, call, None), hint)
+
+    def _warning(self, code: str, severity: Severity, message: str, origin: Origin, hint: str) -> None:
+        key = (code, message, origin.span.file, origin.span.start)
+        if key not in self._known and len(self._known) < 10_000:
+            problem = self._known[key] = Problem(code, severity, message, origin, hint)
+            self.problems.append(problem)
+
+    def speak(self, kind: str, text: str) -> None:
+        """Take what `xacro.message`, `xacro.warning` or `xacro.error` says."""
+        code, severity = _SPOKEN[kind]
+        self.warn(code, text, severity=severity)
+
+    def location(self) -> str:
+        """The files being read, innermost first."""
+        return "when processing file: " + "\nincluded from: ".join(reversed(self.files))
+
+    def _start(self) -> Origin:
+        return Origin(Span(Source(self.files[0], ""), 0, 0))
+
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        return tuple(problem.diagnostic() for problem in self.problems)

@@ -1,0 +1,207 @@
+"""Scopes: where properties, parameters and blocks live, and how they are looked up and resolved."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kbot.text.span import Call, Origin
+from kbot.text.suggest import nearest
+from kbot.text.xml import Element
+from kbot.xacro.bounds import Budget
+from kbot.xacro.faults import Fault, Problem, consequence
+from kbot.xacro.names import FALLBACK, KNOWN
+from kbot.xacro.templates import evaluate
+from kbot.xacro.values import Value, literal
+
+if TYPE_CHECKING:
+    from kbot.xacro.run import Run
+
+READY, LAZY, BUSY, FAILED = range(4)
+
+
+class Binding:
+    """A name's value in a scope, and where it was written.
+
+    `node` and `attribute` say where: the element, and which of its attributes; `call` brought it.
+    `fed` holds the bindings that the value was computed from.
+    """
+
+    __slots__ = ("attribute", "call", "fed", "name", "node", "problem", "state", "value")
+
+    def __init__(
+        self, name: str, value: Value, state: int, node: Element | None, attribute: str, call: Call | None
+    ) -> None:
+        self.name = name
+        self.value = value
+        self.state = state
+        self.node = node
+        self.attribute = attribute
+        self.call = call
+        self.fed: tuple[Binding, ...] = ()
+        self.problem: Problem | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name} = {self.value!r}>"
+
+    @property
+    def origin(self) -> Origin | None:
+        """Where the value was written."""
+        if self.node is None:
+            return None
+        return Origin(self.node.attribute_origin(self.attribute).span, self.call)
+
+
+class Scope:
+    """Names of one file, macro call or namespace, before those of the scope around it."""
+
+    __slots__ = ("budget", "is_namespace", "names", "parent", "run", "values")
+
+    def __init__(self, run: Run, parent: Scope | None = None, is_namespace: bool = False) -> None:
+        self.run = run
+        self.parent = parent
+        self.is_namespace = is_namespace
+        self.budget: Budget = run.budget
+        self.names: dict[str, Value] = run.names
+        self.values: dict[str, Binding] = {}
+
+    def lookup(self, name: str) -> Value:
+        """The value of a name, computed now if nobody asked before.
+
+        Raises:
+            Fault: X103 not defined, X105 defined by itself, or a consequence of another problem.
+        """
+        scope: Scope | None = self
+        while scope is not None:
+            binding = scope.values.get(name)
+            if binding is not None:
+                self.run.used.append(binding)
+                return binding.value if binding.state == READY else scope._resolve(binding)
+            scope = scope.parent
+        try:
+            return self.names[name]
+        except KeyError:
+            if name in FALLBACK:
+                return FALLBACK[name]
+            raise self._undefined(name) from None
+
+    def assign(self, name: str, value: Value) -> None:
+        """Define a property from within an expression."""
+        self.define(Binding(name, value, READY, None, "", None))
+
+    def define(self, binding: Binding) -> None:
+        """Put a binding into this scope. A text is taken for the number or truth value it spells."""
+        name, value = binding.name, binding.value
+        if name in KNOWN:
+            self.run.warn_at("X201", f"'{name}' hides a name of the language", binding.origin)
+        if type(value) is str:
+            binding.value = value = literal(value)
+        if binding.state == LAZY and (type(value) is not str or "$" not in value):
+            binding.state = READY
+        self.values[name] = binding
+        if self.run.log is not None:
+            self.run.log("set", self, name, value)
+
+    def remove(self, name: str) -> None:
+        """Forget a name here and in every scope around."""
+        scope: Scope | None = self
+        while scope is not None:
+            scope.values.pop(name, None)
+            scope = scope.parent
+
+    def find(self, name: str) -> Binding | None:
+        """The binding of a name, not computed."""
+        scope: Scope | None = self
+        while scope is not None:
+            binding = scope.values.get(name)
+            if binding is not None:
+                return binding
+            scope = scope.parent
+        return None
+
+    def __contains__(self, name: str) -> bool:
+        return self.find(name) is not None or name in self.names
+
+    def top(self) -> Scope:
+        """The outermost scope."""
+        scope = self
+        while scope.parent is not None:
+            scope = scope.parent
+        return scope
+
+    @property
+    def depth(self) -> int:
+        return 0 if self.parent is None else self.parent.depth + 1
+
+    def xacro_attribute(self, name: str) -> Value:
+        """`namespace.name` in an expression."""
+        return self.lookup(name)
+
+    __getitem__ = xacro_attribute
+
+    def known(self) -> set[str]:
+        """Every name that has a meaning here."""
+        names = set(self.names)
+        scope: Scope | None = self
+        while scope is not None:
+            names.update(name for name in scope.values if not name.startswith("*"))
+            scope = scope.parent
+        return names
+
+    def blocks(self) -> list[str]:
+        """Every block that can be inserted here."""
+        found: list[str] = []
+        scope: Scope | None = self
+        while scope is not None:
+            found += [name.lstrip("*") for name in scope.values if name.startswith("*")]
+            scope = scope.parent
+        return found
+
+    def _resolve(self, binding: Binding) -> Value:
+        if binding.state == BUSY:
+            raise self._circular(binding)
+        if binding.state == FAILED:
+            raise _failed(binding)
+        run = self.run
+        binding.state = BUSY
+        run.resolving.append(binding)
+        mark = len(run.used)
+        try:
+            value = literal(evaluate(binding.value, self))
+        except Fault as fault:
+            binding.problem = run.report_value(fault, binding)
+            binding.state = FAILED
+            raise _failed(binding) from None
+        finally:
+            run.resolving.pop()
+        binding.fed = tuple(run.used[mark:])
+        del run.used[mark:]
+        binding.value = value
+        binding.state = READY
+        if run.log is not None:
+            run.log("use", self, binding.name, value)
+        return value
+
+    def _circular(self, binding: Binding) -> Fault:
+        resolving = self.run.resolving
+        chain = [b.name for b in resolving[resolving.index(binding) :]] + [binding.name]
+        return Fault(
+            "X105",
+            f"circular definition: {' -> '.join(chain)}",
+            'give one of them a value of its own, or evaluate it at once with lazy_eval="false"',
+            key=("circular", frozenset(chain)),
+        )
+
+    def _undefined(self, name: str) -> Fault:
+        close = nearest(name, self.known())
+        hint = "did you mean " + " or ".join(f"'{n}'" for n in close) + "?" if close else (
+            f'define it before: <xacro:property name="{name}" value="…"/>'
+        )
+        fault = Fault("X103", f"the property '{name}' is not defined", hint, key=("undefined", name))
+        fault.near = bool(close)
+        return fault
+
+
+def _failed(binding: Binding) -> Fault:
+    if binding.problem is None:
+        return Fault("X100", f"'{binding.name}' has no value")
+    return consequence(binding.problem)

@@ -1,0 +1,174 @@
+"""The commands of `$(…)`: arg, find, env, optenv, dirname, cwd, anon, eval."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kbot.text.suggest import did_you_mean
+from kbot.xacro.expressions import Frame, InvalidExpression, compiled
+from kbot.xacro.faults import Fault
+from kbot.xacro.packages import PackageNotFound
+from kbot.xacro.values import Value
+
+if TYPE_CHECKING:
+    from kbot.xacro.run import Run
+
+_CONSTANTS: dict[str, Any] = {
+    "true": True, "false": False, "True": True, "False": False,
+    "list": list, "dict": dict, "map": map, "str": str, "float": float, "int": int,
+    **{name: value for name, value in vars(math).items() if not name.startswith("_")},
+}  # fmt: skip
+
+
+def substitute(content: str, run: Run) -> str:
+    """The text that stands for `$(content)`.
+
+    Raises:
+        Fault: X110 no such command, X111 wrong number of words, X112 an argument that is not
+            defined, X113 an environment variable that is not set, X114 a package that is not
+            found, X115 a bracket or dollar sign in the wrong place.
+    """
+    if content == "cwd":
+        return os.path.abspath(run.root_dir)  # noqa: PTH100 - keeps symbolic links
+    if content.startswith("eval "):
+        return _evaluate(content[5:], run)
+    if not content:
+        return "$()"
+    if not content.isprintable() or any(mark in content for mark in "$()"):
+        return _scan(f"$({content})", run, _COMMANDS)
+    result = _command(content, run, _COMMANDS)
+    # a package may be named by what the first pass gave
+    return _scan(result, run, {"find": _find}) if "$" in result else result
+
+
+def convert(text: str) -> Value:
+    """An argument's text as `$(eval …)` sees it: a number, a truth value, or the text."""
+    try:
+        return float(text) if "." in text else int(text)
+    except ValueError:
+        return {"true": True, "false": False}.get(text.lower(), text)
+
+
+Command = Callable[["Run", list[str]], str]
+
+
+def _command(content: str, run: Run, commands: dict[str, Command]) -> str:
+    words = [word for word in content.split(" ") if word]
+    if not words:
+        raise Fault("X110", "the brackets of '$( )' name no command", f"one of {', '.join(_COMMANDS)}")
+    name = words[0]
+    if name not in _COMMANDS:
+        hint = did_you_mean(name, _COMMANDS) or f"the commands are {', '.join(_COMMANDS)}, eval and cwd"
+        raise Fault("X110", f"'{name}' is no command of '$(…)'", hint)
+    command = commands.get(name)
+    return f"$({content})" if command is None else command(run, words[1:])
+
+
+def _scan(text: str, run: Run, commands: dict[str, Command]) -> str:
+    """Replace every `$(…)` of a text, brackets not nested."""
+    out, at = [], 0
+    while (start := text.find("$(", at)) >= 0:
+        end = text.find(")", start)
+        content = text[start + 2 : end] if end >= 0 else text[start + 2 :]
+        if "$" in content or "(" in content:
+            raise Fault("X115", f"'$' and '(' have no place within '$(…)': '$({content})'")
+        if end < 0:
+            break
+        out += [text[at:start], _command(content, run, commands) if content else "$()"]
+        at = end + 1
+    return "".join(out) + text[at:]
+
+
+def _arg(run: Run, words: list[str]) -> str:
+    if len(words) != 1:
+        raise Fault("X111", f"$(arg NAME) takes one name, not {len(words)}")
+    return run.argument(words[0])
+
+
+def _find(run: Run, words: list[str]) -> str:
+    if len(words) != 1:
+        raise Fault("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
+    try:
+        return run.packages.find(words[0])
+    except PackageNotFound as error:
+        fault = Fault("X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name))
+        fault.missing_file = True
+        raise fault from None
+
+
+def _env(run: Run, words: list[str]) -> str:
+    if len(words) != 1:
+        raise Fault("X111", f"$(env VARIABLE) takes one name, not {len(words)}")
+    value = os.environ.get(words[0])
+    if value is None:
+        hint = did_you_mean(words[0], os.environ) or f"set it, or give a default: $(optenv {words[0]} default)"
+        raise Fault("X113", f"the environment variable '{words[0]}' is not set", hint)
+    return value
+
+
+def _optenv(run: Run, words: list[str]) -> str:
+    if not words:
+        raise Fault("X111", "$(optenv VARIABLE default) takes a name")
+    return os.environ.get(words[0], " ".join(words[1:]))
+
+
+def _dirname(run: Run, words: list[str]) -> str:
+    return os.path.abspath(os.path.dirname(run.file or ""))  # noqa: PTH100, PTH120 - keeps symbolic links
+
+
+def _anon(run: Run, words: list[str]) -> str:
+    """A name of one's own: the same for the same word, and in every run, so that results repeat."""
+    if len(words) != 1:
+        raise Fault("X111", f"$(anon NAME) takes one name, not {len(words)}")
+    seed = f"{run.files[0]}\0{words[0]}"
+    return f"{words[0]}_{hashlib.sha256(seed.encode()).hexdigest()[:12]}"
+
+
+_COMMANDS: dict[str, Command] = {
+    "find": _find, "env": _env, "optenv": _optenv, "dirname": _dirname, "arg": _arg, "anon": _anon,
+}  # fmt: skip
+
+
+class _Names:
+    """What names mean within `$(eval …)`: functions, constants, and every argument."""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.budget = run.budget
+
+    def lookup(self, name: str) -> Value:
+        run = self.run
+        functions: dict[str, Callable[..., Value]] = {
+            "arg": lambda name: convert(run.argument(name)),
+            "find": lambda name: _find(run, [name]),
+            "env": lambda name: _env(run, [name]),
+            "optenv": lambda name, default="": os.environ.get(name, default),
+            "dirname": lambda: _dirname(run, []),
+        }
+        if name in functions:
+            return functions[name]
+        if name in _CONSTANTS:
+            return _CONSTANTS[name]
+        return convert(run.argument(name))
+
+    def assign(self, name: str, value: Value) -> None:
+        raise Fault("X191", "nothing can be assigned within $(eval …)")
+
+
+def _evaluate(source: str, run: Run) -> str:
+    if "__" in source:
+        raise Fault("X191", "two underscores in a row are refused within $(eval …)")
+    from kbot.xacro.templates import EXPRESSION_ERRORS, failed, invalid
+
+    try:
+        closure = compiled(source)
+    except InvalidExpression as error:
+        raise invalid(error) from None
+    try:
+        return run.budget.text(closure(Frame(_Names(run), {})))
+    except EXPRESSION_ERRORS as error:
+        raise failed(error, source) from None

@@ -1,0 +1,207 @@
+"""Texts with `${expression}` and `$(command)` in them, and `$${`, `$$(` for the marks themselves."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from kbot.xacro.expressions import Closure, InvalidExpression, compiled
+from kbot.xacro.faults import Fault
+from kbot.xacro.values import Value
+
+if TYPE_CHECKING:
+    from kbot.xacro.scope import Scope
+
+_PIECE = re.compile(
+    r"""(?P<escaped>\$\$+[{(])          # several dollars before a bracket: one is taken away
+      | \$\{(?P<expression>[^}]*)\}
+      | \$\((?P<command>[^)]*)\)
+      | (?P<plain>[^$]+|\$[^{($]+|\$$)  # no dollar, or one that begins nothing
+    """,
+    re.VERBOSE,
+)
+_UNCLOSED = re.compile(r"\$+[{(]?")
+EXPRESSION_ERRORS = (
+    ArithmeticError, AttributeError, LookupError, MemoryError, NameError, RecursionError, RuntimeError,
+    TypeError, ValueError,
+)  # fmt: skip
+
+
+class Piece(NamedTuple):
+    """A piece of a text, from one character to another."""
+
+    kind: Literal["text", "expression", "command"]
+    content: str
+    start: int
+    end: int
+
+
+def pieces(text: str) -> list[Piece]:
+    """Take a text apart.
+
+    Raises:
+        Fault: X101, a dollar sign that begins something and does not end it.
+    """
+    found: list[Piece] = []
+    at = 0
+    for match in _PIECE.finditer(text):
+        if match.start() != at:
+            break
+        at = match.end()
+        if match["expression"] is not None:
+            found.append(Piece("expression", match["expression"], match.start(), at))
+        elif match["command"] is not None:
+            found.append(Piece("command", match["command"], match.start(), at))
+        else:
+            content = match["plain"] if match["escaped"] is None else match["escaped"][1:]
+            found.append(Piece("text", content, match.start(), at))
+    if at != len(text):
+        raise _unclosed(text, at)
+    return found
+
+
+def _unclosed(text: str, at: int) -> Fault:
+    match = _UNCLOSED.match(text, at)
+    mark = match[0] if match else text[at]
+    closing = {"{": "}", "(": ")"}.get(mark[-1])
+    if closing:
+        fault = Fault("X101", f"'{mark}' is never closed", f"close it with '{closing}', or write '${mark}' for the text")
+    else:
+        fault = Fault("X101", f"'{mark}' begins neither '${{' nor '$('")
+    fault.part = (at, at + len(mark))
+    return fault
+
+
+class Template:
+    """A text taken apart and its expressions compiled, ready to be evaluated in any scope."""
+
+    __slots__ = ("_single", "pieces", "text")
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.pieces = [(piece, _evaluator(piece)) for piece in pieces(text)]
+        self._single = self.pieces[0] if len(self.pieces) == 1 else None
+
+    def value(self, scope: Scope) -> Value:
+        """The value: of its own type where the text is one expression, a text otherwise.
+
+        Raises:
+            Fault: with the part of the text that it comes of.
+        """
+        if self._single is not None:
+            piece, evaluate = self._single
+            try:
+                return evaluate(scope)
+            except Fault as fault:
+                if fault.part is None:
+                    fault.part = (piece.start, piece.end)
+                raise
+        parts = []
+        piece = None
+        try:
+            for piece, evaluate in self.pieces:
+                value = evaluate(scope)
+                parts.append(value if type(value) is str else scope.budget.text(value))
+        except Fault as fault:
+            if fault.part is None and piece is not None:
+                fault.part = (piece.start, piece.end)
+            raise
+        return "".join(parts)
+
+
+_cache: dict[str, Template] = {}
+_CACHE_SIZE = 20_000
+
+
+def clear_cache() -> None:
+    """Forget texts that were taken apart."""
+    _cache.clear()
+
+
+def evaluate(text: str, scope: Scope) -> Value:
+    """The value of a text in a scope.
+
+    Raises:
+        Fault: with the part of the text that it comes of.
+    """
+    if "$" not in text:
+        return text
+    template = _cache.get(text)
+    if template is None:
+        if len(_cache) >= _CACHE_SIZE:
+            _cache.clear()
+        template = _cache[text] = Template(text)
+    return template.value(scope)
+
+
+def _evaluator(piece: Piece) -> Closure:
+    content = piece.content
+    if piece.kind == "text":
+        return lambda scope: content
+    if piece.kind == "command":
+        return lambda scope: scope.run.substitute(_text(content, scope), scope)
+    if "$" in content:
+        return lambda scope: expression(_text(content, scope), scope)
+    try:
+        closure = compiled(content)
+    except InvalidExpression as error:
+        raise invalid(error, piece) from None
+    except Fault as fault:
+        fault.part = (piece.start, piece.end)
+        raise
+    return lambda scope: _guarded(closure, content, scope)
+
+
+def _text(content: str, scope: Scope) -> str:
+    try:
+        value = evaluate(content, scope)
+    except Fault as fault:
+        fault.part = None
+        raise
+    return value if type(value) is str else scope.budget.text(value)
+
+
+def invalid(error: InvalidExpression, piece: Piece | None = None) -> Fault:
+    fault = Fault("X102", f"invalid expression: {error}")
+    if piece is not None:
+        fault.part = (piece.start, piece.end)
+    return fault
+
+
+def expression(content: str, scope: Scope) -> Value:
+    """The value of what stands within `${…}`.
+
+    Raises:
+        Fault: X102 it is no expression, or whatever is wrong with it.
+    """
+    try:
+        closure = compiled(content)
+    except InvalidExpression as error:
+        raise invalid(error) from None
+    return _guarded(closure, content, scope)
+
+
+def _guarded(closure: Closure, content: str, scope: Scope) -> Value:
+    try:
+        return closure(scope)
+    except EXPRESSION_ERRORS as error:
+        raise failed(error, content) from None
+
+
+def failed(error: Exception, content: str) -> Fault:
+    wanted = getattr(error, "wanted", None)
+    hint = ""
+    if wanted:
+        from kbot.text.suggest import did_you_mean
+
+        hint = did_you_mean(wanted, getattr(error, "candidates", ()))
+    reason = str(error) or type(error).__name__
+    if isinstance(error, KeyError):
+        reason = f"there is no key {reason}"
+    elif isinstance(error, RecursionError):
+        reason = "it is nested too deeply"
+    elif isinstance(error, MemoryError):
+        reason = "it needs too much memory"
+    shown = " ".join(content.split())
+    shown = shown if len(shown) <= 60 else shown[:57] + "…"
+    return Fault("X104", f"{reason}, in '{shown}'", hint)
