@@ -139,6 +139,8 @@ def test_a_zero_axis_turns_nothing():
         (lambda t: t.pose("a", joints={"hold": 1}), "'hold' is fixed"),
         (lambda t: t.poses({"turn": math.nan}), "'turn' is not finite"),
         (lambda t: t.batch(["turn"], [[1.0], [math.inf]]), "'turn' is not finite"),
+        (lambda t: t.poses({"turn": "fast"}), "'turn' is not a number: 'fast'"),
+        (lambda t: t.batch(["turn", "slide"], [[1.0, 2.0], [3.0]]), "not a table of numbers"),
         (lambda t: t.batch(["turn"], [[1.0, 2.0]]), r"shape \(n, 1\)"),
         (lambda t: t.batch(["turn"], [[1.0]], links=["x"]), "no link 'x'"),
     ],

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +16,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 Array = NDArray[np.float64]
+_Position = TypeVar("_Position", float, Array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +95,15 @@ class FrameTree:
         Raises:
             KbotError: another shape, an unknown link, and as for `poses`.
         """
-        table = np.asarray(positions, dtype=np.float64)
+        try:
+            table = np.asarray(positions, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise KbotError("positions are not a table of numbers") from None
         if table.ndim != 2 or table.shape[1] != len(joint_names):
             raise KbotError(
                 f"positions need the shape (n, {len(joint_names)}), one column a joint, not {table.shape}"
             )
-        columns = self._positions(dict(zip(joint_names, table.T, strict=True)))
+        columns = self._columns(joint_names, table)
         wanted = list(self.robot.links) if links is None else list(links)
         for name in wanted:
             self._check_link(name)
@@ -109,7 +115,7 @@ class FrameTree:
         shape = (len(table), 4, 4)
         return {name: np.broadcast_to(matrices[name], shape) for name in wanted}
 
-    def _in_root(self, link: str, positions: Mapping[str, Array]) -> Transform:
+    def _in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
         self._check_link(link)
         matrix = np.eye(4)
         while link != self.root:
@@ -132,20 +138,35 @@ class FrameTree:
                 link = self._by_link[link].parent
         return needed
 
-    def _positions(self, joints: Mapping[str, ArrayLike] | None) -> dict[str, Array]:
-        """Positions by joint, mimics resolved; each a number or one number a row."""
-        positions: dict[str, Array] = {}
+    def _positions(self, joints: Mapping[str, float] | None) -> dict[str, float]:
+        """Positions by joint, mimics resolved."""
+        positions: dict[str, float] = {}
         for name, value in (joints or {}).items():
             self._check_joint(name)
-            position = np.asarray(value, dtype=np.float64)
-            if not np.isfinite(position).all():
+            try:
+                positions[name] = position = float(value)
+            except (TypeError, ValueError):
+                raise KbotError(f"the position of joint '{name}' is not a number: {value!r}") from None
+            if not math.isfinite(position):
                 raise KbotError(f"the position of joint '{name}' is not finite")
-            positions[name] = position
-        given = frozenset(positions)
+        return self._with_mimics(positions, 0.0)
+
+    def _columns(self, joint_names: Sequence[str], table: Array) -> dict[str, Array]:
+        """As `_positions`, a column (n, 1, 1) for each joint."""
+        columns: dict[str, Array] = {}
+        for name, column in zip(joint_names, table.T, strict=True):
+            self._check_joint(name)
+            if not np.isfinite(column).all():
+                raise KbotError(f"the position of joint '{name}' is not finite")
+            columns[name] = column[:, None, None]
+        return self._with_mimics(columns, np.zeros((len(table), 1, 1)))
+
+    def _with_mimics(self, given: dict[str, _Position], zero: _Position) -> dict[str, _Position]:
+        """`given` positions, and those of the mimic joints that have none of their own."""
+        positions = dict(given)
         for name, follow in self._follow.items():
             if name not in given:
-                leader = positions[follow.leader] if follow.leader in given else np.zeros(())
-                positions[name] = follow.multiplier * leader + follow.offset
+                positions[name] = follow.multiplier * given.get(follow.leader, zero) + follow.offset
         return positions
 
     def _check_joint(self, name: str) -> None:
@@ -188,14 +209,15 @@ def _step(joint: Joint) -> _Step:
     return _Step(joint.child, joint.parent, joint.name, joint.type, origin, origin @ first, origin @ second)
 
 
-def _local(step: _Step, positions: Mapping[str, Array]) -> Array:
-    """`parent_from_link`, (4, 4) or (n, 4, 4) as the position is a number or n of them."""
-    position = positions.get(step.joint)
-    if position is None:
+def _local(step: _Step, positions: Mapping[str, float] | Mapping[str, Array]) -> Array:
+    """`parent_from_link`: (4, 4) for a number, (n, 4, 4) for a column (n, 1, 1)."""
+    q = positions.get(step.joint)
+    if q is None:
         return step.constant
-    q = position[..., None, None]
     if step.kind is JointType.PRISMATIC:
         return step.constant + q * step.first
+    if isinstance(q, float):
+        return step.constant + math.sin(q) * step.first + (1.0 - math.cos(q)) * step.second
     return step.constant + np.sin(q) * step.first + (1.0 - np.cos(q)) * step.second
 
 

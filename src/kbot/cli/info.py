@@ -1,0 +1,31 @@
+"""`kbot info`: links, joints, masses, drive geometry and bounds of a robot."""
+
+from __future__ import annotations
+
+import click
+
+from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.output import print_json, report
+
+
+@click.command(
+    "info",
+    epilog=examples("kbot info kbot", "kbot info robot.xacro wheel_radius:=0.04 --json"),
+)
+@click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
+@package_path_option
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> None:
+    """Links, joints, masses, drive geometry and bounds of the robot in FILE (xacro or URDF)."""
+    from kbot.kinematics.description import describe, describe_as_text
+    from kbot.model.load import load_robot
+    from kbot.xacro import Packages
+
+    file, arguments = one_file(words)
+    loaded = load_robot(file, arguments, packages=Packages(package_path))
+    robot = loaded.require()
+    report(loaded.diagnostics)
+    if as_json:
+        print_json(describe(robot))
+    else:
+        click.echo(describe_as_text(robot))

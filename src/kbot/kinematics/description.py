@@ -1,0 +1,160 @@
+"""A robot in figures: what `kbot info` says of it, as data and as text."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.frames import FrameTree
+from kbot.model import Geometry, Joint, Link, Mesh, Robot
+
+
+def describe(robot: Robot) -> dict[str, Any]:
+    """The robot as plain data for JSON; metres, kilograms, radians; None where there is no such figure.
+
+    `drive` is None where there is none, and `no_drive` then says why.
+    """
+    tree = FrameTree(robot)
+    drive = find_drive(robot, tree)
+    bounds = robot_bounds(tree)
+    center = center_of_mass(tree)
+    return {
+        "name": robot.name,
+        "root": robot.root,
+        "mass": total_mass(tree),
+        "center_of_mass": None if center is None else center.tolist(),
+        "bounds": None if bounds is None else {"lower": bounds[0].tolist(), "upper": bounds[1].tolist()},
+        "drive": _drive(drive) if isinstance(drive, DifferentialDrive) else None,
+        "no_drive": drive.reason if isinstance(drive, NoDrive) else None,
+        "links": [_link(link) for link in robot.links.values()],
+        "joints": [_joint(joint) for joint in robot.joints.values()],
+    }
+
+
+def describe_as_text(robot: Robot) -> str:
+    """The same for people: a heading, the tree of links, the drive, the bounds."""
+    data = describe(robot)
+    links, joints = len(robot.links), len(robot.joints)
+    movable = sum(joint.is_movable for joint in robot.joints.values())
+    lines = [
+        f"{robot.name}: {links} link{_s(links)}, {joints} joint{_s(joints)} ({movable} movable), "
+        f"{data['mass']:.4g} kg",
+        "",
+        *_tree(robot),
+        "",
+    ]
+    drive = data["drive"]
+    if drive:
+        lines += [
+            "differential drive",
+            f"  left   {', '.join(drive['left'])}",
+            f"  right  {', '.join(drive['right'])}",
+            f"  wheel radius      {drive['radius']:.4g} m",
+            f"  wheel separation  {drive['separation']:.4g} m",
+            f"  axle's middle     {_vector(drive['axle_in_base']['xyz'])} m in {drive['base']}",
+            f"  casters           {', '.join(drive['casters']) or 'none'}",
+        ]
+    else:
+        lines.append(f"no differential drive: {data['no_drive']}")
+    if data["center_of_mass"]:
+        lines.append(f"centre of mass  {_vector(data['center_of_mass'])} m in {robot.root}")
+    if data["bounds"]:
+        lower, upper = data["bounds"]["lower"], data["bounds"]["upper"]
+        size = [high - low for low, high in zip(lower, upper, strict=True)]
+        lines.append(f"bounds          {_vector(lower)} to {_vector(upper)} m in {robot.root}")
+        lines.append(f"size            {_vector(size)} m")
+    return "\n".join(lines)
+
+
+def _drive(drive: DifferentialDrive) -> dict[str, Any]:
+    return {
+        "left": list(drive.left),
+        "right": list(drive.right),
+        "radius": drive.radius,
+        "separation": drive.separation,
+        "base": drive.base,
+        "axle_in_base": {"xyz": drive.axle_in_base.translation.tolist(), "yaw": drive.axle_in_base.yaw},
+        "casters": list(drive.casters),
+    }
+
+
+def _link(link: Link) -> dict[str, Any]:
+    return {
+        "name": link.name,
+        "mass": link.inertial.mass if link.inertial else None,
+        "visuals": [_shape(v.geometry) for v in link.visuals],
+        "collisions": [_shape(c.geometry) for c in link.collisions],
+        "file": link.origin.span.file,
+        "line": link.origin.span.line,
+    }
+
+
+def _shape(shape: Geometry) -> dict[str, Any]:
+    kind = type(shape).__name__.lower()
+    if isinstance(shape, Mesh):
+        return {"type": kind, "uri": shape.uri, "file": shape.path, "scale": list(shape.scale)}
+    sizes = {name: getattr(shape, name) for name in ("size", "radius", "length") if hasattr(shape, name)}
+    return {"type": kind, **{k: list(v) if isinstance(v, tuple) else v for k, v in sizes.items()}}
+
+
+def _joint(joint: Joint) -> dict[str, Any]:
+    limit = joint.limit
+    return {
+        "name": joint.name,
+        "type": str(joint.type),
+        "parent": joint.parent,
+        "child": joint.child,
+        "xyz": list(joint.pose.xyz),
+        "rpy": list(joint.pose.rpy),
+        "axis": list(joint.axis) if joint.is_movable else None,
+        "lower": limit.lower if limit else None,
+        "upper": limit.upper if limit else None,
+        "effort": limit.effort if limit else None,
+        "velocity": limit.velocity if limit else None,
+        "mimic": joint.mimic.joint if joint.mimic else None,
+        "file": joint.origin.span.file,
+        "line": joint.origin.span.line,
+    }
+
+
+def _tree(robot: Robot) -> Iterator[str]:
+    """The links as a tree, each with the joint that holds it, what it weighs and where it was written."""
+    rows: list[tuple[str, str, str, str]] = []
+    waiting: list[tuple[str, str, str]] = [(robot.root, "", "")]
+    while waiting:
+        name, lead, below = waiting.pop()
+        link = robot.links[name]
+        joint = robot.parent_joint.get(name)
+        held = f"{joint.type} {joint.name}" if joint else ""
+        mass = f"{link.inertial.mass:.4g} kg" if link.inertial else "-"
+        span = link.origin.span
+        rows.append((lead + name, held, mass, f"{_short(span.file)}:{span.line}"))
+        children = robot.child_joints[name]
+        for i, child in reversed(list(enumerate(children))):
+            last = i == len(children) - 1
+            waiting.append(
+                (child.child, below + ("└─ " if last else "├─ "), below + ("   " if last else "│  "))
+            )
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    for row in rows:
+        yield f"{row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:>{widths[2]}}  {row[3]}"
+
+
+def _short(path: str) -> str:
+    """The path as seen from the working directory, where that is shorter."""
+    try:
+        relative = os.path.relpath(path)
+    except ValueError:  # another drive
+        return path
+    return min(relative, path, key=len)
+
+
+def _vector(values: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{round(value, 9) + 0.0:.4g}" for value in values) + ")"
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"

@@ -1,0 +1,64 @@
+"""Mass, centre of mass and bounds, by hand."""
+
+import pytest
+
+from kbot.kinematics import FrameTree
+from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
+from kbot.kinematics.description import describe, describe_as_text
+from kbot.model import Robot, read_robot
+from kbot.text import Source, parse_xml
+
+INERTIA = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
+TEXT = f"""<robot name='two'>
+<link name='base'><inertial><mass value='3'/>{INERTIA}</inertial>
+  <collision><geometry><box size='2 1 1'/></geometry></collision></link>
+<link name='arm'><inertial><origin xyz='1 0 0'/><mass value='1'/>{INERTIA}</inertial>
+  <visual><origin xyz='1 0 0' rpy='0 1.5707963267948966 0'/>
+    <geometry><cylinder radius='0.1' length='2'/></geometry></visual></link>
+<joint name='swing' type='revolute'><parent link='base'/><child link='arm'/><origin xyz='0 0 2'/>
+  <axis xyz='0 0 1'/><limit lower='-2' upper='2' effort='1' velocity='1'/></joint>
+</robot>"""
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return read_robot(parse_xml(Source("two.urdf", TEXT))).require()
+
+
+def test_mass_and_center(robot):
+    tree = FrameTree(robot)
+    assert total_mass(tree) == 4.0
+    assert center_of_mass(tree) == pytest.approx([0.25, 0, 0.5])
+    quarter = {"swing": 1.5707963267948966}
+    assert center_of_mass(tree, joints=quarter) == pytest.approx([0, 0.25, 0.5])
+    assert center_of_mass(tree, "arm", quarter) == pytest.approx([0.25, 0, -1.5])
+
+
+def test_bounds(robot):
+    low, high = robot_bounds(FrameTree(robot))
+    assert low == pytest.approx([-1, -0.5, -0.5])
+    assert high == pytest.approx([2, 0.5, 2.1])
+    low, high = robot_bounds(FrameTree(robot), "arm", {"swing": 1.5707963267948966})
+    assert low == pytest.approx([-0.5, -1.0, -2.5])
+    assert high == pytest.approx([2, 1.0, 0.1])
+
+
+def test_a_robot_of_nothing():
+    tree = FrameTree(read_robot(parse_xml(Source("", "<robot name='r'><link name='a'/></robot>"))).require())
+    assert robot_bounds(tree) is None
+    assert center_of_mass(tree) is None
+    assert total_mass(tree) == 0.0
+
+
+def test_description(robot):
+    data = describe(robot)
+    assert (data["name"], data["root"], data["mass"]) == ("two", "base", 4.0)
+    assert data["drive"] is None
+    assert data["no_drive"] == "no joint is continuous, as a wheel's is: 'swing' is revolute"
+    assert data["bounds"]["upper"] == pytest.approx([2, 0.5, 2.1])
+    assert data["joints"][0]["child"] == "arm"
+    assert data["links"][1]["visuals"] == [{"type": "cylinder", "radius": 0.1, "length": 2.0}]
+    text = describe_as_text(robot)
+    assert "two: 2 links, 1 joint (1 movable), 4 kg" in text
+    assert "└─ arm  revolute swing  1 kg  two.urdf:4" in text
+    assert "no differential drive: no joint is continuous" in text

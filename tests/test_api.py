@@ -1,0 +1,115 @@
+"""The Python face: `kbot.load` and what it gives."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import kbot
+
+XACRO = """<?xml version="1.0"?>
+<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="reach" default="1"/>
+  <xacro:arg name="flip" default="false"/>
+  <xacro:property name="height" value="2"/>
+  <link name="base"/>
+  <link name="arm"/>
+  <joint name="swing" type="continuous">
+    <origin xyz="$(arg reach) 0 ${height}"/>
+    <parent link="base"/>
+    <child link="arm"/>
+    <axis xyz="0 0 1"/>
+  </joint>
+  <xacro:if value="$(arg flip)"><link name="flipped"/>
+    <joint name="f" type="fixed"><parent link="base"/><child link="flipped"/></joint></xacro:if>
+</robot>
+"""
+
+
+@pytest.fixture
+def bot(tmp_path):
+    path = tmp_path / "bot.xacro"
+    path.write_text(XACRO)
+    return path
+
+
+def test_the_readmes_lines():
+    robot = kbot.load("kbot", wheel_radius=0.04)
+    assert list(robot.links)[0] == "base_footprint"
+    pose = robot.pose("left_wheel", in_frame="base_footprint", joints={"left_wheel_joint": math.pi / 2})
+    assert pose.matrix.shape == (4, 4)
+    assert pose.translation == pytest.approx([0, 0.087, 0.04])
+    assert pose.rotation @ [1, 0, 0] == pytest.approx([0, 0, -1])
+
+
+def test_keywords_are_arguments_and_properties_are_properties(bot):
+    assert kbot.load(bot).pose("arm").translation == pytest.approx([1, 0, 2])
+    assert kbot.load(bot, reach=3).pose("arm").translation == pytest.approx([3, 0, 2])
+    assert kbot.load(str(bot), reach=np.float64(0.1)).pose("arm").translation[0] == 0.1
+    assert kbot.load(bot, properties={"height": 5.5}).pose("arm").translation[2] == 5.5
+    assert "flipped" in kbot.load(bot, flip=True).links
+    assert "flipped" not in kbot.load(bot, arguments={"flip": False}).links
+
+
+def test_an_argument_nobody_declares_is_a_warning(bot):
+    with pytest.warns(kbot.DescriptionWarning, match="reech"):
+        robot = kbot.load(bot, reech=3)
+    assert len(robot.diagnostics) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [(math.nan, "not finite"), (math.inf, "not finite"), (None, "NoneType"), ([1], "list")],
+)
+def test_values_that_xacro_cannot_take(bot, value, message):
+    with pytest.raises(kbot.KbotError, match=f"argument 'reach' is .*{message}"):
+        kbot.load(bot, reach=value)
+    with pytest.raises(kbot.KbotError, match=f"property 'height' is .*{message}"):
+        kbot.load(bot, properties={"height": value})
+
+
+def test_every_error_of_a_description_is_carried(bot):
+    bot.write_text(XACRO.replace("${height}", "${heigth}").replace('type="continuous"', 'type="contnuous"'))
+    with pytest.raises(kbot.DescriptionError) as caught:
+        kbot.load(bot)
+    errors = [d for d in caught.value.diagnostics if d.is_error]
+    assert [d.origin.span.line for d in sorted(errors, key=lambda d: d.origin.span.start)] == [8, 9]
+    assert {d.origin.span.file for d in errors} == {str(bot)}
+
+
+def test_a_missing_file_is_one_clear_error(tmp_path):
+    with pytest.raises(kbot.DescriptionError, match="does not exist"):
+        kbot.load(tmp_path / "none.xacro")
+
+
+def test_frames_in_a_batch_and_back_to_urdf(bot):
+    robot = kbot.load(bot)
+    turns = robot.frames.batch(["swing"], np.linspace(0, 1, 5)[:, None])["arm"]
+    assert turns[4] == pytest.approx(robot.pose("arm", joints={"swing": 1.0}).matrix)
+    again = bot.with_suffix(".urdf")
+    again.write_text(robot.to_urdf())
+    assert kbot.load(again).pose("arm") == robot.pose("arm")
+
+
+def test_a_robot_without_wheels_says_why(bot):
+    drive = kbot.load(bot).drive
+    assert isinstance(drive, kbot.kinematics.NoDrive)
+    assert "'swing'" in drive.reason
+
+
+def test_import_costs_nothing():
+    code = (
+        "import sys, kbot; print(sorted({'numpy', 'mujoco', 'yaml', 'click', 'trimesh'} & set(sys.modules)))"
+    )
+    got = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert got.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_there():
+    for name in kbot.__all__:
+        assert getattr(kbot, name) is not None
+    assert set(kbot.__all__) <= set(dir(kbot))
+    with pytest.raises(AttributeError, match="has no attribute 'nonsense'"):
+        _ = kbot.nonsense
