@@ -37,7 +37,7 @@ def bot(tmp_path):
 
 def test_the_readmes_lines():
     robot = kbot.load("kbot", wheel_radius=0.04)
-    assert list(robot.links)[0] == "base_footprint"
+    assert next(iter(robot.links)) == "base_footprint"
     pose = robot.pose("left_wheel", in_frame="base_footprint", joints={"left_wheel_joint": math.pi / 2})
     assert pose.matrix.shape == (4, 4)
     assert pose.translation == pytest.approx([0, 0.087, 0.04])

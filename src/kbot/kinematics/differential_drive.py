@@ -3,105 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.casters import find_casters
 from kbot.kinematics.controllers import plugin_driven_joints, velocity_joints
+from kbot.kinematics.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.frames import FrameTree, unit_axis
-from kbot.kinematics.odometry import PlanarPose, integrate
+from kbot.kinematics.steering import steered_axle, steered_wheel
 from kbot.kinematics.transform import Transform
-from kbot.kinematics.wheels import (
-    NoWheel,
-    Wheel,
-    carrier,
-    find_wheel,
-    movable_ancestor,
-    pose_transform,
-    rigid_links,
-)
-from kbot.model import Cylinder, Joint, JointType, Robot
+from kbot.kinematics.wheels import NoWheel, Wheel, carrier, find_wheel, movable_ancestor
+from kbot.model import Joint, JointType, Robot
+
+__all__ = ["DifferentialDrive", "NoDrive", "base_link", "find_drive"]
 
 Array = NDArray[np.float64]
 
 _EQUAL = 0.1
 """By how much of a wheel's radius two wheels of a pair may differ in size, and stand apart in x and z."""
-
-
-@dataclass(frozen=True, slots=True)
-class DifferentialDrive:
-    """Two sides of equal wheels on parallel axles.
-
-    `left` and `right` name the driving joints, front to rear; `forward` tells for each whether a
-    positive speed of the joint drives forwards (1.0) or backwards (-1.0). `radius` of the wheels and
-    `separation` between the middles of left and right ones, in m. `axle_in_base` is the frame in the
-    middle of the wheels' centres, x forward, y to the left wheel, in the frame of the link `base`.
-    `casters` name the links that bear the robot without driving it.
-    """
-
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    forward: Mapping[str, float]
-    wheels: Mapping[str, Wheel]
-    radius: float
-    separation: float
-    base: str
-    axle_in_base: Transform
-    casters: tuple[str, ...]
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        return self.left + self.right
-
-    @property
-    def axle_in_base_planar(self) -> PlanarPose:
-        """The axle's middle and heading on the ground plane of the base."""
-        x, y, _ = self.axle_in_base.translation
-        return PlanarPose(float(x), float(y), self.axle_in_base.yaw)
-
-    def wheel_speeds(self, linear: float, angular: float) -> tuple[float, float]:
-        """Left and right wheel speeds in rad/s, forwards positive, for the axle's middle to go `linear` m/s
-        and the robot to turn `angular` rad/s."""
-        half = angular * self.separation / 2.0
-        return (linear - half) / self.radius, (linear + half) / self.radius
-
-    def twist(self, left: float, right: float) -> tuple[float, float]:
-        """Linear (m/s) and angular (rad/s) speed of the axle's middle, from wheel speeds in rad/s."""
-        return (
-            (left + right) * self.radius / 2.0,
-            (right - left) * self.radius / self.separation,
-        )
-
-    def joint_velocities(self, linear: float, angular: float) -> dict[str, float]:
-        """The speed in rad/s that each driving joint takes, its axis's sense considered."""
-        left, right = self.wheel_speeds(linear, angular)
-        speeds = {name: left * self.forward[name] for name in self.left}
-        speeds.update({name: right * self.forward[name] for name in self.right})
-        return speeds
-
-    def wheel_angles(self, positions: Mapping[str, float]) -> tuple[float, float]:
-        """Mean angle of the left and right wheels in rad, forwards positive, from joint positions (or
-        speeds from joint speeds)."""
-        left = sum(positions[name] * self.forward[name] for name in self.left) / len(self.left)
-        right = sum(positions[name] * self.forward[name] for name in self.right) / len(self.right)
-        return left, right
-
-    def integrate(self, pose: PlanarPose, left: float, right: float) -> PlanarPose:
-        """The base's pose after its left and right wheels turned by `left` and `right` rad, forwards
-        positive; exact for constant speeds, and for a base that is not on the axle."""
-        return integrate(
-            pose, left * self.radius, right * self.radius, self.separation, self.axle_in_base_planar
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class NoDrive:
-    """Why a robot has no differential drive, in one sentence."""
-
-    reason: str
 
 
 def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive | NoDrive:
@@ -118,7 +39,7 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
         return by_plugin
     if not turning:
         return NoDrive(_why_nothing_turns(robot))
-    steered = _steered(robot, tree, turning)
+    steered = steered_axle(robot, tree, turning)
     if steered:
         return NoDrive(steered)
     rigid = [joint for joint in turning if movable_ancestor(robot, joint) is None]
@@ -128,7 +49,7 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
         if joints:
             found = _drive_of(robot, tree, joints)
             if isinstance(found, DifferentialDrive):
-                turned = _steered_on_ground(tree, found)
+                turned = steered_wheel(tree, found)
                 return NoDrive(turned) if turned else found
             result = result or found
     return result or NoDrive(f"'{turning[0].name}' turns, but hangs on another joint that moves")
@@ -150,38 +71,6 @@ def _why_nothing_turns(robot: Robot) -> str:
         return "the robot has no joint that moves"
     more = f" and {len(others) - 3} more" if len(others) > 3 else ""
     return f"no joint is continuous, as a wheel's is: {', '.join(others[:3])}{more}"
-
-
-def _steered(robot: Robot, tree: FrameTree, turning: Sequence[Joint]) -> str:
-    """Why the robot steers as a car does; empty where it does not."""
-    for joint in turning:
-        above = movable_ancestor(robot, joint)
-        if above is None or above.type is not JointType.REVOLUTE:
-            continue
-        upright = abs((tree.pose(above.child).rotation @ unit_axis(above))[2]) > 0.9
-        if upright and isinstance(find_wheel(tree, joint, base_link(robot, above.parent)), Wheel):
-            return f"the wheel on '{joint.name}' is steered by '{above.name}', as a car's is"
-    return ""
-
-
-def _steered_on_ground(tree: FrameTree, drive: DifferentialDrive) -> str:
-    """As `_steered`, for a wheel that does not turn about its own axle but stands on the drive's ground."""
-    robot = tree.robot
-    ground = float(drive.axle_in_base.translation[2]) - drive.radius
-    for joint in robot.joints.values():
-        if joint.type is not JointType.REVOLUTE:
-            continue
-        if abs((tree.pose(joint.child, drive.base).rotation @ unit_axis(joint))[2]) < 0.9:
-            continue
-        for link in rigid_links(robot, joint.child):
-            for collision in robot.links[link].collisions:
-                shape = collision.geometry
-                pose = tree.pose(link, drive.base) @ pose_transform(collision.pose)
-                if not isinstance(shape, Cylinder) or abs(pose.rotation[2, 2]) > 0.1:
-                    continue
-                if abs(float(pose.translation[2]) - shape.radius - ground) < _EQUAL * drive.radius:
-                    return f"the wheel '{link}' is steered by '{joint.name}', as a car's is"
-    return ""
 
 
 def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
