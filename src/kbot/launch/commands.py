@@ -1,0 +1,92 @@
+"""A parameter's `command=`: what KBot runs in its stead. Nothing else runs without leave."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+from collections.abc import Callable
+from pathlib import PurePath
+
+from kbot.launch.plan import Description
+from kbot.launch.reading import part_of
+from kbot.launch.substitution import Fault
+from kbot.text import Diagnostic, Origin, Severity, read_source
+from kbot.xacro.packages import Packages
+
+_XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
+_XACRO_VALUES = {"--verbosity", "-o"}
+_TIMEOUT_S = 60.0
+
+Note = Callable[[Diagnostic], None]
+
+
+def run(
+    command: str, packages: Packages, origin: Origin, note: Note, allowed: bool
+) -> tuple[str, Description | None]:
+    """What a command prints, and the description it expands where it is xacro.
+
+    Faults of the description are notes: the launch goes on, to show what can be shown of it.
+
+    Raises:
+        Fault: L040 the command is not one that is stood in for, L041 it fails.
+    """
+    try:
+        words = shlex.split(command, posix=os.name != "nt")
+    except ValueError as error:
+        raise Fault("L041", f"the command cannot be split into words: {error}", "", command) from None
+    if not words:
+        raise Fault("L041", "the command is empty")
+    name = PurePath(words[0]).name
+    if name in ("xacro", "xacro.py"):
+        return _xacro(words, packages, origin, note)
+    if name == "cat" and len(words) == 2:
+        return read_source(words[1]).text, None
+    if not allowed:
+        hint = "KBot runs xacro and cat itself; --allow-commands lets a launch file run anything"
+        raise Fault("L040", f"the command '{name}' is not run", hint, words[0])
+    return _process(words), None
+
+
+def _xacro(
+    words: list[str], packages: Packages, origin: Origin, note: Note
+) -> tuple[str, Description | None]:
+    files: list[str] = []
+    arguments: dict[str, str] = {}
+    if PurePath(words[0]).name == "xacro.py":
+        message, hint = "xacro.py is gone since xacro 1.14 (Noetic)", "write xacro, without .py"
+        note(Diagnostic("L053", Severity.ERROR, message, part_of(origin, "xacro.py"), hint))
+    rest = iter(words[1:])
+    for word in rest:
+        if ":=" in word:
+            key, _, value = word.partition(":=")
+            arguments[key] = value
+        elif word in ("--inorder", "-i"):
+            message = f"{word} says nothing any more: xacro reads in order since Melodic"
+            note(Diagnostic("L057", Severity.INFO, message, part_of(origin, word), "drop the option"))
+        elif word in _XACRO_VALUES:
+            next(rest, None)
+        elif word.startswith("-") and word not in _XACRO_FLAGS:
+            raise Fault("L056", f"xacro has no option {word}", "", word)
+        elif not word.startswith("-"):
+            files.append(word)
+    if len(files) != 1:
+        raise Fault("L041", f"xacro takes one file, not {len(files)}")
+    from kbot.xacro import expand
+
+    expansion = expand(files[0], arguments, packages=packages.beside(files[0]))
+    for diagnostic in expansion.diagnostics:
+        note(diagnostic)
+    return expansion.text, Description(files[0], arguments)
+
+
+def _process(words: list[str]) -> str:
+    try:
+        done = subprocess.run(words, capture_output=True, timeout=_TIMEOUT_S, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Fault("L041", f"the command cannot be run: {error}", "", words[0]) from None
+    if done.returncode:
+        last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+        said = f": {last[0]}" if last else ""
+        raise Fault("L041", f"the command ended with status {done.returncode}{said}", "", words[0])
+    return done.stdout.decode("utf-8", "replace")

@@ -1,0 +1,157 @@
+"""What KBot knows of the ROS packages that launch files speak of: nodes, their options, old names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+_SHARE = "/opt/ros/stand-in/share"
+
+
+class Role(StrEnum):
+    """What stands in for a node."""
+
+    ROBOT_STATE = "the workbench's transforms"
+    JOINT_STATE = "the workbench's joint states"
+    VIEWER = "the workbench"
+    SIMULATOR = "KBot's simulation"
+    SPAWNER = "the robot in KBot's simulation"
+    CONTROLLER = "the drive controller of KBot's simulation"
+    STATIC_TRANSFORM = "a static transform"
+    TELEOP = "the drive keys of the workbench"
+
+
+NODES: Mapping[str, Mapping[str, Role]] = {
+    "robot_state_publisher": {"robot_state_publisher": Role.ROBOT_STATE},
+    "joint_state_publisher": {"joint_state_publisher": Role.JOINT_STATE},
+    "joint_state_publisher_gui": {"joint_state_publisher_gui": Role.JOINT_STATE},
+    "rviz": {"rviz": Role.VIEWER},
+    "gazebo_ros": {
+        "gazebo": Role.SIMULATOR,
+        "gzserver": Role.SIMULATOR,
+        "gzclient": Role.VIEWER,
+        "debug": Role.SIMULATOR,
+        "spawn_model": Role.SPAWNER,
+    },
+    "controller_manager": {
+        "spawner": Role.CONTROLLER,
+        "unspawner": Role.CONTROLLER,
+        "controller_manager": Role.CONTROLLER,
+    },
+    "tf": {"static_transform_publisher": Role.STATIC_TRANSFORM},
+    "tf2_ros": {"static_transform_publisher": Role.STATIC_TRANSFORM},
+    "teleop_twist_keyboard": {
+        "teleop_twist_keyboard.py": Role.TELEOP,
+        "teleop_twist_keyboard": Role.TELEOP,
+    },
+}
+
+STAND_IN_PACKAGES = frozenset({*NODES, "xacro", "gazebo_worlds"})
+
+
+@dataclass(frozen=True, slots=True)
+class Renamed:
+    new_package: str
+    new_type: str
+    since: str
+
+
+RENAMED: Mapping[tuple[str, str], Renamed] = {
+    ("robot_state_publisher", "state_publisher"): Renamed(
+        "robot_state_publisher", "robot_state_publisher", "robot_state_publisher 1.15 (Noetic)"
+    ),
+    ("rviz", "rviz.sh"): Renamed("rviz", "rviz", "rviz 1.12"),
+    ("gazebo", "spawn_model"): Renamed("gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)"),
+    ("gazebo", "gazebo"): Renamed("gazebo_ros", "gazebo", "gazebo_ros 2.0 (Hydro)"),
+    ("joint_state_publisher", "joint_state_publisher_gui"): Renamed(
+        "joint_state_publisher_gui", "joint_state_publisher_gui", "joint_state_publisher 1.15 (Noetic)"
+    ),
+}
+
+SPAWN_MODEL_VALUES: Mapping[str, int] = {
+    "-urdf": 0,
+    "-sdf": 0,
+    "-stdin": 0,
+    "-b": 0,
+    "-unpause": 0,
+    "-wait": 1,
+    "-file": 1,
+    "-param": 1,
+    "-database": 1,
+    "-model": 1,
+    "-robot_namespace": 1,
+    "-gazebo_namespace": 1,
+    "-reference_frame": 1,
+    "-x": 1,
+    "-y": 1,
+    "-z": 1,
+    "-R": 1,
+    "-P": 1,
+    "-Y": 1,
+    "-J": 2,
+    "-package_to_model": 0,
+}
+"""Options of gazebo_ros' spawn_model, and how many words follow each."""
+
+GAZEBO_ARGUMENTS: Mapping[str, str] = {
+    "paused": "false",
+    "use_sim_time": "true",
+    "extra_gazebo_args": "",
+    "gui": "true",
+    "recording": "false",
+    "headless": "false",
+    "debug": "false",
+    "physics": "ode",
+    "verbose": "false",
+    "output": "screen",
+    "world_name": "worlds/empty.world",
+    "respawn_gazebo": "false",
+    "use_clock_frequency": "false",
+    "pub_clock_frequency": "100",
+    "enable_ros_network": "true",
+    "server_required": "false",
+    "gui_required": "false",
+}
+"""Arguments and defaults of gazebo_ros' empty_world.launch; its siblings pass on a few of them."""
+
+_SIBLING_ARGUMENTS = {
+    name: GAZEBO_ARGUMENTS[name] for name in ("paused", "use_sim_time", "gui", "headless", "debug")
+}
+
+LAUNCH_FILES: Mapping[tuple[str, str], Mapping[str, str]] = {
+    ("gazebo_ros", "empty_world.launch"): GAZEBO_ARGUMENTS,
+    **{
+        ("gazebo_ros", f"{world}.launch"): _SIBLING_ARGUMENTS | {"verbose": "false"}
+        for world in (
+            "elevator_world",
+            "mud_world",
+            "range_world",
+            "rubble_world",
+            "shapes_world",
+            "willowgarage_world",
+        )
+    },
+}
+"""Launch files that KBot stands in for, by package and name, with their arguments and defaults."""
+
+
+def role(package: str, type_: str) -> Role | None:
+    """What stands in for a node, its old names included; None where nothing does."""
+    renamed = RENAMED.get((package, type_))
+    if renamed:
+        package, type_ = renamed.new_package, renamed.new_type
+    return NODES.get(package, {}).get(type_)
+
+
+def share_of(package: str) -> str:
+    """The path that `$(find …)` gives for a package that is not here and that KBot stands in for."""
+    return f"{_SHARE}/{package}"
+
+
+def stand_in_file(path: str) -> tuple[str, str] | None:
+    """Package and path within it, of a file in a package that is not here; None for any other file."""
+    if not path.startswith(_SHARE + "/"):
+        return None
+    package, _, inner = path[len(_SHARE) + 1 :].partition("/")
+    return package, inner

@@ -1,0 +1,33 @@
+"""ROS graph names: joined, made canonical, checked. `/a/b` is global, `~b` private, `b` relative."""
+
+from __future__ import annotations
+
+import re
+
+_LEGAL = re.compile(r"[A-Za-z~/][\w/]*\Z", re.ASCII)
+
+
+def join(namespace: str, name: str) -> str:
+    """A name within a namespace; global and private names stay as they are."""
+    if name.startswith(("~", "/")) or not namespace:
+        return name
+    if namespace == "~":
+        return "~" + name
+    return namespace + name if namespace.endswith("/") else f"{namespace}/{name}"
+
+
+def canonical(name: str) -> str:
+    """Without doubled or trailing slashes."""
+    if not name or name == "/":
+        return name
+    return ("/" if name.startswith("/") else "") + "/".join(part for part in name.split("/") if part)
+
+
+def as_namespace(name: str) -> str:
+    """A global namespace with a slash at both ends, as `/`, `/robot/`."""
+    return "/" + "".join(f"{part}/" for part in name.split("/") if part)
+
+
+def is_legal(name: str) -> bool:
+    """Whether a name may be given to a node, topic or parameter."""
+    return not name or (bool(_LEGAL.match(name)) and "//" not in name)

@@ -1,0 +1,148 @@
+"""`<param>` and `<rosparam>`: values for the parameter store."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from kbot.launch import commands, names
+from kbot.launch.context import Context
+from kbot.launch.plan import Description, Param
+from kbot.launch.reading import Attributes, Reporter
+from kbot.launch.substitution import Fault
+from kbot.launch.values import TYPES, convert, load_yaml
+from kbot.text import DescriptionError, Element, Origin, read_source
+from kbot.text.suggest import did_you_mean
+
+_SOURCES = ("value", "textfile", "binfile", "command")
+_YAML_COMMANDS = ("load", "dump", "delete")
+
+
+class Parameters:
+    """The parameters that a launch file sets, in order."""
+
+    def __init__(self, reporter: Reporter, allow_commands: bool) -> None:
+        self.reporter = reporter
+        self.allow_commands = allow_commands
+        self.store: dict[str, Param] = {}
+        self.others: list[tuple[str, str, str]] = []
+
+    def add(self, param: Param) -> None:
+        """Set a parameter; a later value replaces an earlier one."""
+        parts = param.name.split("/")[1:-1]
+        for count in range(1, len(parts) + 1):
+            above = "/" + "/".join(parts[:count])
+            if above in self.store:
+                message = f"the parameter {param.name} lies beneath {above}, which has a value of its own"
+                self.reporter.problem("L035", message, param.origin, warning=True)
+        self.store[param.name] = param
+
+    def param(self, element: Element, context: Context) -> Param | None:
+        """The parameter of a `<param>`, its name as written; None where it cannot be had."""
+        reporter = self.reporter
+        found = reporter.attributes(element, context)
+        given = [name for name in _SOURCES if name in element.attributes]
+        if len(given) != 1:
+            what = f"exactly one of {', '.join(_SOURCES)}"
+            said = " and ".join(given) or "none of them"
+            reporter.problem("L030", f"<param> needs {what}, and has {said}", context.origin(element))
+            return None
+        if not found.ok:
+            return None
+        source = given[0]
+        origin = context.attribute_origin(element, source)
+        type_ = (found.get("type") or "auto").lower().strip()
+        if type_ not in TYPES:
+            hint = did_you_mean(type_, TYPES) or f"there are {', '.join(TYPES)}"
+            where = context.attribute_origin(element, "type")
+            reporter.problem("L031", f"there is no type '{type_}'", where, hint)
+            return None
+        try:
+            value, description = self._value(source, found, type_, origin)
+        except Fault as fault:
+            reporter.problem(fault.code, fault.message, origin, fault.hint)
+        except DescriptionError as error:
+            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+        except ValueError as error:
+            reporter.problem("L031", str(error), origin)
+        else:
+            return Param(names.canonical(found["name"].strip()), value, context.origin(element), description)
+        return None
+
+    def _value(
+        self, source: str, found: Attributes, type_: str, origin: Origin
+    ) -> tuple[Any, Description | None]:
+        text = found[source]
+        match source:
+            case "value":
+                return convert(text.strip(), type_), None
+            case "textfile":
+                return convert(read_source(text).text, type_), None
+            case "binfile":
+                return _bytes(text), None
+        packages, note = self.reporter.packages, self.reporter.finding
+        output, description = commands.run(text, packages, origin, note, self.allow_commands)
+        return convert(output, type_), description
+
+    def rosparam(self, element: Element, context: Context) -> None:
+        """A `<rosparam>`: YAML into the store, or a dump or deletion to be done at the launch."""
+        reporter = self.reporter
+        found = reporter.attributes(element, context)
+        if not found.ok:
+            return
+        command = found.get("command") or "load"
+        file = found.get("file")
+        name = names.join(found.get("ns", ""), found.get("param", ""))
+        full = names.join(context.namespace, name) if name else context.namespace
+        if command not in _YAML_COMMANDS:
+            hint = did_you_mean(command, _YAML_COMMANDS) or f"there are {', '.join(_YAML_COMMANDS)}"
+            origin = context.attribute_origin(element, "command")
+            reporter.problem("L033", f"<rosparam> has no command '{command}'", origin, hint)
+        elif command == "load":
+            self._load(element, context, file, full, bool(name))
+        elif command == "delete" and file is not None:
+            origin = context.attribute_origin(element, "file")
+            reporter.problem("L033", "'delete' takes no file", origin)
+        elif command == "dump" and file is None:
+            reporter.problem("L004", "'dump' lacks its attribute 'file'", context.origin(element))
+        else:
+            self.others.append((command, full, file or ""))
+
+    def _load(self, element: Element, context: Context, file: str | None, full: str, named: bool) -> None:
+        reporter = self.reporter
+        origin = context.attribute_origin(element, "file") if file else context.origin(element)
+        try:
+            text: str | None = read_source(file).text if file else element.text
+        except DescriptionError as error:
+            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+            return
+        if element.attributes.get("subst_value", "").lower() == "true":
+            text = reporter.resolve_text(text or "", element, context)
+            if text is None:
+                return
+        try:
+            data = load_yaml(text or "")
+        except ValueError as error:
+            where = f" in {file}" if file else ""
+            reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)
+            return
+        data = {} if data is None else data
+        if not isinstance(data, dict) and not named:
+            message = "YAML that is no mapping needs a name: the attribute 'param'"
+            reporter.problem("L034", message, context.origin(element))
+            return
+        self._spread(full, data, context.origin(element))
+
+    def _spread(self, name: str, value: Any, origin: Origin) -> None:  # noqa: ANN401 - whatever YAML can hold
+        if isinstance(value, dict):
+            for key, item in value.items():
+                self._spread(names.join(name, str(key)), item, origin)
+        else:
+            self.add(Param(names.canonical(name), value, origin))
+
+
+def _bytes(path: str) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise Fault("L032", f"{path} cannot be read: {error.strerror}") from None

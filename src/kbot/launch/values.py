@@ -1,0 +1,111 @@
+"""Parameter values: from the text of an attribute, and from YAML as `rosparam` reads it."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
+_ANGLE = re.compile(r"\s*(rad|deg)?\(?([^()]*)\)?\s*\Z")
+_FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+|pi))\s*\Z")
+
+
+def convert(text: str, type_: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
+    """The value a text stands for, by one of TYPES.
+
+    Raises:
+        ValueError: the text is no such value; its words say why.
+    """
+    match type_:
+        case "auto":
+            return _guessed(text)
+        case "str" | "string":
+            return text
+        case "int":
+            return int(text)
+        case "double":
+            return float(text)
+        case "bool" | "boolean":
+            word = text.lower().strip()
+            if word not in ("true", "1", "false", "0"):
+                raise ValueError(f"'{text}' is neither true nor false")
+            return word in ("true", "1")
+        case "yaml":
+            return load_yaml(text)
+    raise ValueError(f"'{type_}' is no type of parameter; it is one of {', '.join(TYPES)}")
+
+
+def load_yaml(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
+    """YAML, with `deg(…)` and `rad(…)` turned into radians.
+
+    Raises:
+        ValueError: the text is no valid YAML; its words say where.
+    """
+    import yaml  # costs 20 ms, and most launch files need none
+
+    try:
+        return yaml.load(text, _loader())
+    except yaml.YAMLError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+
+
+def _guessed(text: str) -> bool | int | float | str:
+    try:
+        if "." in text:
+            return float(text)
+        if "_" not in text:
+            return int(text)
+    except ValueError:
+        pass
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    return text
+
+
+_loader_class: type | None = None
+
+
+def _loader() -> Any:  # noqa: ANN401 - a class of a library without types for it
+    global _loader_class
+    if _loader_class is None:
+        import yaml
+
+        class Loader(yaml.SafeLoader):
+            """YAML as rosparam reads it."""
+
+        def radians(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+            return _angle(str(loader.construct_scalar(node)), 1.0)
+
+        def degrees(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+            return _angle(str(loader.construct_scalar(node)), math.pi / 180)
+
+        Loader.add_constructor("!radians", radians)
+        Loader.add_constructor("!degrees", degrees)
+        Loader.add_implicit_resolver("!degrees", re.compile(r"^deg\([^)]*\)$"), ["d"])
+        Loader.add_implicit_resolver("!radians", re.compile(r"^rad\([^)]*\)$"), ["r"])
+        _loader_class = Loader
+    return _loader_class
+
+
+def _angle(text: str, unit: float) -> float:
+    """A product and quotient of numbers and `pi`, in radians."""
+    match = _ANGLE.match(text)
+    if not match:
+        raise ValueError(f"'{text}' is no angle")
+    sign, value, operator = 1.0, 1.0, "*"
+    body = match[2].strip()
+    if body.startswith("-"):
+        sign, body = -1.0, body[1:]
+    for piece in re.split(r"([*/])", body):
+        if piece in "*/" and piece:
+            operator = piece
+            continue
+        factor = _FACTOR.match(piece)
+        if not factor:
+            raise ValueError(f"'{text}' is no angle")
+        number = math.pi if factor[1] == "pi" else float(factor[1])
+        if operator == "/" and number == 0:
+            raise ValueError(f"'{text}' divides by zero")
+        value = value * number if operator == "*" else value / number
+    return sign * value * unit
