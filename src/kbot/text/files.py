@@ -55,11 +55,14 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     Raises:
         KbotError: the folder is missing or not writable.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))  # a link stays a link
     try:
+        if target.exists() and not target.is_file():
+            target.write_text(text, encoding="utf-8", newline="")  # a device or a pipe: nothing to replace
+            return
         descriptor, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
-        raise KbotError(f"{target} cannot be written: {error.strerror}") from None
+        raise KbotError(f"{path} cannot be written: {error.strerror}") from None
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as stream:
             stream.write(text)
@@ -67,7 +70,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
         Path(scratch).chmod(mode)
         Path(scratch).replace(target)
     except OSError as error:
-        raise KbotError(f"{target} cannot be written: {error.strerror}") from None
+        raise KbotError(f"{path} cannot be written: {error.strerror}") from None
     finally:
         Path(scratch).unlink(missing_ok=True)
 

@@ -1,0 +1,111 @@
+"""`kbot expand`: the `xacro` command, with errors at their place."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import click
+
+from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.output import report
+from kbot.text.errors import KbotError
+from kbot.text.files import write_text
+from kbot.xacro import Packages, expand
+from kbot.xacro.result import Expansion
+
+
+@click.command(
+    "expand",
+    epilog=examples(
+        "kbot expand robot.xacro -o robot.urdf",
+        "kbot expand robot.xacro wheel_radius:=0.04 --plain",
+        "kbot expand robot.xacro --source-map robot.map.json -o robot.urdf",
+    ),
+)
+@click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
+@click.option("-o", "output", metavar="FILE", help="Write to FILE; where there are errors it is left as it is.")
+@click.option("--deps", is_flag=True, help="Print the files that FILE depends on, and nothing else.")
+@click.option("--plain", is_flag=True, help="Leave the banner out.")
+@click.option("--source-map", metavar="JSON", help="Write where everything came from.")
+@click.option("--inorder", "-i", is_flag=True, help="Process in reading order (always so; may be left out).")
+@click.option("--root-dir", metavar="DIR", default=os.curdir, help="Resolve relative paths in DIR.")
+@click.option("-q", "quiet", is_flag=True, help="No warnings.")
+@click.option("-v", "verbose", count=True, help="Say more; thrice logs properties.")
+@click.option("--verbosity", type=int, metavar="LEVEL", help="0 quiet, 1 warnings, 3 log top-level properties, 4 all.")
+@package_path_option
+def command(
+    words: tuple[str, ...],
+    output: str | None,
+    deps: bool,
+    plain: bool,
+    source_map: str | None,
+    inorder: bool,
+    root_dir: str,
+    quiet: bool,
+    verbose: int,
+    verbosity: int | None,
+    package_path: tuple[str, ...],
+) -> None:
+    """Expand the xacro FILE into the URDF it stands for, on stdout or into a file."""
+    file, arguments = one_file(words)
+    level = 0 if quiet else verbosity if verbosity is not None else max(1, verbose)
+    expansion = expand(
+        _path(file),
+        _official(arguments),
+        packages=Packages(package_path),
+        root_dir=root_dir,
+        log=_log(level) if level > 2 else None,
+    )
+    report(d for d in expansion.diagnostics if d.is_error or level > 0)
+    if not expansion.ok:
+        sys.stderr.flush()
+        click.get_current_context().exit(2)
+    if source_map:
+        _write(source_map, expansion.source_map.to_json(plain))
+    if deps:
+        _write(output, " ".join(expansion.dependencies))
+    else:
+        _write(output, expansion.plain_text if plain else expansion.text)
+
+
+def _path(file: str) -> str:
+    if file != "kbot":
+        return file
+    from kbot.model.load import resolve_robot_path
+
+    return str(resolve_robot_path(file))
+
+
+def _official(arguments: dict[str, str]) -> dict[str, str]:
+    """The arguments as the `xacro` command takes them: trimmed; empty ones and `_name:=` are not for it."""
+    given = {}
+    for name, value in arguments.items():
+        if ":=" in value:
+            raise KbotError(f"'{name}:={value}' has more than one ':='")
+        if value.strip() and not (name.startswith("_") and not name.startswith("__") and len(name) > 1):
+            given[name] = value.strip()
+    return given
+
+
+def _write(path: str | None, text: str) -> None:
+    if path is None:
+        sys.stdout.write(text)
+        return
+    folder = os.path.dirname(path)  # noqa: PTH120
+    if folder:
+        os.makedirs(folder, exist_ok=True)  # noqa: PTH103
+    write_text(path, text)
+
+
+def _log(level: int):  # type: ignore[no-untyped-def]
+    from kbot.xacro.scope import Scope
+
+    def log(what: str, scope: Scope, name: str, value: object) -> None:
+        if level > 3 or scope.parent is None:
+            sys.stderr.write(f"{' ' * scope.depth}{what} {name}: {value} ({scope.run.file})\n")
+
+    return log
+
+
+__all__ = ["Expansion", "command"]
