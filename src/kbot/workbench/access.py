@@ -1,0 +1,74 @@
+"""Who may speak to the server: Host, Origin and token checked, and the headers every answer carries."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+from dataclasses import dataclass
+from urllib.parse import parse_qs, urlsplit
+
+_LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """The address served at, and the token asked for where that is not this machine alone."""
+
+    host: str
+    port: int
+    token: str | None
+
+    def refuses(self, path: str, host: str | None, origin: str | None, secret: bool) -> str | None:
+        """Why a request is refused, or None when it is welcome. `secret` things need the token.
+
+        Without a token only this machine's own names are taken for Host, so that a foreign name
+        that resolves here (DNS rebinding) gets nothing. A page of another site is always refused.
+        """
+        if host is None:
+            return "no Host header"
+        if self.token is None and host not in self._own_hosts():
+            return f"the Host header names {host[:80]!r}, which is not served here"
+        if origin is not None and origin != f"http://{host}":
+            return f"the page {origin[:80]!r} may not speak to this server"
+        if secret and self.token is not None and not self._has_token(path):
+            return "the address needs the token that was printed with it"
+        return None
+
+    def _own_hosts(self) -> set[str]:
+        hosts = {f"{name}:{self.port}" for name in _LOCAL_NAMES} | {f"{bracketed(self.host)}:{self.port}"}
+        return hosts | set(_LOCAL_NAMES) if self.port == 80 else hosts
+
+    def _has_token(self, path: str) -> bool:
+        given = parse_qs(urlsplit(path).query).get("token", [""])[0]
+        return hmac.compare_digest(given.encode(), (self.token or "").encode())
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches the address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def bracketed(host: str) -> str:
+    """The host as it stands in an address: IPv6 in brackets."""
+    return f"[{host}]" if ":" in host else host
+
+
+def security_headers(host: str) -> dict[str, str]:
+    """Headers that keep the page to itself: it loads from and speaks to this server and nobody else."""
+    policy = (
+        "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
+        f"img-src 'self' data: blob:; connect-src 'self'{f' ws://{host}' if host else ''}; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+    return {
+        "Content-Security-Policy": policy,
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "Cross-Origin-Opener-Policy": "same-origin",
+        "Cross-Origin-Resource-Policy": "same-origin",
+    }

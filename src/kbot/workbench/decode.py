@@ -1,0 +1,95 @@
+"""Messages from a page: checked for size, type and range before anything sees them."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import typing
+from typing import Annotated, Any, Literal
+
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.workbench.protocol import FromPage, Length, Range
+
+MAX_MESSAGE = 64 * 1024
+
+_MESSAGES: dict[str, type] = {cls.type: cls for cls in typing.get_args(FromPage)}
+
+
+class BadMessage(KbotError):
+    """A message that is not obeyed; its text says why."""
+
+
+def decode(data: str | bytes) -> FromPage:
+    """The message in a WebSocket frame.
+
+    Raises:
+        BadMessage: not JSON, an unknown type, a field missing, too many, of the wrong type or range.
+    """
+    if not isinstance(data, str):
+        raise BadMessage("a binary message: messages are JSON text")
+    if len(data) > MAX_MESSAGE:
+        raise BadMessage(f"a message of {len(data)} characters: at most {MAX_MESSAGE} are read")
+    try:
+        value = json.loads(data)
+    except (ValueError, RecursionError):
+        raise BadMessage("a message that is not JSON") from None
+    if not isinstance(value, dict):
+        raise BadMessage("a message that is not a JSON object")
+    kind = value.pop("type", None)
+    if not isinstance(kind, str) or kind not in _MESSAGES:
+        hint = did_you_mean(kind, _MESSAGES) if isinstance(kind, str) and len(kind) < 64 else ""
+        raise BadMessage(f"a message of unknown type {_short(kind)}{'; ' + hint if hint else ''}")
+    cls = _MESSAGES[kind]
+    hints = _fields(cls)
+    for name in value:
+        if name not in hints:
+            raise BadMessage(f"{kind}: no field {_short(name)}")
+    for name, hint in hints.items():
+        if name not in value:
+            raise BadMessage(f"{kind}: the field '{name}' is missing")
+        value[name] = _check(value[name], hint, f"{kind}.{name}")
+    return typing.cast(FromPage, cls(**value))
+
+
+@functools.cache
+def _fields(cls: type) -> dict[str, Any]:
+    hints = typing.get_type_hints(cls, include_extras=True)
+    return {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.name != "type"}
+
+
+def _check(value: Any, hint: Any, where: str) -> Any:
+    bound: Range | Length | None = None
+    if typing.get_origin(hint) is Annotated:
+        hint, bound = typing.get_args(hint)
+    if typing.get_origin(hint) is Literal:
+        allowed = typing.get_args(hint)
+        if not isinstance(value, str) or value not in allowed:
+            raise BadMessage(f"{where} is {_short(value)}: one of {', '.join(allowed)} is meant")
+        return value
+    if hint is float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise BadMessage(f"{where} is {_short(value)}, not a number")
+        if isinstance(bound, Range) and not bound.low <= value <= bound.high:
+            raise BadMessage(f"{where} is {_short(value)}, not between {bound.low:g} and {bound.high:g}")
+        return float(value)
+    if hint is bool:
+        if not isinstance(value, bool):
+            raise BadMessage(f"{where} is {_short(value)}, not true or false")
+        return value
+    if hint is str:
+        if not isinstance(value, str):
+            raise BadMessage(f"{where} is {_short(value)}, not a text")
+        if isinstance(bound, Length) and len(value) > bound.most:
+            raise BadMessage(f"{where} has {len(value)} characters: at most {bound.most} are read")
+        return value
+    raise TypeError(f"no check for {hint}")
+
+
+def _short(value: Any) -> str:
+    try:
+        text = json.dumps(value)
+    except (ValueError, OverflowError, RecursionError):
+        text = type(value).__name__
+    return text if len(text) <= 60 else text[:57] + "…"

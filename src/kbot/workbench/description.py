@@ -1,0 +1,57 @@
+"""The description on disk as the workbench sees it: a robot or none, and everything found about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from kbot.model import Robot
+from kbot.text import DescriptionError, Diagnostic, Element
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
+
+    `files` are all that it was read from, the description itself first.
+    """
+
+    robot: Robot | None
+    usable: bool
+    document: Element | None
+    findings: tuple[Diagnostic, ...]
+    files: tuple[str, ...]
+
+    def require(self) -> Robot:
+        """The robot.
+
+        Raises:
+            DescriptionError: the reading is not usable.
+        """
+        if self.robot is None or not self.usable:
+            raise DescriptionError(self.findings)
+        return self.robot
+
+
+class Description:
+    """A xacro or URDF file with the arguments it is expanded with."""
+
+    def __init__(
+        self, path: str, arguments: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
+    ) -> None:
+        self.path = path
+        self.arguments = dict(arguments or {})
+        self.package_path = tuple(package_path)
+
+    def read(self) -> Reading:
+        """Expand, read and check the file as it is now. Never raises for faults of the description."""
+        from kbot.checks import check_file
+        from kbot.model.load import load_robot
+        from kbot.xacro.packages import Packages
+
+        packages = Packages(self.package_path, around=self.path)
+        loaded = load_robot(self.path, self.arguments, packages=packages)
+        usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
+        findings = check_file(self.path, self.arguments, packages) if usable else loaded.diagnostics
+        files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
+        return Reading(loaded.robot, usable, loaded.expansion.document, tuple(findings), tuple(files))

@@ -1,0 +1,64 @@
+"""The pages that are connected, each with the newest of everything it has not been sent yet."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+
+from kbot.workbench.encode import encode
+from kbot.workbench.protocol import FromServer, SourceText
+
+MAX_PAGES = 64
+
+
+class Client:
+    """One page. What waits for it is one message of each kind, so a slow page drops frames and
+    never grows a queue."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self._waiting: dict[str, str] = {}
+        self._news = asyncio.Event()
+
+    def put(self, message: FromServer, text: str | None = None) -> None:
+        """Queue a message; an older one of its kind that was not sent yet is dropped."""
+        key = f"source:{message.file}" if isinstance(message, SourceText) else message.type
+        self._waiting.pop(key, None)
+        self._waiting[key] = text if text is not None else encode(message)
+        self._news.set()
+
+    async def pump(self, send: Callable[[str], Awaitable[None]]) -> None:
+        """Send what waits, for ever."""
+        while True:
+            await self._news.wait()
+            while self._waiting:
+                key = next(iter(self._waiting))
+                await send(self._waiting.pop(key))
+            self._news.clear()
+
+
+class Hub:
+    """All connected pages."""
+
+    def __init__(self) -> None:
+        self._clients: dict[int, Client] = {}
+        self._count = 0
+
+    def __len__(self) -> int:
+        return len(self._clients)
+
+    def join(self) -> Client:
+        self._count += 1
+        client = self._clients[self._count] = Client(self._count)
+        return client
+
+    def leave(self, client: Client) -> None:
+        self._clients.pop(client.number, None)
+
+    def publish(self, message: FromServer) -> None:
+        """Queue a message for every page; it is encoded once."""
+        if not self._clients:
+            return
+        text = encode(message)
+        for client in self._clients.values():
+            client.put(message, text)

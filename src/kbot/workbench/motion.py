@@ -1,0 +1,134 @@
+"""What moves the robot in the page: joint sliders here, or the simulation in `driving`."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.model import Joint, JointType, Robot
+from kbot.text import KbotError
+from kbot.workbench.scene import slider_range
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """How things stand: poses in the world, and speeds as forward m/s and turning rad/s."""
+
+    time: float
+    positions: Mapping[str, float]
+    poses: Mapping[str, Transform]
+    bodies: tuple[float, ...] = ()
+    command: tuple[float, float] = (0.0, 0.0)
+    twist: tuple[float, float] = (0.0, 0.0)
+    odometry: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class Motion(Protocol):
+    """One way to move a robot."""
+
+    def moment(self) -> Moment: ...
+
+    def advance(self, seconds: float) -> float:
+        """Let time pass; the simulated seconds that did, less where the machine cannot follow."""
+        ...
+
+    def reset(self) -> None: ...
+
+    def drive(self, linear: float, angular: float) -> None:
+        """Raises KbotError where the robot cannot drive."""
+        ...
+
+    def set_joint(self, name: str, position: float) -> None:
+        """Raises KbotError where there is no such joint, or joints are not set by hand."""
+        ...
+
+    def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None: ...
+
+    def replace(self, robot: Robot) -> Motion:
+        """The same with a changed robot, standing as this one does. Raises KbotError."""
+        ...
+
+
+@dataclass
+class Sliders:
+    """Joints put where the sliders stand; nothing moves by itself."""
+
+    robot: Robot
+    positions: dict[str, float] = field(default_factory=dict)
+    choice: random.Random = field(default_factory=random.Random)
+
+    def __post_init__(self) -> None:
+        self._tree = FrameTree(self.robot)
+        self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}
+        kept = {name: self.positions[name] for name in self._joints if name in self.positions}
+        self.positions = {name: _held(j, kept.get(name, 0.0)) for name, j in self._joints.items()}
+
+    def moment(self) -> Moment:
+        mimics = self._mimicked()
+        return Moment(0.0, {**self.positions, **mimics}, self._tree.poses(self.positions))
+
+    def advance(self, seconds: float) -> float:
+        return 0.0
+
+    def reset(self) -> None:
+        self.set_joints("zero")
+
+    def drive(self, linear: float, angular: float) -> None:
+        raise KbotError("nothing is simulated here, so the robot cannot drive: kbot sim does it")
+
+    def set_joint(self, name: str, position: float) -> None:
+        joint = self._joints.get(name)
+        if joint is None:
+            raise KbotError(f"no joint {name!r} that can be set by hand")
+        self.positions[name] = _held(joint, position)
+
+    def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
+        for name, joint in self._joints.items():
+            lower, upper = slider_range(joint)
+            match preset:
+                case "zero":
+                    wanted = 0.0
+                case "centre":
+                    wanted = (lower + upper) / 2
+                case "random":
+                    wanted = self.choice.uniform(lower, upper)
+            self.positions[name] = _held(joint, wanted)
+
+    def replace(self, robot: Robot) -> Sliders:
+        return Sliders(robot, self.positions, self.choice)
+
+    def _mimicked(self) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for joint in self.robot.movable_joints:
+            scale, offset, at, seen = 1.0, 0.0, joint, {joint.name}
+            while at.mimic is not None and (leader := self.robot.joints.get(at.mimic.joint)) is not None:
+                if leader.name in seen:
+                    break
+                seen.add(leader.name)
+                offset += scale * at.mimic.offset
+                scale *= at.mimic.multiplier
+                at = leader
+            if joint.mimic is not None:
+                found[joint.name] = scale * self.positions.get(at.name, 0.0) + offset
+        return found
+
+
+def _held(joint: Joint, position: float) -> float:
+    """The position within the joint's range; a continuous one turns without end."""
+    if joint.type is JointType.CONTINUOUS:
+        return position
+    lower, upper = slider_range(joint)
+    return min(max(position, lower), upper)
+
+
+def flat(transforms: Iterable[Transform]) -> tuple[float, ...]:
+    """x, y, z, qx, qy, qz, qw of each, one after the other, to a nanometre."""
+    numbers: list[float] = []
+    for transform in transforms:
+        numbers += transform.translation.tolist()
+        numbers += transform.quaternion_xyzw
+    return tuple([round(number, 9) for number in numbers])

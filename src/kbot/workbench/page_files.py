@@ -1,0 +1,34 @@
+"""The built page, held in memory: only these files are served, whatever path is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from kbot.text import KbotError
+
+FOLDER = Path(__file__).parent / "page"
+
+_TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".woff2": "font/woff2",
+    ".svg": "image/svg+xml",
+}
+
+
+def load_page(folder: Path = FOLDER) -> dict[str, tuple[str, bytes]]:
+    """Content type and bytes of every file of the page by its path in the address.
+
+    Raises:
+        KbotError: the page was not built.
+    """
+    files = {
+        "/" + file.relative_to(folder).as_posix(): (_TYPES[file.suffix], file.read_bytes())
+        for file in sorted(folder.rglob("*"))
+        if file.suffix in _TYPES
+    }
+    if "/index.html" not in files:
+        raise KbotError("the page is not built: run `python hatch_build.py` in the checkout, or install again")
+    files["/"] = files["/index.html"]
+    return files

@@ -1,0 +1,45 @@
+"""Diagnostics and origins as the page sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from kbot.text import Diagnostic, Origin, Span
+from kbot.workbench.ownership import Ownership
+from kbot.workbench.protocol import Finding, Note, Place, Step
+
+
+def place(origin: Origin | None) -> Place | None:
+    """Where an origin is, as the page marks it."""
+    return place_of_span(origin.span) if origin is not None else None
+
+
+def place_of_span(span: Span) -> Place:
+    """The part of a span that stands on its first line, at least one character of it."""
+    line, column = span.source.line_column(span.start)
+    rest = len(span.source.line(line)) - column + 1
+    width = len(span.text.split("\n", 1)[0].rstrip("\r"))
+    return Place(span.file, line, column, max(1, min(width, rest)))
+
+
+def findings_for_page(diagnostics: Iterable[Diagnostic], ownership: Ownership) -> tuple[Finding, ...]:
+    """Diagnostics for the page, the gravest first and otherwise in their order."""
+    order = ("error", "warning", "info")
+    found = (_finding(diagnostic, ownership) for diagnostic in diagnostics)
+    return tuple(sorted(found, key=lambda finding: order.index(finding.severity)))
+
+
+def _finding(diagnostic: Diagnostic, ownership: Ownership) -> Finding:
+    origin = diagnostic.origin
+    return Finding(
+        code=diagnostic.code,
+        severity=diagnostic.severity.value,
+        message=diagnostic.message,
+        hint=diagnostic.hint,
+        place=place(origin),
+        stack=tuple(
+            Step(call.kind, call.name, place_of_span(call.span)) for call in (origin.stack if origin else ())
+        ),
+        related=tuple(Note(note.message, place_of_span(note.origin.span)) for note in diagnostic.related),
+        link=ownership.link_at(origin),
+    )

@@ -1,0 +1,165 @@
+"""What the page draws, built from the robot and the world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform, quaternion_xyzw_from_rotation
+from kbot.model import Box, Capsule, Collision, Cylinder, Inertial, Joint, JointType, Link, Mesh, Robot
+from kbot.model import Pose as UrdfPose
+from kbot.model import Sphere, Visual
+from kbot.model.shapes import bounds, tensor
+from kbot.text import KbotError, Origin
+from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.places import place
+from kbot.workbench.protocol import InertiaView, JointView, LinkView, Scene, Shape
+from kbot.workbench.world_view import world_view
+from kbot.world.world import World
+
+PLAIN = (0.72, 0.74, 0.78, 1.0)
+_UNIT = (1.0, 1.0, 1.0)
+
+
+def build_scene(
+    robot: Robot, world: World | None, meshes: MeshStore, revision: int, *, on_ground: bool
+) -> Scene:
+    """The scene of a robot, alone (on a grid beneath its lowest point) or `on_ground` in a world."""
+    low, high = robot_bounds(robot)
+    return Scene(
+        revision=revision,
+        robot=robot.name,
+        root=robot.root,
+        links=tuple(_link(robot, link, meshes) for link in robot.links.values()),
+        joints=tuple(_joint(joint) for joint in robot.movable_joints),
+        bodies=world_view(world, meshes) if world else (),
+        ground=0.0 if on_ground else min(0.0, float(low[2])),
+        radius=max(0.02, float(np.linalg.norm(high - low)) / 2),
+        centre=tuple(((low + high) / 2).tolist()),
+    )
+
+
+def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
+    poses = FrameTree(robot).poses({})
+    boxes = list(_bounds(robot, poses))
+    if not boxes:
+        points = np.array([pose.translation for pose in poses.values()])
+        return points.min(axis=0), points.max(axis=0)
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    for link in robot.links.values():
+        for part in link.visuals or link.collisions:
+            pose = poses[link.name] @ _transform(part.pose)
+            try:
+                box = bounds(part.geometry, pose.rotation)
+            except KbotError:
+                continue
+            if box is not None:
+                yield box[0] + pose.translation, box[1] + pose.translation
+
+
+def _link(robot: Robot, link: Link, meshes: MeshStore) -> LinkView:
+    joint = robot.parent_joint.get(link.name)
+    return LinkView(
+        name=link.name,
+        parent=joint.parent if joint else "",
+        joint=joint.name if joint else "",
+        visuals=tuple(_shapes(link.visuals, meshes)),
+        collisions=tuple(_shapes(link.collisions, meshes)),
+        inertia=_inertia(link.inertial) if link.inertial else None,
+        place=place(link.origin),
+    )
+
+
+def _shapes(parts: Iterable[Visual | Collision], meshes: MeshStore) -> Iterator[Shape]:
+    for part in parts:
+        material = part.material if isinstance(part, Visual) else None
+        rgba = material.rgba if material and material.rgba else PLAIN
+        shape = part.geometry
+        mesh = ""
+        size: tuple[float, ...]
+        match shape:
+            case Box(size=size):
+                kind = "box"
+            case Cylinder(radius=radius, length=length):
+                kind, size = "cylinder", (radius, length)
+            case Sphere(radius=radius):
+                kind, size = "sphere", (radius,)
+            case Capsule(radius=radius, length=length):
+                kind, size = "capsule", (radius, length)
+            case Mesh(path=None):
+                continue
+            case Mesh(path=path, scale=scale):
+                try:
+                    mesh = meshes.add_file(path or "")
+                except KbotError:
+                    continue  # the checks say so, at the line
+                kind, size = "mesh", scale
+                if not (material and material.rgba):
+                    rgba = (-1.0, -1.0, -1.0, -1.0)
+        yield make_shape(kind, size, _transform(part.pose), rgba, mesh, part.origin)
+
+
+def make_shape(
+    kind: str, size: tuple[float, ...], pose: Transform, rgba: tuple[float, ...], mesh: str, origin: Origin | None
+) -> Shape:
+    """A shape for the page; a negative colour leaves a mesh its own."""
+    return Shape(kind, size, *position_quaternion(pose), rgba, mesh, place(origin))  # type: ignore[arg-type]
+
+
+def position_quaternion(pose: Transform) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Translation (3,) and quaternion x, y, z, w as plain floats."""
+    return tuple(pose.translation.tolist()), pose.quaternion_xyzw
+
+
+def _inertia(inertial: Inertial) -> InertiaView | None:
+    """The box of even density with the same mass and principal moments; None where there is none.
+
+    A box has I_x = m (y^2 + z^2) / 12 and so on, so x^2 = 6 (I_y + I_z - I_x) / m. The moments of a
+    real body obey the triangle inequality, which keeps the squares positive.
+    """
+    matrix = tensor(inertial)
+    if not inertial.mass > 0.0 or not np.isfinite(matrix).all():
+        return None
+    moments, axes = np.linalg.eigh(matrix)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] = -axes[:, 0]
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / inertial.mass
+    pose = _transform(inertial.pose)
+    turned = Transform.from_quaternion_xyzw(quaternion_xyzw_from_rotation(axes))
+    position, quaternion = position_quaternion(pose @ turned)
+    box = tuple(math.sqrt(max(0.0, float(square))) for square in squares)
+    return InertiaView(inertial.mass, box, position, quaternion, place(inertial.origin))
+
+
+def _joint(joint: Joint) -> JointView:
+    lower, upper = slider_range(joint)
+    return JointView(
+        name=joint.name,
+        kind=joint.type.value,  # type: ignore[arg-type]
+        child=joint.child,
+        lower=lower,
+        upper=upper,
+        mimics=joint.mimic.joint if joint.mimic else "",
+        place=place(joint.origin),
+    )
+
+
+def slider_range(joint: Joint) -> tuple[float, float]:
+    """Where a joint may be put by hand: its limits, else a full turn or a metre each way."""
+    reach = 1.0 if joint.type is JointType.PRISMATIC else math.pi
+    if joint.type is JointType.CONTINUOUS or joint.limit is None:
+        return -reach, reach
+    lower = joint.limit.lower if joint.limit.lower is not None else 0.0
+    upper = joint.limit.upper if joint.limit.upper is not None else 0.0
+    return (lower, upper) if lower < upper else (-reach, reach)
+
+
+def _transform(pose: UrdfPose) -> Transform:
+    return Transform.from_xyz_rpy(pose.xyz, pose.rpy)

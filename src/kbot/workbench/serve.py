@@ -1,0 +1,197 @@
+"""Opening the workbench: a session, an address, a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import signal
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from os import environ
+
+from kbot.text import KbotError
+from kbot.workbench.access import Access, bracketed, is_loopback
+from kbot.workbench.server import Server
+from kbot.workbench.session import Session
+
+FIRST_PORT, LAST_PORT = 8300, 8399
+
+
+def open_session(
+    path: str,
+    *,
+    simulate: bool,
+    world: str = "empty",
+    arguments: Mapping[str, str] | None = None,
+    seed: int = 0,
+    contacts: str = "recipe",
+    package_path: Sequence[str] = (),
+) -> Session:
+    """Read a description (or `kbot`, the robot that ships) and make it ready to be shown or driven.
+
+    Raises:
+        DescriptionError: it makes no robot; with everything that is wrong.
+        KbotError: there is no such world.
+    """
+    from kbot.model.load import resolve_robot_path
+    from kbot.workbench.description import Description
+
+    description = Description(resolve_robot_path(path), arguments, package_path)
+    if simulate:
+        from kbot.workbench.driving import driven_session
+
+        return driven_session(description, world, seed, contacts)
+    from kbot.workbench.motion import Sliders
+
+    return Session(description, "view", Sliders)
+
+
+def serve(
+    path: str,
+    *,
+    simulate: bool,
+    world: str = "empty",
+    arguments: Mapping[str, str] | None = None,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    open_browser: bool = True,
+    seed: int = 0,
+    contacts: str = "recipe",
+    package_path: Sequence[str] = (),
+) -> None:
+    """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
+
+    Where `host` is reached from other machines the address carries a token, which the page needs.
+
+    Raises:
+        DescriptionError, KbotError: as `open_session`; or the address is taken or not this machine's.
+    """
+    session = open_session(
+        path,
+        simulate=simulate,
+        world=world,
+        arguments=arguments,
+        seed=seed,
+        contacts=contacts,
+        package_path=package_path,
+    )
+    with bind(host, port) as listening, _ended_like_ctrl_c():
+        server, address = _server(session, host, listening)
+        _say(_welcome(session, address))
+        if open_browser and _has_display():
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+        try:
+            asyncio.run(server.run(listening))
+        except KeyboardInterrupt:
+            _say("\n")
+
+
+@contextmanager
+def serving(session: Session, host: str = "127.0.0.1", port: int | None = 0) -> Iterator[str]:
+    """Serve a session on a thread of its own; yields the address.
+
+    Raises:
+        KbotError: the address is taken or not this machine's.
+    """
+    with bind(host, port) as listening:
+        server, address = _server(session, host, listening)
+        loop = asyncio.new_event_loop()
+        running = loop.create_task(server.run(listening))
+        thread = threading.Thread(target=_run_until_cancelled, args=(loop, running), daemon=True)
+        thread.start()
+        try:
+            yield address
+        finally:
+            loop.call_soon_threadsafe(running.cancel)
+            thread.join()
+
+
+def bind(host: str, port: int | None) -> socket.socket:
+    """A listening socket.
+
+    Raises:
+        KbotError: every port asked for is in use, or the address is not this machine's.
+    """
+    ports = range(FIRST_PORT, LAST_PORT + 1) if port is None else (port,)
+    try:
+        family = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
+    except (OSError, UnicodeError):
+        raise KbotError(f"--host {host}: no such address") from None
+    for candidate in ports:
+        try:
+            return socket.create_server((host, candidate), family=family)
+        except PermissionError:
+            raise KbotError(f"--port {candidate} may not be served on without more rights") from None
+        except OSError as error:
+            if not _is_taken(error):
+                raise KbotError(f"--host {host} cannot be served on: {error.strerror}") from None
+    if port is None:
+        raise KbotError(f"the ports {FIRST_PORT} to {LAST_PORT} are all in use; name another with --port")
+    raise KbotError(f"port {port} is in use; name another with --port, or leave it out to get a free one")
+
+
+def _is_taken(error: OSError) -> bool:
+    import errno
+
+    return error.errno in (errno.EADDRINUSE, errno.EACCES)
+
+
+def _server(session: Session, host: str, listening: socket.socket) -> tuple[Server, str]:
+    port = listening.getsockname()[1]
+    token = None if is_loopback(host) else secrets.token_urlsafe(18)
+    address = f"http://{bracketed(host)}:{port}/" + (f"?token={token}" if token else "")
+    return Server(session, Access(host, port, token)), address
+
+
+def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[None]) -> None:
+    asyncio.set_event_loop(loop)
+    try:
+        loop.run_until_complete(running)
+    except asyncio.CancelledError:
+        pass
+    finally:
+        loop.run_until_complete(loop.shutdown_asyncgens())
+        loop.run_until_complete(loop.shutdown_default_executor())
+        loop.close()
+
+
+def _welcome(session: Session, address: str) -> str:
+    about = session.about()
+    keys = (
+        "Drive with W A S D or the arrow keys, held down; Space stops, P pauses, R resets."
+        if about.mode == "sim" and not about.cannot_drive
+        else f"It cannot drive: {about.cannot_drive}"
+        if about.mode == "sim"
+        else "Move the sliders; save the file to see it change."
+    )
+    where = f" in the world '{about.world}'" if about.world else ""
+    return f"{session.scene.robot}{where} is at  {address}\n{keys}  Ctrl-C here ends.\n"
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text)
+    sys.stdout.flush()
+
+
+def _has_display() -> bool:
+    """Whether a browser could open a window; without one `webbrowser` may take over the terminal."""
+    if sys.platform.startswith("linux"):
+        return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
+    return True
+
+
+@contextmanager
+def _ended_like_ctrl_c() -> Iterator[None]:
+    """SIGTERM ends the run as Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,172 @@
+"""The page and its socket on one port: GET for files and meshes, `/ws` for messages."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import http
+import logging
+import socket
+import time
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server as SocketServer
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from kbot.text import KbotError
+from kbot.workbench.access import Access, security_headers
+from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.hub import MAX_PAGES, Client, Hub
+from kbot.workbench.page_files import load_page
+from kbot.workbench.protocol import Drive, FromPage, OpenSource, Refused
+from kbot.workbench.session import Session
+from kbot.workbench.watch import Watcher
+
+log = logging.getLogger(__name__)
+
+FRAME_SECONDS = 1 / 60
+STATE_SECONDS = 1 / 50
+
+
+class Server:
+    """Serves one session to any number of pages, until it is closed."""
+
+    def __init__(self, session: Session, access: Access) -> None:
+        self.session = session
+        self.access = access
+        self.hub = Hub()
+        self._page = load_page()
+        self._changed = True
+
+    async def run(self, listening: socket.socket) -> None:
+        """Serve on a bound socket until cancelled."""
+        async with (
+            asyncio.TaskGroup() as tasks,
+            serve(
+                self._page_connected,
+                sock=listening,
+                process_request=self._answer,
+                compression=None,
+                max_size=MAX_MESSAGE,
+                max_queue=8,
+                server_header=None,
+                logger=_quiet_logger(),
+            ) as sockets,
+        ):
+            tasks.create_task(self._keep_time())
+            tasks.create_task(self._follow_files())
+            await self._until_closed(sockets)
+
+    async def _until_closed(self, sockets: SocketServer) -> None:
+        await sockets.wait_closed()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """An answer to a plain request; None lets a WebSocket handshake go on."""
+        path = urlsplit(request.path).path
+        is_socket = path == "/ws"
+        host = _only(request.headers, "Host")
+        secret = is_socket or path.startswith("/mesh/")
+        reason = self.access.refuses(request.path, host, _only(request.headers, "Origin"), secret)
+        if reason is not None:
+            log.warning("refused %.80s: %s", path, reason)
+            return _response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
+        served = host or ""
+        if is_socket:
+            if len(self.hub) >= MAX_PAGES:
+                return _response(http.HTTPStatus.SERVICE_UNAVAILABLE, served, b"503: too many pages\n")
+            return None
+        if path.startswith("/mesh/"):
+            mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
+            if mesh is not None:
+                return _response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", "max-age=31536000")
+        elif path in self._page:
+            kind, body = self._page[path]
+            kept = "max-age=31536000, immutable" if path.startswith("/assets/") else "no-cache"
+            return _response(http.HTTPStatus.OK, served, body, kind, kept)
+        return _response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+
+    async def _page_connected(self, connection: ServerConnection) -> None:
+        client = self.hub.join()
+        session = self.session
+        for message in (session.about(client.number), session.scene, session.findings(), session.state()):
+            client.put(message)
+        pump = asyncio.create_task(client.pump(connection.send))
+        try:
+            async for data in connection:
+                self._hear(client, data)
+        except ConnectionClosed:
+            pass
+        finally:
+            pump.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
+                await pump
+            self.hub.leave(client)
+            session.leave(client.number)
+            self._changed = True
+
+    def _hear(self, client: Client, data: str | bytes) -> None:
+        message: FromPage | None = None
+        try:
+            message = decode(data)
+            for answer in self.session.obey(message, client.number):
+                client.put(answer)
+        except KbotError as error:
+            if isinstance(error, BadMessage):
+                log.warning("page %d: %s", client.number, error)
+            client.put(Refused(str(error)))
+        if not isinstance(message, OpenSource | Drive):
+            self._changed = True
+
+    async def _keep_time(self) -> None:
+        """Let simulated time follow wall time, and send each new state at most fifty times a second."""
+        before = sent = time.monotonic()
+        while True:
+            await asyncio.sleep(FRAME_SECONDS)
+            now = time.monotonic()
+            self._changed |= self.session.advance(min(now - before, 0.1))
+            before = now
+            if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
+                self._changed, sent = False, now
+                if len(self.hub):
+                    self.hub.publish(self.session.state())
+
+    async def _follow_files(self) -> None:
+        """Show the description anew each time one of its files changes."""
+        watcher = Watcher(self.session.files)
+        while True:
+            await watcher.changed()
+            reading = await asyncio.to_thread(self.session.read)
+            for message in self.session.adopt(reading):
+                self.hub.publish(message)
+            watcher.watch(self.session.files)
+
+
+def _response(
+    status: http.HTTPStatus, host: str, body: bytes, kind: str = "text/plain; charset=utf-8", kept: str = "no-store"
+) -> Response:
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": kept,
+            "Connection": "close",
+            **security_headers(host),
+        }
+    )
+    return Response(status.value, status.phrase, headers, body)
+
+
+def _only(headers: Headers, name: str) -> str | None:
+    """A header's value; two of them are as good as a foreign one."""
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else ("(several)" if values else None)
+
+
+def _quiet_logger() -> logging.Logger:
+    """Handshakes that fail are answered; a user need not read of them."""
+    logger = logging.getLogger(f"{__name__}.sockets")
+    logger.setLevel(logging.CRITICAL)
+    return logger

@@ -1,0 +1,232 @@
+"""What all tabs share: the description, the last good robot, what was found, and how it moves."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Literal, Protocol
+
+from kbot.model import Robot
+from kbot.text import DescriptionError, KbotError
+from kbot.text.files import read_source
+from kbot.workbench.description import Reading
+from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.motion import Motion, flat
+from kbot.workbench.ownership import Ownership
+from kbot.workbench.places import findings_for_page
+from kbot.workbench.protocol import (
+    About,
+    Advance,
+    Drive,
+    Findings,
+    FromPage,
+    FromServer,
+    OpenSource,
+    Pause,
+    Reset,
+    Scene,
+    SetJoint,
+    SetJoints,
+    SetSpeed,
+    SourceText,
+    State,
+    Stop,
+)
+from kbot.workbench.scene import build_scene
+from kbot.world.world import World
+
+DEADMAN_SECONDS = 0.5
+NOBODY = 0
+
+
+class Reader(Protocol):
+    """Reads the description as it is now."""
+
+    def read(self) -> Reading: ...
+
+
+class Session:
+    """One robot on show. Everything here runs on the server's loop but `read`, which only reads.
+
+    `make_motion` makes what moves the robot; `cannot_drive` says why it cannot drive, or nothing.
+    """
+
+    def __init__(
+        self,
+        reader: Reader,
+        mode: Literal["view", "sim"],
+        make_motion: Callable[[Robot], Motion],
+        world: World | None = None,
+        cannot_drive: Callable[[Robot], str] = lambda robot: "",
+        limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0),
+    ) -> None:
+        """Reads the description.
+
+        Raises:
+            DescriptionError: it makes no robot, or one with errors.
+        """
+        self._reader = reader
+        self.mode = mode
+        self._world = world
+        self._cannot_drive = cannot_drive
+        self._limits = limits
+        self.meshes = MeshStore()
+        self._shown = self._latest = reader.read()
+        self._robot = self._shown.require()
+        self._motion = make_motion(robot)
+        self._revision = 1
+        self._ownership = Ownership(self._shown.document)
+        self._stale = False
+        self.paused = False
+        self.speed = 1.0
+        self.rate = 0.0
+        self._resets = 0
+        self._driver = NOBODY
+        self._quiet_for = 0.0
+        self.scene = self._build_scene()
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Every file the description was last read from."""
+        return self._latest.files
+
+    def read(self) -> Reading:
+        """Read the description again; may run on another thread."""
+        return self._reader.read()
+
+    def adopt(self, reading: Reading) -> list[FromServer]:
+        """Take over a new reading, and say what changed; a broken one keeps the last good robot."""
+        self._latest = reading
+        self._stale = reading.robot is None or not reading.usable
+        messages: list[FromServer] = []
+        if reading.robot is not None and reading.usable:
+            try:
+                self._motion = self._motion.replace(reading.robot)
+            except KbotError as error:
+                problems = error.diagnostics if isinstance(error, DescriptionError) else ()
+                self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
+                self._stale = True
+            else:
+                self._robot, self._shown = reading.robot, reading
+                self._revision += 1
+                self.scene = self._build_scene()
+                messages.append(self.scene)
+        self._ownership = Ownership(reading.document)
+        return [self.about(), *messages, self.findings(), self.state()]
+
+    def about(self, client: int = NOBODY) -> About:
+        linear, angular = self._limits(self._robot)
+        return About(
+            version=version("kbot"),
+            file=self._latest.files[0],
+            mode=self.mode,
+            world=self._world.name if self._world else "",
+            cannot_drive=self._cannot_drive(self._robot),
+            linear_limit=linear,
+            angular_limit=angular,
+            files=self._latest.files,
+            client=client,
+        )
+
+    def findings(self) -> Findings:
+        found = findings_for_page(self._latest.findings, self._ownership)
+        return Findings(self._revision, self._stale, found)
+
+    def state(self) -> State:
+        moment = self._motion.moment()
+        return State(
+            revision=self._revision,
+            time=round(moment.time, 6),
+            paused=self.paused,
+            speed=self.speed,
+            rate=round(self.rate, 3),
+            positions=tuple(round(moment.positions[joint.name], 6) for joint in self._robot.movable_joints),
+            poses=flat(moment.poses[link] for link in self._robot.links),
+            bodies=moment.bodies,
+            command=moment.command,
+            twist=tuple(round(v, 5) for v in moment.twist),
+            odometry=tuple(round(v, 6) for v in moment.odometry),
+            driver=self._driver,
+            resets=self._resets,
+        )
+
+    def source(self, file: str) -> SourceText:
+        """The text of one of the description's files.
+
+        Raises:
+            KbotError: another file is asked for, or it cannot be read.
+        """
+        if file not in self._latest.files and file not in self._shown.files:
+            raise KbotError(f"{file} is not part of this description")
+        source = read_source(file)
+        return SourceText(file, source.text, self._ownership.lines(source.whole()))
+
+    def advance(self, wall_seconds: float) -> bool:
+        """Let wall time pass; whether anything may have changed."""
+        self._mind_the_driver(wall_seconds)
+        if self.mode == "view" or self.paused or wall_seconds <= 0.0:
+            return False
+        done = self._motion.advance(wall_seconds * self.speed)
+        self.rate += (done / wall_seconds - self.rate) * min(1.0, wall_seconds / 0.5)
+        return True
+
+    def obey(self, message: FromPage, client: int) -> list[FromServer]:
+        """Do what a page asks, and answer to it alone.
+
+        Raises:
+            KbotError: it cannot be done; the text says why.
+        """
+        match message:
+            case Drive(linear=linear, angular=angular):
+                self._drive(linear, angular, client)
+            case Stop():
+                self._stop()
+            case SetJoint(name=name, position=position):
+                self._motion.set_joint(name, position)
+            case SetJoints(preset=preset):
+                self._motion.set_joints(preset)
+            case Pause(paused=paused):
+                self.paused = paused
+                self.rate = 0.0
+            case Advance(seconds=seconds):
+                self.paused = True
+                self._motion.advance(seconds)
+            case Reset():
+                self._motion.reset()
+                self._resets += 1
+                self._driver = NOBODY
+            case SetSpeed(factor=factor):
+                self.speed = factor
+            case OpenSource(file=file):
+                return [self.source(file)]
+        return []
+
+    def leave(self, client: int) -> None:
+        """A page is gone; if it was driving, the robot stops."""
+        if client == self._driver:
+            self._stop()
+
+    def _drive(self, linear: float, angular: float, client: int) -> None:
+        standing = linear == 0.0 and angular == 0.0
+        if standing and client != self._driver:
+            return  # another page is driving, and this one merely lets go
+        self._motion.drive(linear, angular)
+        self._driver = NOBODY if standing else client
+        self._quiet_for = 0.0
+
+    def _mind_the_driver(self, wall_seconds: float) -> None:
+        if self._driver == NOBODY:
+            return
+        self._quiet_for += wall_seconds
+        if self._quiet_for > DEADMAN_SECONDS:
+            self._stop()
+
+    def _stop(self) -> None:
+        self._driver = NOBODY
+        self._motion.drive(0.0, 0.0)
+
+    def _build_scene(self) -> Scene:
+        return build_scene(
+            self._robot, self._world, self.meshes, self._revision, on_ground=self.mode == "sim"
+        )

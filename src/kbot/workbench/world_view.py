@@ -1,0 +1,94 @@
+"""The world's bodies as the page draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.places import place
+from kbot.workbench.protocol import BodyView, Shape
+from kbot.world.world import (
+    Body,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HeightField,
+    Mesh,
+    Part,
+    Plane,
+    Sphere,
+    World,
+)
+
+_LEVEL = 1e-9
+
+
+def world_view(world: World, meshes: MeshStore) -> tuple[BodyView, ...]:
+    """Every body that has something to draw; level ground at z = 0 is the page's own grid."""
+    bodies = (_body(body, meshes) for body in world.bodies)
+    return tuple(body for body in bodies if body.parts)
+
+
+def _body(body: Body, meshes: MeshStore) -> BodyView:
+    return BodyView(
+        name=body.name,
+        moving=not body.is_static,
+        parts=tuple(_parts(body, meshes)),
+        position=tuple(body.pose.translation.tolist()),
+        quaternion=body.pose.quaternion_xyzw,
+    )
+
+
+def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
+    for part in body.parts:
+        shape, mesh = part.shape, ""
+        size: tuple[float, ...]
+        match shape:
+            case Plane():
+                if _is_the_ground(body, part):
+                    continue
+                kind, size = "box", (*shape.size, 1e-4)
+            case Box(size=size):
+                kind = "box"
+            case Cylinder(radius=radius, length=length):
+                kind, size = "cylinder", (radius, length)
+            case Sphere(radius=radius):
+                kind, size = "sphere", (radius,)
+            case Capsule(radius=radius, length=length):
+                kind, size = "capsule", (radius, length)
+            case Ellipsoid(radii=size):
+                kind = "ellipsoid"
+            case Mesh(vertices=vertices, faces=faces):
+                kind, size, mesh = "mesh", (1.0, 1.0, 1.0), meshes.add_triangles(vertices, faces)
+            case HeightField():
+                kind, size, mesh = "mesh", (1.0, 1.0, 1.0), meshes.add_triangles(*_triangles(shape))
+        yield Shape(
+            kind,
+            size,
+            tuple(part.pose.translation.tolist()),
+            part.pose.quaternion_xyzw,
+            part.rgba,
+            mesh,
+            place(part.origin),
+        )
+
+
+def _is_the_ground(body: Body, part: Part) -> bool:
+    pose = body.pose @ part.pose
+    return abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL
+
+
+def _triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    rows, columns = field.heights.shape
+    x = np.linspace(-field.size[0] / 2, field.size[0] / 2, columns)
+    y = np.linspace(-field.size[1] / 2, field.size[1] / 2, rows)
+    grid_x, grid_y = np.meshgrid(x, y)
+    vertices = np.stack([grid_x, grid_y, field.heights], axis=-1).reshape(-1, 3)
+    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
+    lower = np.stack([corner, corner + 1, corner + columns], axis=1)
+    upper = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
+    return vertices, np.concatenate([lower, upper])

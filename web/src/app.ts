@@ -1,0 +1,88 @@
+import { Connection } from "./connection";
+import { rememberedOptions, rememberedTheme, type Options } from "./options";
+import type { About, Finding, Findings, FromPage, FromServer, Place, Scene, SourceText, State } from "./protocol";
+import { Signal } from "./signal";
+
+/** What the source panel shows: a place, and what is said about it. */
+export interface Spot {
+  place: Place;
+  finding: Finding | null;
+}
+
+/** What the parts of the page share: what the server said, and what is chosen here. */
+export class App {
+  readonly about = new Signal<About | null>(null);
+  readonly scene = new Signal<Scene | null>(null);
+  readonly state = new Signal<State | null>(null);
+  readonly findings = new Signal<Findings | null>(null);
+  readonly refused = new Signal<{ reason: string } | null>(null);
+  readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
+  readonly selected = new Signal<string>("");
+  readonly spot = new Signal<Spot | null>(null);
+  readonly options = rememberedOptions();
+  readonly theme = rememberedTheme();
+  readonly connection: Connection;
+  frozen = false;
+
+  constructor() {
+    this.connection = new Connection((message) => this.hear(message));
+  }
+
+  send(message: FromPage): void {
+    this.connection.send(message);
+  }
+
+  setOption<K extends keyof Options>(name: K, value: Options[K]): void {
+    this.options.set({ ...this.options.value, [name]: value });
+  }
+
+  /** Shows a place in the source panel, with a finding's words where there is one. */
+  show(place: Place, finding: Finding | null = null): void {
+    if (!this.sources.value.has(place.file)) this.send({ type: "open_source", file: place.file });
+    this.spot.set({ place, finding });
+  }
+
+  selectLink(name: string, showSource: boolean): void {
+    this.selected.set(name);
+    const place = this.scene.value?.links.find((link) => link.name === name)?.place;
+    if (showSource && place) this.show(place);
+  }
+
+  selectFinding(finding: Finding): void {
+    this.selected.set(finding.link);
+    if (finding.place) this.show(finding.place, finding);
+  }
+
+  private hear(message: FromServer): void {
+    switch (message.type) {
+      case "about":
+        this.about.set({ ...message, client: message.client || (this.about.value?.client ?? 0) });
+        this.refreshSources();
+        break;
+      case "scene":
+        this.scene.set(message);
+        if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");
+        break;
+      case "state":
+        if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(message);
+        break;
+      case "findings":
+        this.findings.set(message);
+        break;
+      case "source":
+        this.sources.set(new Map(this.sources.value).set(message.file, message));
+        break;
+      case "refused":
+        this.refused.set({ reason: message.reason });
+        break;
+    }
+  }
+
+  /** The files may have changed: asks anew for the one on show, and forgets the others. */
+  private refreshSources(): void {
+    const open = this.spot.value?.place.file;
+    const kept = open === undefined ? undefined : this.sources.value.get(open);
+    this.sources.set(kept ? new Map([[kept.file, kept]]) : new Map());
+    if (open !== undefined) this.send({ type: "open_source", file: open });
+  }
+}

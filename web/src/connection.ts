@@ -1,0 +1,40 @@
+import type { FromPage, FromServer } from "./protocol";
+import { Signal } from "./signal";
+
+export type Link = "connecting" | "live" | "lost";
+
+const FIRST_WAIT = 250;
+const LONGEST_WAIT = 2000;
+
+/** The socket to the server; connects again by itself when it is lost. */
+export class Connection {
+  readonly link = new Signal<Link>("connecting");
+  private socket: WebSocket | null = null;
+  private wait = FIRST_WAIT;
+
+  constructor(private readonly hear: (message: FromServer) => void) {
+    this.connect();
+  }
+
+  /** Sends a message; one that cannot be sent now is dropped, for it would be stale later. */
+  send(message: FromPage): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  private connect(): void {
+    const token = new URLSearchParams(location.search).get("token");
+    const query = token === null ? "" : `?token=${encodeURIComponent(token)}`;
+    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws${query}`);
+    this.socket = socket;
+    socket.addEventListener("message", (event: MessageEvent<string>) => {
+      this.wait = FIRST_WAIT;
+      this.link.set("live");
+      this.hear(JSON.parse(event.data) as FromServer);
+    });
+    socket.addEventListener("close", () => {
+      this.link.set("lost");
+      setTimeout(() => this.connect(), this.wait);
+      this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+    });
+  }
+}

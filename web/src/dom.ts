@@ -1,0 +1,47 @@
+type Child = Node | string | null | undefined | false;
+type Props = Record<string, string | number | boolean | null | undefined | ((event: never) => void)>;
+
+/** An element with properties, attributes and children; `on…` functions become listeners. */
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  props: Props = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(props)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (typeof value === "function") element.addEventListener(name.slice(2), value as EventListener);
+    else element.setAttribute(name, value === true ? "" : String(value));
+  }
+  element.append(...children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+/** A titled part of the page. */
+export function panel(id: string, title: string, head: Child[], ...body: Child[]): HTMLElement {
+  return h(
+    "section",
+    { class: "panel", id, "aria-label": title },
+    h("header", { class: "panel-head" }, h("h2", {}, title), ...head),
+    h("div", { class: "panel-body" }, ...body),
+  );
+}
+
+/** A button that is on or off. */
+export function toggle(label: string, title: string, on: boolean, change: (on: boolean) => void, ...content: Child[]): HTMLButtonElement {
+  const button = h("button", { class: "toggle", type: "button", title, "aria-label": label, "aria-pressed": String(on) }, ...(content.length ? content : [label]));
+  button.addEventListener("click", () => change(button.getAttribute("aria-pressed") !== "true"));
+  return button;
+}
+
+/** Whether keys that are pressed belong to a field one writes in. */
+export function isTyping(target: EventTarget | null): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target instanceof HTMLInputElement) return target.type !== "checkbox" && target.type !== "button";
+  return target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || target.isContentEditable;
+}
+
+/** The last part of a path. */
+export function baseName(path: string): string {
+  return path.split(/[\\/]/).pop() ?? path;
+}

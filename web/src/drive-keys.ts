@@ -1,0 +1,91 @@
+import type { App } from "./app";
+import { isTyping } from "./dom";
+import { Signal } from "./signal";
+
+const KEYS: Record<string, readonly [number, number]> = {
+  KeyW: [1, 0],
+  ArrowUp: [1, 0],
+  KeyS: [-1, 0],
+  ArrowDown: [-1, 0],
+  KeyA: [0, 1],
+  ArrowLeft: [0, 1],
+  KeyD: [0, -1],
+  ArrowRight: [0, -1],
+};
+const SEND_EVERY = 50;
+
+/** Turns held keys and the pad into commands, twenty a second while held, and zero on release. */
+export class Driver {
+  /** What is asked for, as parts of the limits: forward and to the left. */
+  readonly stick = new Signal<readonly [number, number]>([0, 0]);
+  /** The part of the limits that full means. */
+  readonly share = new Signal(0.6);
+  private readonly held = new Set<string>();
+  private pad: readonly [number, number] = [0, 0];
+  private timer: ReturnType<typeof setInterval> | null = null;
+
+  constructor(private readonly app: App) {
+    addEventListener("keydown", (event) => this.press(event));
+    addEventListener("keyup", (event) => this.release(event));
+    addEventListener("blur", () => this.stop());
+    document.addEventListener("visibilitychange", () => document.hidden && this.stop());
+  }
+
+  /** The pad's knob, from -1 to 1 forward and to the left. */
+  setPad(forward: number, left: number): void {
+    this.pad = [forward, left];
+    this.update();
+  }
+
+  stop(): void {
+    this.held.clear();
+    this.pad = [0, 0];
+    this.update();
+  }
+
+  private press(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
+    if (!(event.code in KEYS) || !this.canDrive) return;
+    event.preventDefault();
+    this.held.add(event.code);
+    this.update();
+  }
+
+  private release(event: KeyboardEvent): void {
+    if (this.held.delete(event.code)) this.update();
+  }
+
+  private get canDrive(): boolean {
+    const about = this.app.about.value;
+    return about?.mode === "sim" && about.cannot_drive === "";
+  }
+
+  private update(): void {
+    let [forward, left] = this.pad;
+    for (const key of this.held) {
+      forward += KEYS[key]![0];
+      left += KEYS[key]![1];
+    }
+    const clamp = (value: number): number => Math.min(1, Math.max(-1, value));
+    this.stick.set([clamp(forward), clamp(left)]);
+    const idle = forward === 0 && left === 0 && this.held.size === 0;
+    if (idle && this.timer !== null) {
+      clearInterval(this.timer);
+      this.timer = null;
+      this.send();
+    } else if (!idle && this.timer === null) {
+      this.timer = setInterval(() => this.send(), SEND_EVERY);
+      this.send();
+    } else if (!idle) {
+      this.send();
+    }
+  }
+
+  private send(): void {
+    const about = this.app.about.value;
+    if (about === null || !this.canDrive) return;
+    const [forward, left] = this.stick.value;
+    const share = this.share.value;
+    this.app.send({ type: "drive", linear: forward * share * about.linear_limit, angular: left * share * about.angular_limit });
+  }
+}

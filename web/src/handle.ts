@@ -1,0 +1,89 @@
+import { Vector3 } from "three";
+
+import type { App } from "./app";
+import type { View } from "./view/view";
+
+/** What a script or a test may ask the page; nothing here changes the robot. */
+export interface Handle {
+  /** Frames drawn so far. */
+  readonly frames: number;
+  readonly software: boolean;
+  readonly revision: number;
+  readonly time: number;
+  readonly trail: number;
+  /** Holds the picture still, whatever the server says, or lets it go on. */
+  freeze(on: boolean): void;
+  /** Draws, and resolves when it is done. */
+  drawn(): Promise<number>;
+  /** Link index at each pixel of the picture, row by row from the top; -1 for nothing. */
+  ids(): { width: number; height: number; ids: number[]; links: string[] };
+  /** Row-major 4 x 4: clip coordinates from world coordinates, and the size of the picture. */
+  camera(): { clipFromWorld: number[]; width: number; height: number };
+  /** Looks from `eye` at `target`. */
+  look(eye: [number, number, number], target: [number, number, number]): void;
+  /** Where a link's frame is in the picture, in CSS pixels of the page. */
+  where(link: string): { x: number; y: number } | null;
+}
+
+declare global {
+  interface Window {
+    kbot: Handle;
+  }
+}
+
+export function handle(app: App, view: View): Handle {
+  const { stage } = view;
+  const canvas = stage.renderer.domElement;
+  const settle = (): void => {
+    stage.camera.updateMatrixWorld();
+    stage.scene.updateMatrixWorld();
+  };
+  return {
+    get frames() {
+      return stage.frames;
+    },
+    get software() {
+      return stage.isSoftware;
+    },
+    get revision() {
+      return app.scene.value?.revision ?? 0;
+    },
+    get time() {
+      return app.state.value?.time ?? 0;
+    },
+    get trail() {
+      return view.trailLength;
+    },
+    freeze(on) {
+      app.frozen = on;
+    },
+    drawn() {
+      stage.invalidate();
+      return new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(stage.frames))));
+    },
+    ids() {
+      settle();
+      const { width, height } = canvas;
+      return { width, height, ids: [...view.ids.image(stage.camera, width, height)], links: app.scene.value?.links.map((link) => link.name) ?? [] };
+    },
+    camera() {
+      settle();
+      const clip = stage.camera.projectionMatrix.clone().multiply(stage.camera.matrixWorldInverse);
+      return { clipFromWorld: clip.transpose().toArray(), width: canvas.width, height: canvas.height };
+    },
+    look(eye, target) {
+      stage.camera.position.set(...eye);
+      stage.controls.target.set(...target);
+      stage.controls.update();
+      stage.invalidate();
+    },
+    where(link) {
+      settle();
+      const object = view.robot?.links.find((one) => one.view.name === link);
+      if (object === undefined) return null;
+      const at = new Vector3().setFromMatrixPosition(object.group.matrixWorld).project(stage.camera);
+      const box = canvas.getBoundingClientRect();
+      return { x: box.left + ((at.x + 1) / 2) * box.width, y: box.top + ((1 - at.y) / 2) * box.height };
+    },
+  };
+}

@@ -1,0 +1,44 @@
+const PATHS = {
+  play: "M5 3.5v9l7.5-4.5z",
+  pause: "M5 3.5v9M11 3.5v9",
+  step: "M4 3.5v9l6-4.5zM12.5 3.5v9",
+  reset: "M3.2 6.5A5.2 5.2 0 1 1 2.8 9M3 2.8v3.7h3.7",
+  sun: "M8 5.2a2.8 2.8 0 1 0 0 5.6 2.8 2.8 0 0 0 0-5.6zM8 1v1.6M8 13.4V15M1 8h1.6M13.4 8H15M3 3l1.2 1.2M11.8 11.8 13 13M3 13l1.2-1.2M11.8 4.2 13 3",
+  moon: "M13.2 9.6A5.6 5.6 0 0 1 6.4 2.8a5.6 5.6 0 1 0 6.8 6.8z",
+  eye: "M1.2 8S3.6 3.6 8 3.6 14.8 8 14.8 8 12.4 12.4 8 12.4 1.2 8 1.2 8zM8 6.2a1.8 1.8 0 1 0 0 3.6 1.8 1.8 0 0 0 0-3.6z",
+  box: "M8 1.6 14 4.8v6.4l-6 3.2-6-3.2V4.8zM2 4.8 8 8l6-3.2M8 8v6.4",
+  weight: "M5.6 5.2h4.8l2.6 8.2H3zM8 1.8a1.7 1.7 0 1 0 0 3.4 1.7 1.7 0 0 0 0-3.4z",
+  axes: "M6 10V2M6 10l8 1.6M6 10l-4 4M4.6 3.6 6 2l1.4 1.6",
+  tag: "M2 2.6h5.2l6.6 6.6-4.8 4.8L2.4 7.4zM5 5.4h.01",
+  grid: "M2 5.6h12M2 10.4h12M5.6 2v12M10.4 2v12",
+  path: "M3 13c0-4 10-3 10-7a2.6 2.6 0 0 0-5.2 0M3 13h.01",
+  follow: "M8 4.4a3.6 3.6 0 1 0 0 7.2 3.6 3.6 0 0 0 0-7.2zM8 1v3.4M8 11.6V15M1 8h3.4M11.6 8H15",
+  fit: "M2 5.4V2h3.4M10.6 2H14v3.4M14 10.6V14h-3.4M5.4 14H2v-3.4",
+  close: "M4 4l8 8M12 4l-8 8",
+  error: "M8 1.6a6.4 6.4 0 1 0 0 12.8A6.4 6.4 0 0 0 8 1.6zM8 4.8v3.8M8 11h.01",
+  warning: "M8 2 14.6 13.4H1.4zM8 6.4v3.2M8 11.4h.01",
+  info: "M8 1.6a6.4 6.4 0 1 0 0 12.8A6.4 6.4 0 0 0 8 1.6zM8 7.4v4M8 5h.01",
+  link: "M5.4 8h5.2M6.4 5H4.6a3 3 0 0 0 0 6h1.8M9.6 5h1.8a3 3 0 0 1 0 6H9.6",
+  code: "M5.4 4.4 1.8 8l3.6 3.6M10.6 4.4 14.2 8l-3.6 3.6",
+  joint: "M8 5.4a2.6 2.6 0 1 0 0 5.2 2.6 2.6 0 0 0 0-5.2zM1.6 8h3.8M10.6 8h3.8",
+  drive: "M8 1.8 10.4 5H5.6zM8 14.2 5.6 11h4.8zM1.8 8 5 5.6v4.8zM14.2 8 11 10.4V5.6z",
+  layers: "M8 2 14.4 5.6 8 9.2 1.6 5.6zM1.6 8.6 8 12.2l6.4-3.6M1.6 11.4",
+  help: "M8 1.6a6.4 6.4 0 1 0 0 12.8A6.4 6.4 0 0 0 8 1.6zM6.2 6.2a1.9 1.9 0 1 1 2.6 1.8c-.5.2-.8.6-.8 1.2M8 11.4h.01",
+  check: "M3 8.6 6.4 12 13 4.4",
+} as const;
+
+export type IconName = keyof typeof PATHS;
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** A small drawing in the colour of the text around it; it says nothing to a screen reader. */
+export function icon(name: IconName): SVGSVGElement {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("viewBox", "0 0 16 16");
+  svg.setAttribute("class", `icon icon-${name}`);
+  svg.setAttribute("aria-hidden", "true");
+  const path = document.createElementNS(SVG, "path");
+  path.setAttribute("d", PATHS[name]);
+  svg.append(path);
+  return svg;
+}

@@ -1,0 +1,44 @@
+import "./style/tokens.css";
+import "./style/layout.css";
+import "./style/controls.css";
+import "./style/panels.css";
+import "./style/source.css";
+
+import { App } from "./app";
+import { Driver } from "./drive-keys";
+import { h } from "./dom";
+import { handle } from "./handle";
+import { useKeys } from "./keys";
+import { drive } from "./panels/drive";
+import { findings } from "./panels/findings";
+import { help } from "./panels/help";
+import { hover } from "./panels/hover";
+import { joints } from "./panels/joints";
+import { links } from "./panels/links";
+import { notices } from "./panels/notices";
+import { source } from "./panels/source";
+import { sheets } from "./panels/sheets";
+import { toolbar } from "./panels/toolbar";
+import { topbar } from "./panels/topbar";
+import { transport } from "./panels/transport";
+import { View } from "./view/view";
+
+const app = new App();
+const driver = new Driver(app);
+const keys = help();
+const showHelp = (): void => keys.showModal();
+
+const picture = h("div", { class: "picture" });
+let view: View;
+const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture), transport(app));
+const left = h("div", { class: "dock left" }, links(app), findings(app));
+const right = h("div", { class: "dock right" }, drive(app, driver), joints(app));
+document.body.append(topbar(app, showHelp), left, centre, right, source(app), sheets(app), keys);
+app.about.watch((about) => {
+  document.documentElement.dataset["mode"] = about?.mode ?? "view";
+});
+
+view = new View(app, picture);
+centre.append(hover(app, view, picture));
+useKeys(app, view, driver, showHelp);
+window.kbot = handle(app, view);

@@ -1,0 +1,131 @@
+import type { App } from "../app";
+import type { Driver } from "../drive-keys";
+import { h, panel } from "../dom";
+
+/** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
+export function drive(app: App, driver: Driver): HTMLElement {
+  const why = h("p", { class: "nothing" });
+  const knob = h("span", { class: "knob" });
+  const mark = (className: string): HTMLElement => h("span", { class: `arrow ${className}`, "aria-hidden": "true" });
+  const pad = h("div", { class: "pad", role: "application", "aria-label": "Drive: drag, or hold W A S D or the arrow keys" }, mark("up"), mark("down"), mark("left"), mark("right"), knob);
+  usePad(pad, driver);
+  driver.stick.watch(([forward, left]) => {
+    knob.style.transform = `translate(${-left * 38}px, ${-forward * 38}px)`;
+    pad.classList.toggle("held", forward !== 0 || left !== 0);
+  });
+
+  const share = h("input", { type: "range", min: 10, max: 100, step: 5, value: driver.share.value * 100, "aria-label": "Speed limit in percent" });
+  const percent = h("output", { class: "value" });
+  const limit = (): void => {
+    driver.share.set(share.valueAsNumber / 100);
+    percent.textContent = `${share.value} %`;
+    share.style.setProperty("--at", String((share.valueAsNumber - 10) / 90));
+  };
+  share.addEventListener("input", limit);
+  share.addEventListener("change", () => share.blur());
+  limit();
+
+  const forward = meter("Forward", "m/s", 2);
+  const turn = meter("Turn", "rad/s", 2);
+  const x = reading("x", "m", 3);
+  const y = reading("y", "m", 3);
+  const yaw = reading("yaw", "°", 1);
+  const who = h("p", { class: "who", role: "status" });
+  const controls = h(
+    "div",
+    { class: "drive" },
+    h("div", { class: "pad-row" }, pad, h("div", { class: "pad-side" }, h("label", { class: "limit" }, "Limit", percent, share), h("button", { type: "button", class: "stop", title: "Stop (Space)", onclick: () => stop(app, driver) }, "Stop"), who)),
+    forward.element,
+    turn.element,
+    h("div", { class: "pose", role: "group", "aria-label": "Odometry" }, x.element, y.element, yaw.element),
+  );
+  app.about.watch((about) => {
+    controls.hidden = about === null || about.cannot_drive !== "";
+    why.hidden = !controls.hidden;
+    why.textContent = about?.cannot_drive ? `It cannot drive: ${about.cannot_drive}` : "";
+  });
+  app.state.watch((state) => {
+    const about = app.about.value;
+    if (state === null || about === null) return;
+    forward.set(state.twist[0] ?? 0, state.command[0] ?? 0, about.linear_limit);
+    turn.set(state.twist[1] ?? 0, state.command[1] ?? 0, about.angular_limit);
+    x.set(state.odometry[0] ?? 0);
+    y.set(state.odometry[1] ?? 0);
+    yaw.set(((state.odometry[2] ?? 0) * 180) / Math.PI);
+    const other = state.driver !== 0 && state.driver !== about.client;
+    const text = other ? "Driven from another tab" : "";
+    if (who.textContent !== text) who.textContent = text;
+  });
+  return panel("drive", "Drive", [], controls, why);
+}
+
+/** Asks for standstill, whoever is driving. */
+export function stop(app: App, driver: Driver): void {
+  driver.stop();
+  if (app.about.value?.mode === "sim") app.send({ type: "stop" });
+}
+
+function usePad(pad: HTMLElement, driver: Driver): void {
+  const follow = (event: PointerEvent): void => {
+    const box = pad.getBoundingClientRect();
+    const reach = box.width * 0.36;
+    let left = -(event.clientX - box.left - box.width / 2) / reach;
+    let forward = -(event.clientY - box.top - box.height / 2) / reach;
+    const length = Math.max(1, Math.hypot(left, forward));
+    left /= length;
+    forward /= length;
+    driver.setPad(steady(forward), steady(left));
+  };
+  pad.addEventListener("pointerdown", (event) => {
+    pad.setPointerCapture(event.pointerId);
+    event.preventDefault();
+    follow(event);
+  });
+  pad.addEventListener("pointermove", (event) => pad.hasPointerCapture(event.pointerId) && follow(event));
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
+    pad.addEventListener(name, () => driver.setPad(0, 0));
+  }
+}
+
+/** Small deflections are none, so that straight ahead is easy to hit. */
+function steady(value: number): number {
+  return Math.abs(value) < 0.14 ? 0 : value;
+}
+
+interface Meter {
+  element: HTMLElement;
+  set: (value: number, asked: number, limit: number) => void;
+}
+
+function meter(label: string, unit: string, digits: number): Meter {
+  const value = h("output", { class: "number" });
+  const bar = h("span", { class: "bar" });
+  const asked = h("span", { class: "asked" });
+  const element = h("div", { class: "meter" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit), h("span", { class: "track" }, bar, asked));
+  return {
+    element,
+    set: (now, wanted, limit) => {
+      value.textContent = fixed(now, digits);
+      const part = Math.max(-1, Math.min(1, now / (limit || 1)));
+      bar.style.left = `${50 + Math.min(0, part) * 50}%`;
+      bar.style.width = `${Math.abs(part) * 50}%`;
+      asked.style.left = `${50 + Math.max(-1, Math.min(1, wanted / (limit || 1))) * 50}%`;
+    },
+  };
+}
+
+function reading(label: string, unit: string, digits: number): { element: HTMLElement; set: (value: number) => void } {
+  const value = h("output", { class: "number", "data-reading": label });
+  return {
+    element: h("span", { class: "reading" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit)),
+    set: (now) => {
+      value.textContent = fixed(now, digits);
+    },
+  };
+}
+
+/** A number of steady width, without a sign on zero. */
+function fixed(value: number, digits: number): string {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text.replace("-", "\u2212");
+}

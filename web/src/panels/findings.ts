@@ -1,0 +1,73 @@
+import type { App } from "../app";
+import { baseName, h, panel } from "../dom";
+import { icon } from "../icons";
+import type { Finding, Findings } from "../protocol";
+
+/** Everything found about the description, the gravest first; a click shows the line and the link. */
+export function findings(app: App): HTMLElement {
+  const list = h("ul", { class: "findings" });
+  const counts = h("span", { class: "counts" });
+  app.findings.watch((now) => {
+    if (now === null) return;
+    counts.replaceChildren(...badges(now));
+    list.replaceChildren(...(now.findings.length ? now.findings.map((finding) => card(app, finding)) : [nothing()]));
+  });
+  app.spot.watch((spot) => {
+    for (const item of list.querySelectorAll<HTMLElement>("li[data-code]")) {
+      item.classList.toggle("chosen", spot?.finding != null && item.dataset["key"] === key(spot.finding));
+    }
+  });
+  return panel("findings", "Findings", [counts], list);
+}
+
+function card(app: App, finding: Finding): HTMLElement {
+  const where = finding.place;
+  const item = h(
+    "li",
+    { "data-code": finding.code, "data-severity": finding.severity, "data-key": key(finding) },
+    h(
+      "button",
+      { type: "button", class: "finding", onclick: () => app.selectFinding(finding) },
+      icon(finding.severity),
+      h(
+        "span",
+        { class: "what" },
+        h("span", { class: "message" }, finding.message),
+        h("span", { class: "where" }, h("span", { class: "code" }, finding.code), where && ` ${baseName(where.file)}:${where.line}:${where.column}`),
+        finding.hint !== "" && h("span", { class: "hint" }, finding.hint),
+      ),
+    ),
+  );
+  if (finding.stack.length || finding.related.length) item.append(more(app, finding));
+  return item;
+}
+
+function more(app: App, finding: Finding): HTMLElement {
+  const lines = [
+    ...finding.stack.map((step) => ({ text: `${step.kind === "macro" ? "called as" : "included as"} ${baseName(step.name)}`, place: step.place })),
+    ...finding.related.map((note) => ({ text: note.message, place: note.place })),
+  ];
+  return h(
+    "ul",
+    { class: "more" },
+    ...lines.map(({ text, place }) =>
+      h("li", {}, h("button", { type: "button", onclick: () => app.show(place, null) }, `${text} `, h("span", { class: "where" }, `${baseName(place.file)}:${place.line}`))),
+    ),
+  );
+}
+
+function badges(now: Findings): HTMLElement[] {
+  return (["error", "warning", "info"] as const).flatMap((severity) => {
+    const count = now.findings.filter((finding) => finding.severity === severity).length;
+    const label = severity === "info" ? `${count} notes` : `${count} ${severity}${count === 1 ? "" : "s"}`;
+    return count === 0 ? [] : [h("span", { class: "badge", "data-severity": severity, title: label, "aria-label": label }, String(count))];
+  });
+}
+
+function nothing(): HTMLElement {
+  return h("li", { class: "nothing" }, icon("check"), "Nothing found.");
+}
+
+function key(finding: Finding): string {
+  return `${finding.code} ${finding.place?.file}:${finding.place?.line}:${finding.place?.column} ${finding.message}`;
+}

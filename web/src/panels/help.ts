@@ -1,0 +1,27 @@
+import { h } from "../dom";
+
+const KEYS: readonly [string, string][] = [
+  ["W A S D, arrows", "drive, while held"],
+  ["Space", "stop"],
+  ["P", "pause, go on"],
+  [".", "step, when paused"],
+  ["R", "reset"],
+  ["F", "see the whole robot"],
+  ["1 – 8", "displays on and off"],
+  ["T", "dark or light"],
+  ["Escape", "close the source, choose nothing"],
+];
+
+/** The keys, in a dialog. */
+export function help(): HTMLDialogElement {
+  const dialog = h(
+    "dialog",
+    { class: "help", "aria-label": "Keys" },
+    h("h2", {}, "Keys"),
+    h("dl", {}, ...KEYS.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)])),
+    h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on. Click a finding to see its line and its link."),
+    h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
+  );
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  return dialog;
+}

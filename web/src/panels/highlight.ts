@@ -1,0 +1,41 @@
+import { h } from "../dom";
+
+const TOKENS = /(<!--[\s\S]*?(?:-->|$))|(<\/?)([\w:.-]+)|([\w:.-]+)(?=\s*=)|("[^"]*"?|'[^']*'?)|(\/?>)/g;
+const EMBEDDED = /\$\{[^}]*\}|\$\([^)]*\)/g;
+
+/** A text of XML as lines of coloured pieces. */
+export function highlight(text: string): (Node | string)[][] {
+  const lines: (Node | string)[][] = [[]];
+  const put = (piece: string, kind: string): void => {
+    piece.split("\n").forEach((part, index) => {
+      if (index > 0) lines.push([]);
+      if (part === "") return;
+      lines.at(-1)!.push(kind === "" ? part : h("span", { class: kind }, part));
+    });
+  };
+  let at = 0;
+  for (const match of text.matchAll(TOKENS)) {
+    put(text.slice(at, match.index), "");
+    const [whole, comment, bracket, tag, attribute, value] = match;
+    if (comment !== undefined) put(comment, "t-comment");
+    else if (tag !== undefined) {
+      put(bracket ?? "", "t-mark");
+      put(tag, tag.startsWith("xacro:") ? "t-xacro" : "t-tag");
+    } else if (attribute !== undefined) put(attribute, "t-name");
+    else if (value !== undefined) putValue(value, put);
+    else put(whole, "t-mark");
+    at = match.index + whole.length;
+  }
+  put(text.slice(at), "");
+  return lines;
+}
+
+function putValue(value: string, put: (piece: string, kind: string) => void): void {
+  let at = 0;
+  for (const match of value.matchAll(EMBEDDED)) {
+    put(value.slice(at, match.index), "t-value");
+    put(match[0], "t-expression");
+    at = match.index + match[0].length;
+  }
+  put(value.slice(at), "t-value");
+}

@@ -1,0 +1,69 @@
+import type { App } from "../app";
+import { h, panel } from "../dom";
+import { icon } from "../icons";
+import type { LinkView, Scene } from "../protocol";
+
+/** The tree of links; a click chooses one and shows where it is written. */
+export function links(app: App): HTMLElement {
+  const tree = h("ul", { class: "tree", role: "tree", "aria-label": "Links" });
+  const count = h("span", { class: "count" });
+  app.scene.watch((scene) => {
+    if (scene === null) return;
+    count.textContent = String(scene.links.length);
+    tree.replaceChildren(...branch(app, scene, scene.root, 1));
+    mark();
+  });
+  const mark = (): void => {
+    let first = true;
+    for (const item of tree.querySelectorAll<HTMLButtonElement>("button[data-link]")) {
+      const on = item.dataset["link"] === app.selected.value;
+      item.parentElement?.setAttribute("aria-selected", String(on));
+      item.tabIndex = on || (app.selected.value === "" && first) ? 0 : -1;
+      if (on) item.scrollIntoView({ block: "nearest" });
+      first = false;
+    }
+  };
+  app.selected.watch(mark);
+  tree.addEventListener("keydown", (event) => {
+    if (event.key !== "ArrowDown" && event.key !== "ArrowUp") return;
+    const items = [...tree.querySelectorAll<HTMLButtonElement>("button[data-link]")];
+    const at = items.indexOf(document.activeElement as HTMLButtonElement);
+    const next = items[at + (event.key === "ArrowDown" ? 1 : -1)];
+    event.preventDefault();
+    event.stopPropagation();
+    next?.focus();
+  });
+  return panel("links", "Links", [count], tree);
+}
+
+function branch(app: App, scene: Scene, name: string, depth: number): HTMLElement[] {
+  const link = scene.links.find((one) => one.name === name);
+  if (link === undefined) return [];
+  const children = scene.links.filter((one) => one.parent === name).flatMap((one) => branch(app, scene, one.name, depth + 1));
+  return [item(app, link, depth), ...children];
+}
+
+function item(app: App, link: LinkView, depth: number): HTMLElement {
+  const mass = link.inertia === null ? "" : formatMass(link.inertia.mass);
+  const button = h(
+    "button",
+    { type: "button", "data-link": link.name, title: describe(link), onclick: () => app.selectLink(link.name, true) },
+    icon(link.joint === "" ? "box" : "joint"),
+    h("span", { class: "name" }, link.name),
+    h("span", { class: "mass" }, mass),
+  );
+  button.style.paddingLeft = `${8 + (depth - 1) * 14}px`;
+  return h("li", { role: "treeitem", "aria-level": depth, "aria-selected": "false" }, button);
+}
+
+function describe(link: LinkView): string {
+  const where = link.place === null ? "" : `${link.place.file}:${link.place.line}`;
+  return [link.joint && `by ${link.joint}`, where].filter(Boolean).join("\n");
+}
+
+/** A mass as people read it. */
+export function formatMass(kilograms: number): string {
+  if (kilograms >= 1) return `${Number(kilograms.toPrecision(3))} kg`;
+  if (kilograms >= 1e-3) return `${Number((kilograms * 1e3).toPrecision(3))} g`;
+  return `${Number((kilograms * 1e6).toPrecision(3))} mg`;
+}

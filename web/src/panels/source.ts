@@ -1,0 +1,96 @@
+import type { App, Spot } from "../app";
+import { baseName, h } from "../dom";
+import { icon } from "../icons";
+import type { Finding, SourceText } from "../protocol";
+import { highlight } from "./highlight";
+
+const MOST_LINES = 6000;
+
+/** The description's text around a place, with findings in the margin and a caret under the one chosen. */
+export function source(app: App): HTMLElement {
+  const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
+  const body = h("div", { class: "source-body", tabindex: 0, role: "region", "aria-label": "Source" });
+  const close = h("button", { type: "button", class: "icon-button", title: "Close (Escape)", "aria-label": "Close the source", onclick: () => app.spot.set(null) }, icon("close"));
+  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, close), body);
+  let drawn: SourceText | null = null;
+
+  const draw = (): void => {
+    const spot = app.spot.value;
+    dock.hidden = spot === null;
+    document.documentElement.classList.toggle("with-source", spot !== null);
+    if (spot === null) return;
+    drawTabs(app, tabs, spot.place.file);
+    const text = app.sources.value.get(spot.place.file) ?? null;
+    if (text !== drawn || text === null) {
+      drawn = text;
+      body.replaceChildren(text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line));
+    }
+    if (text !== null) mark(app, body, text, spot);
+  };
+  app.spot.watch(draw);
+  app.sources.watch(draw);
+  app.findings.watch(draw);
+  app.about.watch(draw);
+  app.selected.watch(draw);
+  return dock;
+}
+
+function drawTabs(app: App, tabs: HTMLElement, open: string): void {
+  const files = app.about.value?.files ?? [];
+  const shown = files.includes(open) ? files : [...files, open];
+  tabs.replaceChildren(
+    ...shown.map((file) =>
+      h("button", { type: "button", role: "tab", "aria-selected": String(file === open), title: file, onclick: () => app.show({ file, line: 1, column: 1, length: 0 }) }, baseName(file)),
+    ),
+  );
+}
+
+function lines(app: App, text: SourceText, around: number): HTMLElement {
+  const all = highlight(text.text);
+  const first = all.length > MOST_LINES ? Math.max(0, around - MOST_LINES / 2) : 0;
+  const code = h("div", { class: "code", role: "presentation" });
+  all.slice(first, first + MOST_LINES).forEach((pieces, index) => {
+    const line = first + index + 1;
+    const owner = text.owners[line - 1] ?? "";
+    const row = h(
+      "div",
+      { class: "line", "data-line": line, "data-owner": owner },
+      h("span", { class: "gutter", title: owner && `part of ${owner}` }, String(line)),
+      h("span", { class: "text" }, ...pieces),
+    );
+    if (owner !== "") row.addEventListener("click", () => getSelection()?.isCollapsed && app.selected.set(owner));
+    code.append(row);
+  });
+  return code;
+}
+
+function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
+  for (const old of body.querySelectorAll(".caret")) old.remove();
+  const here = new Map<number, Finding>();
+  for (const finding of [...(app.findings.value?.findings ?? [])].reverse()) {
+    if (finding.place?.file === text.file) here.set(finding.place.line, finding);
+  }
+  for (const row of body.querySelectorAll<HTMLElement>(".line")) {
+    const line = Number(row.dataset["line"]);
+    const finding = here.get(line);
+    row.classList.toggle("here", line === spot.place.line && spot.place.length > 0);
+    row.classList.toggle("owned", app.selected.value !== "" && row.dataset["owner"] === app.selected.value);
+    if (finding) row.dataset["severity"] = finding.severity;
+    else delete row.dataset["severity"];
+  }
+  const row = body.querySelector<HTMLElement>(`.line[data-line="${spot.place.line}"]`);
+  if (row === null) return;
+  if (spot.finding !== null) row.after(caret(spot.finding, spot));
+  const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
+  body.scrollTo({ top: Math.max(0, top) });
+}
+
+function caret(finding: Finding, spot: Spot): HTMLElement {
+  const { column, length } = spot.place;
+  return h(
+    "div",
+    { class: "caret", "data-severity": finding.severity },
+    h("span", { class: "gutter" }),
+    h("span", { class: "text" }, `${" ".repeat(column - 1)}${"^".repeat(Math.max(1, length))} `, h("span", { class: "says" }, finding.message)),
+  );
+}

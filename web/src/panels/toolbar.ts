@@ -1,0 +1,50 @@
+import type { App } from "../app";
+import { h, toggle } from "../dom";
+import { icon, type IconName } from "../icons";
+import type { Options } from "../options";
+import type { View } from "../view/view";
+
+const TOGGLES: readonly [keyof Options, IconName, string, string][] = [
+  ["visual", "eye", "Visual", "1"],
+  ["collision", "box", "Collision", "2"],
+  ["inertia", "weight", "Inertia", "3"],
+  ["frames", "axes", "Frames", "4"],
+  ["names", "tag", "Names", "5"],
+  ["grid", "grid", "Grid", "6"],
+  ["trail", "path", "Path", "7"],
+  ["follow", "follow", "Follow", "8"],
+];
+
+/** Which display a number key turns on and off. */
+export const TOGGLE_KEYS = new Map(TOGGLES.map(([name, , , key]) => [key, name]));
+
+/** What is shown, and from where. */
+export function toolbar(app: App, view: () => View): HTMLElement {
+  const buttons = TOGGLES.map(([name, image, label, key]) => {
+    const button = toggle(label, `${label} (${key})`, app.options.value[name], (on) => app.setOption(name, on), icon(image), h("span", {}, label));
+    button.dataset["option"] = name;
+    app.options.watch((options) => button.setAttribute("aria-pressed", String(options[name])));
+    return button;
+  });
+  app.about.watch((about) => {
+    for (const button of buttons) {
+      const forDriving = button.dataset["option"] === "trail" || button.dataset["option"] === "follow";
+      button.hidden = forDriving && about?.mode !== "sim";
+    }
+  });
+  const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
+    h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
+  return h(
+    "div",
+    { class: "toolbar" },
+    h("div", { class: "chips", role: "toolbar", "aria-label": "What is shown" }, ...buttons),
+    h(
+      "div",
+      { class: "chips looks", role: "toolbar", "aria-label": "View" },
+      h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().fit() }, icon("fit")),
+      look("Front", 0, 8),
+      look("Side", 270, 8),
+      look("Top", 270, 89.9),
+    ),
+  );
+}

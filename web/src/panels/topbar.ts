@@ -1,0 +1,39 @@
+import type { App } from "../app";
+import { baseName, h } from "../dom";
+import { icon } from "../icons";
+import { chooseTheme } from "../options";
+
+/** File, mode, connection, theme. */
+export function topbar(app: App, help: () => void): HTMLElement {
+  const file = h("span", { class: "file" });
+  const mode = h("span", { class: "mode" });
+  const link = h("span", { class: "status", role: "status" });
+  const theme = h("button", { class: "icon-button", type: "button", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") });
+  app.theme.watch((now) => {
+    const other = now === "dark" ? "light" : "dark";
+    theme.replaceChildren(icon(now === "dark" ? "sun" : "moon"));
+    theme.title = `Use the ${other} theme (T)`;
+    theme.setAttribute("aria-label", theme.title);
+  });
+  app.about.watch((about) => {
+    if (about === null) return;
+    file.textContent = baseName(about.file);
+    file.title = about.file;
+    mode.textContent = about.mode === "sim" ? `world: ${about.world}` : "view";
+    document.title = `${baseName(about.file)} · KBot`;
+  });
+  app.connection.link.watch((now) => {
+    link.dataset["link"] = now;
+    link.textContent = { connecting: "connecting", live: "live", lost: "connection lost" }[now];
+  });
+  return h(
+    "header",
+    { class: "topbar" },
+    h("span", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
+    h("span", { class: "crumbs" }, file, mode),
+    h("span", { class: "spacer" }),
+    link,
+    h("button", { class: "icon-button", type: "button", title: "Keys (?)", "aria-label": "Keys", onclick: help }, icon("help")),
+    theme,
+  );
+}

@@ -1,0 +1,36 @@
+import type { App } from "../app";
+import { h } from "../dom";
+import { icon } from "../icons";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+/** Simulated time: pause, step, reset, speed. */
+export function transport(app: App): HTMLElement {
+  const pause = h("button", { type: "button", class: "icon-button", onclick: () => app.send({ type: "pause", paused: !app.state.value?.paused }) });
+  const step = h("button", { type: "button", class: "icon-button", title: "A tenth of a second (.)", "aria-label": "Step", onclick: () => app.send({ type: "advance", seconds: 0.1 }) }, icon("step"));
+  const reset = h("button", { type: "button", class: "icon-button", title: "Start again (R)", "aria-label": "Reset", onclick: () => app.send({ type: "reset" }) }, icon("reset"));
+  const time = h("output", { class: "time", "aria-label": "Simulated time in seconds" });
+  const speed = h("select", { "aria-label": "Speed", title: "Simulated seconds per second" }, ...SPEEDS.map((factor) => h("option", { value: factor }, `${factor}×`)));
+  speed.addEventListener("change", () => {
+    app.send({ type: "set_speed", factor: Number(speed.value) });
+    speed.blur();
+  });
+  const rate = h("span", { class: "rate", title: "Real-time factor reached" });
+  let isPaused: boolean | null = null;
+  app.state.watch((state) => {
+    if (state === null) return;
+    time.textContent = `${state.time.toFixed(2)} s`;
+    if (document.activeElement !== speed) speed.value = String(state.speed);
+    rate.textContent = state.paused ? "paused" : `${state.rate.toFixed(2)}× real time`;
+    if (state.paused === isPaused) return;
+    isPaused = state.paused;
+    pause.replaceChildren(icon(isPaused ? "play" : "pause"));
+    pause.title = isPaused ? "Go on (P)" : "Pause (P)";
+    pause.setAttribute("aria-label", isPaused ? "Go on" : "Pause");
+  });
+  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate);
+  app.about.watch((about) => {
+    bar.hidden = about?.mode !== "sim";
+  });
+  return bar;
+}

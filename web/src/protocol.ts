@@ -1,0 +1,207 @@
+// Generated from src/kbot/workbench/protocol.py; do not edit.
+
+/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. */
+export interface About {
+  version: string;
+  file: string;
+  mode: "view" | "sim";
+  world: string;
+  cannot_drive: string;
+  linear_limit: number;
+  angular_limit: number;
+  files: readonly string[];
+  client: number;
+  type: "about";
+}
+
+/** Where something was written: 1-based line and column, and how many characters of that line. */
+export interface Place {
+  file: string;
+  line: number;
+  column: number;
+  length: number;
+}
+
+/** A primitive or a mesh, in the frame of its link or of the world. `size`: box x, y, z; cylinder and capsule radius, length (along z); sphere radius; ellipsoid half axes; mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty where there is none. */
+export interface Shape {
+  kind: "box" | "cylinder" | "sphere" | "capsule" | "ellipsoid" | "mesh";
+  size: readonly number[];
+  position: readonly number[];
+  quaternion: readonly number[];
+  rgba: readonly number[];
+  mesh: string;
+  place: Place | null;
+}
+
+/** Mass in kg, and the solid box of that mass with the same principal moments of inertia. */
+export interface InertiaView {
+  mass: number;
+  box: readonly number[];
+  position: readonly number[];
+  quaternion: readonly number[];
+  place: Place | null;
+}
+
+/** A link; `parent` and `joint` are empty for the root. */
+export interface LinkView {
+  name: string;
+  parent: string;
+  joint: string;
+  visuals: readonly Shape[];
+  collisions: readonly Shape[];
+  inertia: InertiaView | null;
+  place: Place | null;
+}
+
+/** A joint whose position is one number. `lower` and `upper` are the slider's ends. */
+export interface JointView {
+  name: string;
+  kind: "continuous" | "revolute" | "prismatic";
+  child: string;
+  lower: number;
+  upper: number;
+  mimics: string;
+  place: Place | null;
+}
+
+/** A thing in the world and where it starts; a `moving` one has its pose in every state. */
+export interface BodyView {
+  name: string;
+  moving: boolean;
+  parts: readonly Shape[];
+  position: readonly number[];
+  quaternion: readonly number[];
+}
+
+/** All that is drawn; states refer to it by `revision`, in the order of its links and joints. `ground` is the height the grid lies at; `radius` that of a sphere around the robot and `centre` its middle in the root frame, at zero. */
+export interface Scene {
+  revision: number;
+  robot: string;
+  root: string;
+  links: readonly LinkView[];
+  joints: readonly JointView[];
+  bodies: readonly BodyView[];
+  ground: number;
+  radius: number;
+  centre: readonly number[];
+  type: "scene";
+}
+
+/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. */
+export interface State {
+  revision: number;
+  time: number;
+  paused: boolean;
+  speed: number;
+  rate: number;
+  positions: readonly number[];
+  poses: readonly number[];
+  bodies: readonly number[];
+  command: readonly number[];
+  twist: readonly number[];
+  odometry: readonly number[];
+  driver: number;
+  resets: number;
+  type: "state";
+}
+
+/** One macro call or include that brought a finding's element. */
+export interface Step {
+  kind: "macro" | "include";
+  name: string;
+  place: Place;
+}
+
+/** Another place a finding speaks of. */
+export interface Note {
+  message: string;
+  place: Place;
+}
+
+/** One diagnostic; `link` is the link it lies in, empty where none is known. */
+export interface Finding {
+  code: string;
+  severity: "error" | "warning" | "info";
+  message: string;
+  hint: string;
+  place: Place | null;
+  stack: readonly Step[];
+  related: readonly Note[];
+  link: string;
+}
+
+/** All findings; `stale` when the scene shows an older, still good description. */
+export interface Findings {
+  revision: number;
+  stale: boolean;
+  findings: readonly Finding[];
+  type: "findings";
+}
+
+/** The text of one of the description's files; `owners` says which link each line belongs to. */
+export interface SourceText {
+  file: string;
+  text: string;
+  owners: readonly string[];
+  type: "source";
+}
+
+/** A message was not obeyed. */
+export interface Refused {
+  reason: string;
+  type: "refused";
+}
+
+/** Forward speed in m/s and turning speed in rad/s, held until changed or the page falls silent. */
+export interface Drive {
+  linear: number;
+  angular: number;
+  type: "drive";
+}
+
+/** Stand still, whoever is driving. */
+export interface Stop {
+  type: "stop";
+}
+
+export interface SetJoint {
+  name: string;
+  position: number;
+  type: "set_joint";
+}
+
+/** All joints at once: to zero (or the limit nearest to it), the middle of their range, or anywhere in it. */
+export interface SetJoints {
+  preset: "zero" | "centre" | "random";
+  type: "set_joints";
+}
+
+export interface Pause {
+  paused: boolean;
+  type: "pause";
+}
+
+/** Simulate a little while paused. */
+export interface Advance {
+  seconds: number;
+  type: "advance";
+}
+
+export interface Reset {
+  type: "reset";
+}
+
+/** Simulated seconds per second of wall time. */
+export interface SetSpeed {
+  factor: number;
+  type: "set_speed";
+}
+
+export interface OpenSource {
+  file: string;
+  type: "open_source";
+}
+
+export type FromServer = About | Scene | State | Findings | SourceText | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | OpenSource;

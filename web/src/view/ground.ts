@@ -1,0 +1,111 @@
+import { Color, DoubleSide, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2 } from "three";
+
+import type { Theme } from "../options";
+import { AXES, PALETTES } from "./palette";
+
+const VERTEX = /* glsl */ `
+  varying vec2 place;
+  varying float depth;
+  void main() {
+    vec4 world = modelMatrix * vec4(position, 1.0);
+    place = world.xy;
+    vec4 seen = viewMatrix * world;
+    depth = -seen.z;
+    gl_Position = projectionMatrix * seen;
+  }`;
+
+const FRAGMENT = /* glsl */ `
+  uniform vec3 floorColour, line, major, xAxis, yAxis;
+  uniform vec2 centre;
+  uniform float cell, reach, lines;
+  varying vec2 place;
+  varying float depth;
+  float ruled(vec2 at, vec2 wide) {
+    vec2 near = abs(fract(at - 0.5) - 0.5) / wide;
+    vec2 faded = clamp(1.0 - near, 0.0, 1.0) * (1.0 - smoothstep(0.25, 0.6, wide));
+    return max(faded.x, faded.y);
+  }
+  void main() {
+    float away = distance(place, centre) / reach;
+    if (away > 1.0) discard;
+    vec2 wide = fwidth(place);
+    float fade = 1.0 - smoothstep(0.25, 1.0, away);
+    vec3 colour = floorColour;
+    float small = ruled(place / cell, wide / cell);
+    float large = ruled(place / (cell * 10.0), wide / (cell * 10.0));
+    colour = mix(colour, line, small * lines);
+    colour = mix(colour, major, large * lines);
+    vec2 onAxis = clamp(1.4 - abs(place) / wide, 0.0, 1.0) * lines * 0.85;
+    colour = mix(colour, xAxis, onAxis.y);
+    colour = mix(colour, yAxis, onAxis.x);
+    gl_FragColor = vec4(colour, fade);
+    #include <colorspace_fragment>
+  }`;
+
+/** The floor: a lit patch with a grid, around wherever the view is. */
+export class Ground {
+  readonly floor: Mesh<PlaneGeometry, ShaderMaterial>;
+  readonly shadow: Mesh<PlaneGeometry, ShadowMaterial>;
+
+  constructor() {
+    const material = new ShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      uniforms: {
+        floorColour: { value: new Color() },
+        line: { value: new Color() },
+        major: { value: new Color() },
+        xAxis: { value: new Color(AXES.x) },
+        yAxis: { value: new Color(AXES.y) },
+        centre: { value: new Vector2() },
+        cell: { value: 0.1 },
+        reach: { value: 1 },
+        lines: { value: 1 },
+      },
+      transparent: true,
+      depthWrite: false,
+      side: DoubleSide,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+    });
+    const plane = new PlaneGeometry(2, 2);
+    this.floor = new Mesh(plane, material);
+    this.floor.renderOrder = -2;
+    this.shadow = new Mesh(plane, new ShadowMaterial({ depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
+    this.shadow.receiveShadow = true;
+    this.shadow.renderOrder = -1;
+  }
+
+  setTheme(theme: Theme): void {
+    const palette = PALETTES[theme];
+    const { uniforms } = this.floor.material;
+    (uniforms["floorColour"]!.value as Color).set(palette.floor);
+    (uniforms["line"]!.value as Color).set(palette.line);
+    (uniforms["major"]!.value as Color).set(palette.majorLine);
+    this.shadow.material.opacity = palette.shadow;
+  }
+
+  /** Grid lines suited to a robot of this radius, at this height. */
+  suit(radius: number, height: number): void {
+    this.floor.material.uniforms["cell"]!.value = 10 ** Math.round(Math.log10(radius * 0.8));
+    this.floor.position.z = this.shadow.position.z = height;
+  }
+
+  showGrid(on: boolean): void {
+    this.floor.material.uniforms["lines"]!.value = on ? 1 : 0;
+  }
+
+  /** Keeps the patch around what is looked at, so that it never ends within the picture's reach. */
+  follow(x: number, y: number, viewDistance: number): void {
+    const reach = viewDistance * 5;
+    for (const mesh of [this.floor, this.shadow]) {
+      mesh.position.x = x;
+      mesh.position.y = y;
+      mesh.scale.set(reach, reach, 1);
+      mesh.updateMatrix();
+    }
+    (this.floor.material.uniforms["centre"]!.value as Vector2).set(x, y);
+    this.floor.material.uniforms["reach"]!.value = reach;
+  }
+}

@@ -1,0 +1,85 @@
+import { Color, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+
+const NOTHING = 0;
+
+interface Entry {
+  mesh: Mesh;
+  visible: () => boolean;
+}
+
+/** Which thing is drawn at each pixel, by drawing every thing in a colour of its own. */
+export class IdBuffer {
+  private readonly scene = new Scene();
+  private readonly entries: Entry[] = [];
+  private readonly materials = new Map<number, MeshBasicMaterial>();
+  private readonly pixel = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
+
+  constructor(private readonly renderer: WebGLRenderer) {
+    this.scene.background = new Color(0);
+    this.scene.matrixWorldAutoUpdate = false;
+  }
+
+  /** Takes in a mesh under a number from 0; it follows the mesh wherever that goes. */
+  add(original: Mesh, id: number, visible: () => boolean): void {
+    const mesh = new Mesh(original.geometry, this.material(id + 1));
+    mesh.matrixAutoUpdate = mesh.matrixWorldAutoUpdate = false;
+    mesh.matrixWorld = original.matrixWorld;
+    mesh.frustumCulled = false;
+    this.scene.add(mesh);
+    this.entries.push({ mesh, visible });
+  }
+
+  clear(): void {
+    this.scene.clear();
+    this.entries.length = 0;
+  }
+
+  /** The number of what is at a point of the picture, in CSS pixels from its top left; -1 for nothing. */
+  at(camera: PerspectiveCamera, x: number, y: number, width: number, height: number): number {
+    const eye = camera.clone();
+    eye.setViewOffset(width, height, Math.floor(x), Math.floor(y), 1, 1);
+    const bytes = this.read(eye, this.pixel, 1, 1);
+    return number(bytes, 0);
+  }
+
+  /** The number of what is at each pixel, row by row from the top; -1 for nothing. */
+  image(camera: PerspectiveCamera, width: number, height: number): Int16Array {
+    const target = new WebGLRenderTarget(width, height, { minFilter: NearestFilter, magFilter: NearestFilter });
+    const bytes = this.read(camera, target, width, height);
+    target.dispose();
+    const image = new Int16Array(width * height);
+    for (let row = 0; row < height; row += 1) {
+      for (let column = 0; column < width; column += 1) {
+        image[row * width + column] = number(bytes, ((height - 1 - row) * width + column) * 4);
+      }
+    }
+    return image;
+  }
+
+  private read(camera: PerspectiveCamera, target: WebGLRenderTarget, width: number, height: number): Uint8Array {
+    for (const entry of this.entries) entry.mesh.visible = entry.visible();
+    const shadows = this.renderer.shadowMap.enabled;
+    this.renderer.shadowMap.enabled = false;
+    this.renderer.setRenderTarget(target);
+    this.renderer.render(this.scene, camera);
+    const bytes = new Uint8Array(width * height * 4);
+    this.renderer.readRenderTargetPixels(target, 0, 0, width, height, bytes);
+    this.renderer.setRenderTarget(null);
+    this.renderer.shadowMap.enabled = shadows;
+    return bytes;
+  }
+
+  private material(code: number): MeshBasicMaterial {
+    let material = this.materials.get(code);
+    if (material === undefined) {
+      const color = new Color().setRGB((code & 255) / 255, (code >> 8) / 255, 1, "srgb-linear");
+      material = new MeshBasicMaterial({ color, toneMapped: false });
+      this.materials.set(code, material);
+    }
+    return material;
+  }
+}
+
+function number(bytes: Uint8Array, at: number): number {
+  return (bytes[at + 2] ?? 0) === NOTHING ? -1 : (bytes[at] ?? 0) + ((bytes[at + 1] ?? 0) << 8) - 1;
+}

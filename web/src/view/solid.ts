@@ -1,0 +1,88 @@
+import {
+  BufferGeometry,
+  Color,
+  DoubleSide,
+  EdgesGeometry,
+  FrontSide,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshStandardMaterial,
+  Object3D,
+} from "three";
+
+import type { Shape } from "../protocol";
+import { mesh } from "./meshes";
+import { primitive } from "./shapes";
+
+const EDGE_ANGLE = 30;
+
+/** How a shape is painted. */
+export interface Paint {
+  material: (rgba: readonly number[]) => MeshStandardMaterial;
+  edges: LineBasicMaterial | null;
+}
+
+/** A shape as something to draw, standing where it says. Meshes come in later; `arrived` tells of each. */
+export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void): Object3D {
+  const holder = new Group();
+  place(holder, shape.position, shape.quaternion);
+  if (shape.kind === "mesh") {
+    const [x = 1, y = 1, z = 1] = shape.size;
+    holder.scale.set(x, y, z);
+    holder.updateMatrix();
+    const ownColour = (shape.rgba[0] ?? 0) < 0;
+    void mesh(shape.mesh).then((parts) => {
+      for (const part of parts) {
+        const rgba = ownColour ? (part.rgba ?? [0.72, 0.74, 0.78, 1]) : shape.rgba;
+        add(holder, part.geometry, paint.material(rgba), null, arrived);
+      }
+    });
+    return holder;
+  }
+  add(holder, primitive(shape), paint.material(shape.rgba), shape.kind === "sphere" ? null : paint.edges, arrived);
+  return holder;
+}
+
+/** Puts an object at a position and quaternion. */
+export function place(object: Object3D, position: readonly number[], quaternion: readonly number[]): void {
+  object.position.fromArray(position as number[]);
+  object.quaternion.fromArray(quaternion as number[]);
+  object.updateMatrix();
+}
+
+/** Puts an object at the pose that starts at `at` in a state's flat numbers. */
+export function placeAt(object: Object3D, poses: readonly number[], at: number): void {
+  object.position.fromArray(poses as number[], at);
+  object.quaternion.fromArray(poses as number[], at + 3);
+  object.updateMatrix();
+}
+
+/** An ordinary surface of a colour in 0..1, as URDF writes it. */
+export function surface(rgba: readonly number[]): MeshStandardMaterial {
+  const [r = 1, g = 1, b = 1, a = 1] = rgba;
+  return new MeshStandardMaterial({
+    color: new Color().setRGB(r, g, b, "srgb"),
+    roughness: 0.62,
+    metalness: 0.05,
+    transparent: a < 1,
+    opacity: a,
+    depthWrite: a >= 1,
+    side: a < 1 ? DoubleSide : FrontSide,
+  });
+}
+
+function add(
+  holder: Object3D,
+  geometry: BufferGeometry,
+  material: MeshStandardMaterial,
+  edges: LineBasicMaterial | null,
+  arrived: (mesh: Mesh) => void,
+): void {
+  const object = new Mesh(geometry, material);
+  object.castShadow = object.receiveShadow = !material.transparent;
+  holder.add(object);
+  if (edges !== null) holder.add(new LineSegments(new EdgesGeometry(geometry, EDGE_ANGLE), edges));
+  arrived(object);
+}

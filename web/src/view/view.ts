@@ -1,0 +1,153 @@
+import { Vector3 } from "three";
+
+import type { App } from "../app";
+import type { Scene, State } from "../protocol";
+import { Bodies } from "./bodies";
+import { dispose } from "./dispose";
+import { Frames } from "./frames";
+import { Ground } from "./ground";
+import { IdBuffer } from "./ids";
+import { PALETTES } from "./palette";
+import { RobotObject } from "./robot";
+import { Stage } from "./stage";
+import { Trail } from "./trail";
+
+/** The picture: the robot in its world, and the eye that looks at it. */
+export class View {
+  readonly stage: Stage;
+  readonly ids: IdBuffer;
+  robot: RobotObject | null = null;
+  private bodies: Bodies | null = null;
+  private frames: Frames | null = null;
+  private readonly ground = new Ground();
+  private readonly trail = new Trail();
+  private resets = -1;
+  private readonly lastSeen = new Vector3();
+  private placed = false;
+
+  constructor(
+    private readonly app: App,
+    private readonly holder: HTMLElement,
+  ) {
+    this.stage = new Stage(holder);
+    this.ids = new IdBuffer(this.stage.renderer);
+    this.stage.scene.add(this.ground.floor, this.trail.mesh);
+    if (this.stage.hasShadows) this.stage.scene.add(this.ground.shadow);
+    this.stage.onFrame(() => this.beforeFrame());
+    app.scene.watch((scene) => scene && this.build(scene));
+    app.state.watch((state) => state && this.apply(state));
+    app.options.watch(() => this.showOptions());
+    app.theme.watch(() => this.paint());
+    app.selected.watch((name) => {
+      this.robot?.select(name);
+      this.showOptions();
+    });
+  }
+
+  /** Name of the link at a point of the picture, in CSS pixels from its top left; empty when none. */
+  linkAt(x: number, y: number): string {
+    const { clientWidth, clientHeight } = this.holder;
+    const id = this.ids.at(this.stage.camera, x, y, clientWidth, clientHeight);
+    return this.app.scene.value?.links[id]?.name ?? "";
+  }
+
+  /** Points of the path on show. */
+  get trailLength(): number {
+    return this.trail.length;
+  }
+
+  /** Looks at the whole robot from a direction in degrees. */
+  fit(azimuth = 215, elevation = 24): void {
+    const scene = this.app.scene.value;
+    if (scene === null) return;
+    const wide = this.app.about.value?.mode === "sim" ? 1.55 : 1;
+    this.stage.look(this.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
+  }
+
+  private build(scene: Scene): void {
+    for (const old of [this.robot, this.bodies, this.frames]) if (old !== null) dispose(old.group);
+    this.frames?.dispose();
+    this.ids.clear();
+    const changed = (): void => this.stage.invalidate();
+    this.robot = new RobotObject(scene, this.ids, changed);
+    this.bodies = new Bodies(scene, this.ids, changed);
+    this.stage.scene.add(this.robot.group, this.bodies.group);
+    this.ground.suit(scene.radius, scene.ground);
+    this.trail.suit(scene.radius, scene.ground);
+    this.paint();
+    this.robot.select(this.app.selected.value);
+  }
+
+  private apply(state: State): void {
+    if (this.robot === null) return;
+    this.robot.apply(state);
+    this.bodies?.apply(state);
+    if (state.resets !== this.resets) {
+      this.resets = state.resets;
+      this.trail.clear();
+    }
+    const centre = this.centre();
+    if (this.app.about.value?.mode === "sim") this.trail.add(this.root.x, this.root.y);
+    if (!this.placed) {
+      this.placed = true;
+      this.fit();
+    } else if (this.app.options.value.follow) {
+      const moved = centre.clone().sub(this.lastSeen);
+      this.stage.controls.target.add(moved);
+      this.stage.camera.position.add(moved);
+    }
+    this.lastSeen.copy(centre);
+    this.stage.lightAround(centre, (this.app.scene.value?.radius ?? 1) * 1.5);
+    this.stage.invalidate();
+  }
+
+  private get root(): Vector3 {
+    const scene = this.app.scene.value;
+    const index = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
+    return this.robot?.links[index]?.group.position ?? new Vector3();
+  }
+
+  private centre(): Vector3 {
+    const scene = this.app.scene.value;
+    if (scene === null) return new Vector3();
+    const { x, y, z } = this.root;
+    const [cx = 0, cy = 0, cz = 0] = scene.centre;
+    return new Vector3(x + cx, y + cy, z + cz);
+  }
+
+  private beforeFrame(): void {
+    const { target } = this.stage.controls;
+    const distance = this.stage.camera.position.distanceTo(target);
+    this.ground.follow(target.x, target.y, Math.max(distance, (this.app.scene.value?.radius ?? 0.1) * 2));
+    this.robot?.group.updateMatrixWorld();
+    this.frames?.follow(this.holder.clientHeight);
+  }
+
+  private paint(): void {
+    const theme = this.app.theme.value;
+    const palette = PALETTES[theme];
+    this.stage.setTheme(theme);
+    this.ground.setTheme(theme);
+    this.trail.mesh.material.color.set(palette.trail);
+    this.robot?.setEdges(palette.edge);
+    this.bodies?.setEdges(palette.edge);
+    if (this.frames !== null) {
+      dispose(this.frames.group);
+      this.frames.dispose();
+    }
+    if (this.robot !== null) {
+      this.frames = new Frames(this.robot.scene, this.robot.links.map((link) => link.group), theme);
+      this.stage.scene.add(this.frames.group);
+    }
+    this.showOptions();
+  }
+
+  private showOptions(): void {
+    const options = this.app.options.value;
+    this.robot?.show(options);
+    this.frames?.show(options, this.app.selected.value);
+    this.ground.showGrid(options.grid);
+    this.trail.mesh.visible = options.trail;
+    this.stage.invalidate();
+  }
+}
