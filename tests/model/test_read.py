@@ -185,6 +185,20 @@ def test_robot_with_errors_is_still_there_but_not_given_out():
         reading.require()
 
 
+def test_the_same_fault_in_two_places_is_two_findings_and_leaves_no_shape():
+    shape = "<geometry><sphere radius='${r}'/></geometry>"
+    reading = read(robot(link("a", f"<visual>{shape}</visual>\n<collision>{shape}</collision>")))
+    assert [d.origin.span.line for d in reading.diagnostics] == [2, 3]
+    assert all("not expanded" in d.hint for d in reading.diagnostics)
+    assert reading.robot is not None
+    assert (reading.robot.links["a"].visuals, reading.robot.links["a"].collisions) == ((), ())
+
+
+def test_an_unexpanded_vector_is_one_finding():
+    text = robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='${x + 1} 0 -${y}'/>"))
+    assert findings(text) == [("U012", 4, "${x + 1} 0 -${y}")]
+
+
 def test_without_a_tree_there_is_no_robot():
     assert read(robot(link("a"), link("b"))).robot is None
 

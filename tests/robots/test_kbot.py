@@ -140,8 +140,8 @@ def test_plugins_are_given_the_figures_of_the_geometry(control):
 @pytest.mark.parametrize("arguments", [{}, {"wheel_radius": "0.05", "control": "gz"}, {"control": "none"}])
 def test_the_official_xacro_expands_it_the_same(arguments):
     path = resolve_robot_path("kbot")
-    official = xacro.process_file(path, mappings=arguments).toprettyxml(indent="  ")
-    ours = kbot.load("kbot", **arguments).loaded.expansion.plain_text
+    official = xacro.process_file(path, mappings=dict(arguments)).toprettyxml(indent="  ")
+    ours = kbot.load("kbot", **arguments).loaded.expansion.text
     assert ours.strip() == official.strip()
 
 

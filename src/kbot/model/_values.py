@@ -93,7 +93,10 @@ class Values:
         text = self.required(element, attribute)
         if text is None:
             return (fallback,) * count
-        words = text.split() if "${" not in text else [text] * count
+        if "${" in text:
+            self._not_a_number(element, attribute, text)
+            return (fallback,) * count
+        words = text.split()
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
             self.error("U012", message, element.attribute_origin(attribute))
@@ -105,14 +108,15 @@ class Values:
             value = float(text)
             if math.isfinite(value):
                 return value
-        where = f"'{attribute}' of <{element.tag}>"
-        finite = "a finite number" if _is_infinite(text) else "a number"
-        hint = "the expression was not expanded" if "${" in text else ""
-        message = f"{where} is not {finite}: '{text.strip()}'"
-        if not self.diagnostics or self.diagnostics[-1].message != message:
-            self.error("U012", message, element.attribute_origin(attribute), hint)
+        self._not_a_number(element, attribute, text.strip())
         return fallback
+
+    def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
+        kind = "a finite number" if _is_infinite(text) else "a number"
+        hint = "the expression was not expanded" if "${" in text else ""
+        message = f"'{attribute}' of <{element.tag}> is not {kind}: '{text}'"
+        self.error("U012", message, element.attribute_origin(attribute), hint)
 
 
 def _is_infinite(text: str) -> bool:
-    return bool(_NOT_FINITE.fullmatch(text.strip()) or _NUMBER.fullmatch(text.strip()))
+    return bool(_NOT_FINITE.fullmatch(text) or _NUMBER.fullmatch(text))

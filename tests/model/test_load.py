@@ -1,0 +1,85 @@
+"""From files and unsaved text to robots, with what expansion and reading say together."""
+
+import pytest
+
+from kbot.model.load import load_robot, load_robot_text, resolve_robot_path
+from kbot.text import DescriptionError
+from kbot.xacro import Packages
+
+BROKEN = """<?xml version="1.0"?>
+<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <link name="base"/>
+  <link name="ball"><collision><geometry><sphere radius="${radius}"/></geometry></collision></link>
+  <joint name="j" type="fixd"><parent link="base"/><child link="ball"/></joint>
+</robot>
+"""
+
+
+def test_kbot_is_the_shipped_robot(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "kbot").write_text("something else")
+    assert resolve_robot_path("kbot").endswith("robots/kbot_description/urdf/kbot.xacro")
+    assert load_robot("kbot").require().name == "kbot"
+    assert resolve_robot_path("./kbot") == "./kbot"
+
+
+def test_errors_of_expansion_and_of_reading_are_told_together():
+    loaded = load_robot_text(BROKEN, "bot.xacro")
+    assert [(d.code[0], d.origin.span.line) for d in loaded.diagnostics] == [("X", 4), ("U", 5)]
+    with pytest.raises(DescriptionError):
+        loaded.require()
+
+
+def test_what_could_not_be_expanded_is_not_told_again():
+    loaded = load_robot_text(BROKEN.replace("fixd", "fixed"), "bot.xacro")
+    assert [d.code[0] for d in loaded.diagnostics] == ["X"]
+    assert loaded.robot is not None
+    assert loaded.robot.links["ball"].collisions == ()
+    assert loaded.has_errors
+
+
+def test_errors_know_the_macro_that_made_them():
+    text = """<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="wheel" params="side">
+    <link name="${side}_wheel"/>
+    <joint name="${side}_joint" type="fixed"><parent link="bse"/><child link="${side}_wheel"/></joint>
+  </xacro:macro>
+  <link name="base"/>
+  <xacro:wheel side="left"/>
+</robot>"""
+    (found,) = load_robot_text(text, "bot.xacro").diagnostics
+    assert (found.code, found.origin.span.line, found.origin.span.text) == ("U006", 4, "bse")
+    assert [(call.name, call.span.line) for call in found.origin.stack] == [("wheel", 7)]
+
+
+def test_meshes_are_found_around_the_file(tmp_path):
+    package = tmp_path / "my_robot"
+    (package / "meshes").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_robot</name></package>")
+    (package / "meshes/a.stl").write_text("solid")
+    (package / "urdf").mkdir()
+    file = package / "urdf/r.urdf"
+    uris = ["package://my_robot/meshes/a.stl", "package://my_robot/meshes/b.stl", "../meshes/a.stl"]
+    visuals = "".join(f"<visual><geometry><mesh filename='{u}'/></geometry></visual>" for u in uris)
+    file.write_text(f"<robot name='r'><link name='a'>{visuals}</link></robot>")
+    robot = load_robot(file, packages=Packages()).require()
+    paths = [v.geometry.path for v in robot.links["a"].visuals]
+    assert [path is not None for path in paths] == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x89PNG\r\n\x1a\n\x00", b"a: 1\nb: 2\n", b"<robot name='r'><link", b"<sdf/>"]
+)
+def test_what_is_no_robot_never_raises(tmp_path, content):
+    path = tmp_path / "file.urdf"
+    path.write_bytes(content)
+    loaded = load_robot(path)
+    assert loaded.robot is None
+    assert [d.is_error for d in loaded.diagnostics] == [True]
+
+
+def test_a_directory_and_a_missing_file_never_raise(tmp_path):
+    for path in (tmp_path, tmp_path / "none.urdf"):
+        loaded = load_robot(path)
+        assert loaded.robot is None
+        assert len(loaded.diagnostics) == 1
