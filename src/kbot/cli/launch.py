@@ -1,0 +1,216 @@
+"""`kbot launch`: what roslaunch would do, with KBot in the place of ROS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import click
+
+from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
+from kbot.cli.output import fail, report
+from kbot.launch import Plan, read_launch
+from kbot.launch.known import role
+from kbot.launch.stage import Stage, stage
+from kbot.text import KbotError, Severity
+from kbot.text.suggest import did_you_mean
+from kbot.xacro import Packages
+
+
+@click.command(
+    "launch",
+    epilog=examples(
+        "kbot launch kbot_description kbot_base_rviz.launch",
+        "kbot launch robot.launch gui:=false",
+        "kbot launch robot.launch --dry-run         what would run, and from which line",
+        "kbot launch robot.launch --dump-params     as roslaunch prints them",
+    ),
+)
+@click.argument("words", nargs=-1, metavar="FILE|PACKAGE FILE [arg:=value ...]")
+@package_path_option
+@click.option("--dry-run", is_flag=True, help="Say what would run, and end.")
+@click.option("--nodes", is_flag=True, help="Print the names of the nodes.")
+@click.option("--files", is_flag=True, help="Print the launch files that are read.")
+@click.option("--dump-params", is_flag=True, help="Print the parameters as YAML.")
+@click.option("--ros-args", is_flag=True, help="Print the arguments that the launch file takes.")
+@click.option("--args", "args_of", metavar="NODE", help="Print the command line of a node.")
+@click.option("--allow-commands", is_flag=True, help="Let command= run any program, not only xacro.")
+@click.option("--world", metavar="W", help="The world to simulate in, whatever the launch file says.")
+@page_options
+def command(
+    words: tuple[str, ...],
+    package_path: tuple[str, ...],
+    dry_run: bool,
+    nodes: bool,
+    files: bool,
+    dump_params: bool,
+    ros_args: bool,
+    args_of: str | None,
+    allow_commands: bool,
+    world: str | None,
+    host: str,
+    port: int | None,
+    browser: bool,
+) -> int:
+    """Carry out a ROS 1 launch file without ROS.
+
+    The robot stands in the workbench, which takes the place of rviz and of Gazebo. What a ROS
+    would stumble over is reported at its line, with the mend.
+    """
+    named, arguments = split_arguments(words)
+    path = _find(named, Packages(package_path))
+    plan = read_launch(
+        path,
+        arguments,
+        Packages(package_path, around=path),
+        resolve_anonymous=not nodes,
+        allow_commands=allow_commands,
+    ).require()
+    if nodes or files or dump_params or ros_args or args_of:
+        report(d for d in plan.problems)
+        _print(plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of)
+        return 0
+    staged = stage(plan)
+    if dry_run:
+        found = (*plan.diagnostics, *staged.notes)
+        report(found)
+        click.echo(_table(plan, staged))
+        return int(any(d.severity is not Severity.INFO for d in found))
+    return _carry_out(plan, staged, world or _known_world(staged), package_path, host, port, browser)
+
+
+def _carry_out(
+    plan: Plan,
+    staged: Stage,
+    world: str,
+    package_path: tuple[str, ...],
+    host: str,
+    port: int | None,
+    browser: bool,
+) -> int:
+    report(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L"))
+    if any(note.is_error for note in staged.notes):
+        return 2
+    if staged.path is None:
+        fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
+    from kbot.workbench.serve import serve
+
+    click.echo(_table(plan, staged))
+    serve(
+        staged.path,
+        simulate=staged.simulate,
+        world=world,
+        arguments=staged.arguments,
+        host=host,
+        port=port,
+        open_browser=browser,
+        package_path=package_path,
+    )
+    return 0
+
+
+def _find(named: list[str], packages: Packages) -> str:
+    """The launch file of a command line: a path, or a package and the name of a file in it."""
+    if len(named) == 1:
+        return named[0]
+    if len(named) != 2:
+        raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
+    package, name = named
+    folder = Path(packages.find(package))
+    found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
+    if not found:
+        others = sorted(file.name for file in folder.rglob("*.launch"))
+        hint = did_you_mean(name, others) or f"there are {', '.join(others) or 'none'}"
+        raise KbotError(f"the package '{package}' has no {name}: {hint}")
+    if len(found) > 1:
+        raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
+    return str(found[0])
+
+
+def _known_world(staged: Stage) -> str:
+    if not staged.simulate:
+        return "empty"
+    from kbot.world import BUILDERS
+
+    if staged.world in BUILDERS:
+        return staged.world
+    click.echo(f"The world '{staged.world}' is not one of KBot's: the robot stands in 'empty'.", err=True)
+    return "empty"
+
+
+def _table(plan: Plan, staged: Stage) -> str:
+    """A line for each node: its name, what it is, what stands in for it, where it was written."""
+    rows = [
+        (n.full_name, f"{n.package}/{n.type}", role(n.package, n.type) or "not run", _place(str(n.origin)))
+        for n in plan.nodes
+    ]
+    rows += [
+        (f"{i.namespace}gazebo", f"{i.package}/{i.name}", "KBot's simulation", _place(str(i.origin)))
+        for i in plan.included
+    ]
+    widths = [max((len(row[column]) for row in rows), default=0) for column in range(3)]
+    lines = [
+        f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
+    ]
+    given = "".join(f" {name}:={value}" for name, value in staged.arguments.items())
+    robot = f"  robot: {staged.path}{given}" if staged.path else "  no robot"
+    return "\n".join(
+        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, robot]
+    )
+
+
+def _place(origin: str) -> str:
+    file, line, _ = origin.rsplit(":", 2)
+    return f"{Path(file).name}:{line}"
+
+
+def _print(
+    plan: Plan, *, nodes: bool, files: bool, dump_params: bool, ros_args: bool, args_of: str | None
+) -> None:
+    if nodes:
+        for node in plan.nodes:
+            click.echo(node.full_name)
+    if files:
+        for file in dict.fromkeys(plan.files):
+            click.echo(file)
+    if dump_params:
+        import yaml
+
+        click.echo(yaml.safe_dump({name: param.value for name, param in plan.params.items()}))
+    if ros_args:
+        click.echo(_arguments(plan))
+    if args_of:
+        click.echo(_command_line(plan, args_of))
+
+
+def _arguments(plan: Plan) -> str:
+    """The launch file's arguments, as `roslaunch --ros-args` prints them."""
+    if not plan.arguments:
+        return "No arguments."
+    lines = []
+    for title, wanted in (("Required Arguments:", False), ("Optional Arguments:", True)):
+        some = [a for name, a in sorted(plan.arguments.items()) if bool(a.default) is wanted]
+        if some:
+            lines.append(title)
+        for argument in some:
+            default = f' (default "{argument.default}")' if wanted else ""
+            lines.append(f"  {argument.name}{default}: {argument.doc or 'undocumented'}")
+    return "\n".join(lines)
+
+
+def _command_line(plan: Plan, name: str) -> str:
+    by_name = {node.full_name: node for node in plan.nodes}
+    node = by_name.get(name) or by_name.get("/" + name)
+    if node is None:
+        hint = did_you_mean(name, by_name) or f"there are {', '.join(by_name)}"
+        raise KbotError(f"no node is named {name}: {hint}")
+    remaps: Mapping[str, str] = dict(node.remaps)
+    environment = [f'{key}="{value}"' for key, value in node.env]
+    words = [node.launch_prefix or "", f"{node.package}/{node.type}", re.sub(r"\s+", " ", node.args.strip())]
+    words += [*(f"{source}:={target}" for source, target in remaps.items()), f"__name:={node.name}"]
+    return " ".join([*environment, *(word for word in words if word)])
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
