@@ -14,13 +14,15 @@ M = TypeVar("M")
 class Subscription:
     """A callback that hears a topic until it is closed."""
 
-    def __init__(self, topic: _Topic, callback: Callable[[Any], None]) -> None:
+    def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None]) -> None:
+        self._bus = bus
         self._topic = topic
         self.callback = callback
 
     def close(self) -> None:
         if self in self._topic.subscriptions:
             self._topic.subscriptions.remove(self)
+            self._bus.changes += 1
 
 
 class _Topic:
@@ -69,6 +71,8 @@ class Bus:
 
     def __init__(self) -> None:
         self._topics: dict[str, _Topic] = {}
+        self.changes = 0
+        """Grows whenever a topic begins or ends to be heard."""
 
     def advertise(self, topic: str, message_type: type[M], *, latched: bool = False) -> Publisher[M]:
         """A publisher; a latched topic hands its last message to those who subscribe later.
@@ -78,6 +82,7 @@ class Bus:
         """
         entry = self._topic(topic, message_type)
         entry.latched = entry.latched or latched
+        self.changes += 1
         return Publisher(entry)
 
     def subscribe(
@@ -89,7 +94,8 @@ class Bus:
             KbotError: the topic's name is not one, or it carries another type.
         """
         entry = self._topic(topic, message_type)
-        subscription = Subscription(entry, callback)
+        subscription = Subscription(self, entry, callback)
+        self.changes += 1
         entry.subscriptions.append(subscription)
         if entry.last is not None:
             callback(entry.last)

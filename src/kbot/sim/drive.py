@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from math import inf, isfinite
 
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
@@ -17,8 +17,8 @@ Twist2 = tuple[float, float]
 class DriveLimits:
     """What a twist may be and how fast it may change; m/s, rad/s, m/s^2, rad/s^2."""
 
-    linear_velocity: float = math.inf
-    angular_velocity: float = math.inf
+    linear_velocity: float = inf
+    angular_velocity: float = inf
     linear_acceleration: float = LINEAR_ACCELERATION
     angular_acceleration: float = ANGULAR_ACCELERATION
 
@@ -39,10 +39,12 @@ class TwistController:
     def __init__(
         self, drive: DifferentialDrive, limits: DriveLimits, wheel_speed: float, period: float
     ) -> None:
-        self.drive = drive
         self.limits = limits
         self.wheel_speed = wheel_speed
-        self.period = period
+        self._half_track = drive.separation / 2.0
+        self._radius = drive.radius
+        self._linear_step = limits.linear_acceleration * period
+        self._angular_step = limits.angular_acceleration * period
         self.reset()
 
     def reset(self) -> None:
@@ -51,41 +53,57 @@ class TwistController:
         self.deadline: int | None = None
         """The step at which the command is taken for lost; None when it holds."""
 
-    def command(self, linear: float, angular: float, deadline: int | None) -> None:
-        """Take a command, within the limits.
+    def command(self, linear: float, angular: float, deadline: int | None) -> bool:
+        """Take a command, within the limits; whether there is something to slew to.
 
         Raises:
             KbotError: a number that is not finite.
         """
-        if not (math.isfinite(linear) and math.isfinite(angular)):
+        if not (isfinite(linear) and isfinite(angular)):
             raise KbotError(f"a speed command is two finite numbers, not {linear}, {angular}")
         v = _within(linear, self.limits.linear_velocity)
         w = _within(angular, self.limits.angular_velocity)
-        fastest = max(abs(speed) for speed in self.drive.wheel_speeds(v, w))
+        fastest = (abs(v) + abs(w) * self._half_track) / self._radius
         if fastest > self.wheel_speed:
             v, w = v * self.wheel_speed / fastest, w * self.wheel_speed / fastest
         self.target = (v, w)
         self.deadline = deadline
+        return self.twist != self.target
 
-    @property
-    def is_there(self) -> bool:
-        return self.twist == self.target
+    def advance(self) -> tuple[float, float, bool]:
+        """The left and right wheel speeds (rad/s, forwards positive) for the next period, and whether they
+        hold from then on.
 
-    def advance(self) -> Twist2:
-        """The twist of the next period."""
+        They are those of the mean twist: what is driven at the end of a period is what the slope of the
+        limits gives, however long the period is.
+        """
         v, w = self.twist
-        self.twist = (
-            _toward(v, self.target[0], self.limits.linear_acceleration * self.period),
-            _toward(w, self.target[1], self.limits.angular_acceleration * self.period),
-        )
-        return self.twist
+        target_v, target_w = self.target
+        settled = True
+        if v != target_v:
+            settled = False
+            v, mean_v = _slope(v, target_v, self._linear_step)
+        else:
+            mean_v = v
+        if w != target_w:
+            settled = False
+            w, mean_w = _slope(w, target_w, self._angular_step)
+        else:
+            mean_w = w
+        self.twist = (v, w)
+        across = mean_w * self._half_track
+        return (mean_v - across) / self._radius, (mean_v + across) / self._radius, settled
 
 
 def _within(value: float, limit: float) -> float:
-    return min(max(value, -limit), limit)
+    return limit if value > limit else -limit if value < -limit else value
 
 
-def _toward(value: float, target: float, step: float) -> float:
-    if target > value:
-        return min(value + step, target)
-    return max(value - step, target)
+def _slope(value: float, target: float, step: float) -> tuple[float, float]:
+    """Value at the end of a period in which it may change by `step`, and its mean over the period."""
+    change = target - value
+    if change > step:
+        return value + step, value + step / 2.0
+    if change < -step:
+        return value - step, value - step / 2.0
+    return target, value + change - change * abs(change) / (2.0 * step)

@@ -23,6 +23,9 @@ FRICTION = 1.0
 CONTROL_PERIOD = 0.02
 """Seconds between two updates of odometry, joint states and the watchdog."""
 
+SLEW_PERIOD = 0.01
+"""Seconds between two updates of the twist while it follows a command."""
+
 SERVO_TIME = 0.0035
 """Seconds in which the speed servo corrects an error: kv is the inertia it moves over this."""
 

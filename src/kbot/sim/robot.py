@@ -16,6 +16,7 @@ from kbot.sim.drive import DriveLimits, TwistController
 from kbot.sim.holds import JointHolds
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.numbers import numbers
+from kbot.sim.recipe import SLEW_PERIOD
 from kbot.sim.servo import speed_limit
 from kbot.sim.wheel_servos import WheelServos
 from kbot.sim.world_builder import body_pose
@@ -38,14 +39,17 @@ class SimulatedRobot:
         self.robot = robot
         self.drive = drive
         self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
+        self.is_slewing = False
+        self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
+        self._next_slew = 0
         self._controller: TwistController | None = None
         self._odometry: WheelOdometry | None = None
         if isinstance(drive, DifferentialDrive):
             fastest = min(speed_limit(robot, joint) for joint in drive.joints)
-            self._controller = TwistController(drive, limits, fastest, timestep)
+            self._controller = TwistController(drive, limits, fastest, self._slew_steps * timestep)
             self._odometry = WheelOdometry(drive)
         self._turns = 0
-        self._last_yaw = 0.0
+        self._is_left = True
 
     def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
         """Look up this robot's places in a compiled model."""
@@ -77,8 +81,9 @@ class SimulatedRobot:
             self._controller.reset()
         if self._odometry is not None:
             self._odometry.reset()
+        self.is_slewing, self._next_slew = False, 0
         self.holds.release_all()
-        self._turns, self._last_yaw = 0, self._yaw()
+        self._turns, self._is_left = 0, self._yaw() >= 0.0
 
     @property
     def controller(self) -> TwistController:
@@ -96,14 +101,30 @@ class SimulatedRobot:
     def can_drive(self) -> bool:
         return self._controller is not None
 
-    def slew(self) -> bool:
-        """One step of the controller, handed to the wheels; whether the commanded twist is reached."""
+    def command(self, linear: float, angular: float, deadline: int | None) -> bool:
+        """Take a twist (m/s, rad/s) that holds until the step `deadline`; whether `slew` has to be called.
+
+        Raises:
+            KbotError: the robot cannot drive, or a number is not finite.
+        """
+        if self.controller.command(linear, angular, deadline):
+            self.is_slewing = True
+        return self.is_slewing
+
+    def slew(self, step: int) -> int:
+        """Hand the wheels their next speeds when that is due; steps until it is due again, 0 when the
+        wheels have what was commanded."""
         controller, servos = self._controller, self._servos
         if controller is None or servos is None:
-            return True
-        linear, angular = controller.advance()
-        servos.command(*controller.drive.wheel_speeds(linear, angular))
-        return controller.is_there
+            return 0
+        if step >= self._next_slew:
+            left, right, settled = controller.advance()
+            servos.command(left, right)
+            if settled:
+                self.is_slewing = False
+                return 0
+            self._next_slew = step + self._slew_steps
+        return self._next_slew - step
 
     def hold(self, joint: str, position: float) -> None:
         """Hold a joint at a position (rad or m) by a servo, within its effort limit.
@@ -137,17 +158,17 @@ class SimulatedRobot:
         odometry.update(left, right)
         servos.unwind()
         if controller.deadline is not None and step >= controller.deadline:
-            controller.command(0.0, 0.0, None)
-            return not controller.is_there
+            return self.command(0.0, 0.0, None)
         return False
 
     def _count_turns(self) -> None:
-        yaw = self._yaw()
-        if yaw - self._last_yaw > math.pi:
-            self._turns -= 1
-        elif yaw - self._last_yaw < -math.pi:
-            self._turns += 1
-        self._last_yaw = yaw
+        """Notice when the heading passes from half a turn left to half a turn right, or back."""
+        q, at = self._qpos, self.root_qpos
+        is_left = q[at + 3] * q[at + 6] + q[at + 4] * q[at + 5] >= 0.0
+        if is_left is not self._is_left:
+            self._is_left = is_left
+            if abs(self._yaw()) > math.pi / 2:
+                self._turns += -1 if is_left else 1
 
     def _yaw(self) -> float:
         """Heading of the root in rad, within half a turn."""
@@ -173,7 +194,7 @@ class SimulatedRobot:
         root, base = self.link_pose(self.robot.root), self.link_pose(self.base)
         x, y, _ = base.translation
         full = 2.0 * math.pi
-        counted = self._last_yaw + full * self._turns + (root.inverse() @ base).yaw
+        counted = self._yaw() + full * self._turns + (root.inverse() @ base).yaw
         yaw = base.yaw + full * round((counted - base.yaw) / full)
         spin, speed = self.link_velocity(self.base)
         return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
@@ -237,20 +258,18 @@ class SimulatedRobot:
         controller = self._controller
         commanded = (controller.target, controller.twist, controller.deadline) if controller else None
         odometry = self._odometry.state if self._odometry else None
-        return commanded, odometry, self._turns, self._last_yaw, self.holds.engaged
+        slewing = self.is_slewing, self._next_slew
+        return commanded, slewing, odometry, self._turns, self._is_left, self.holds.engaged
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Take back what `save` gave; the engine's own state has been restored before."""
-        commanded, odometry, self._turns, self._last_yaw, engaged = saved
+        commanded, slewing, odometry, self._turns, self._is_left, engaged = saved
+        self.is_slewing, self._next_slew = slewing
         if self._controller is not None and commanded is not None:
             self._controller.target, self._controller.twist, self._controller.deadline = commanded
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
         self.holds.engage_only(engaged)
-
-    @property
-    def is_slewing(self) -> bool:
-        return self._controller is not None and not self._controller.is_there
 
 
 def _base(robot: Robot) -> str:

@@ -26,7 +26,7 @@ from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.state import State, digest, read_engine, write_engine
 from kbot.sim.topics import RobotTopics
-from kbot.sim.watch import SimulationDiverged, diverged, is_sound
+from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
 from kbot.sim.world_builder import body_pose, moving_bodies
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -68,10 +68,11 @@ class Simulation:
         self.bus = Bus()
         self.random = np.random.default_rng(seed)
         drive = find_drive(robot)
-        self._robot = SimulatedRobot(robot.name, robot, drive, limits or DriveLimits(), timestep)
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
+        self._robot = SimulatedRobot(robot.name, robot, drive, limits or DriveLimits(), timestep)
+        self._robots = {robot.name: self._robot}
         self._step_ns = timestep * 1e9
-        self._slewing = False
+        self._slewing: list[SimulatedRobot] = []
         self._build(robot, drive)
         self._topics = RobotTopics(self.bus, self._robot, self.command)
         self.reset()
@@ -115,8 +116,7 @@ class Simulation:
             if count > n:
                 count = n
             if self._slewing:
-                self._slewing = not self._robot.slew()
-                count = 1
+                count = min(count, self._slew())
             mj_step(model, data, count)
             self._steps += count
             n -= count
@@ -150,7 +150,7 @@ class Simulation:
         self._steps = steps
         self._failure: SimulationDiverged | None = None
         self._next_tick = (steps // self._tick_steps + 1) * self._tick_steps
-        self._slewing = self._robot.is_slewing
+        self._slewing = [robot for robot in self._robots.values() if robot.is_slewing]
         self._fresh = -1
         self.clock.set(round(steps * self._step_ns))
         self._plan_stop()
@@ -167,10 +167,12 @@ class Simulation:
         stamp = round(self._steps * self._step_ns)
         if self._steps == self._next_tick:
             self._next_tick += self._tick_steps
-            if not is_sound(self._qvel):
+            # false for NaN too
+            if not self._qvel.dot(self._qvel) < FASTEST**2:
                 self._fail()
-            if self._robot.tick(self._steps):
-                self._slewing = True
+            for robot in self._robots.values():
+                if robot.tick(self._steps) and robot not in self._slewing:
+                    self._slewing.append(robot)
             self.clock.advance_to(stamp)
             self._topics.publish(self.clock)
         else:
@@ -179,8 +181,19 @@ class Simulation:
 
     def _fail(self) -> None:
         last = (self._steps - self._tick_steps) * self.timestep
-        self._failure = diverged(self._model, self._data, [self._robot], self.time, last)
+        self._failure = diverged(self._model, self._data, list(self._robots.values()), self.time, last)
         raise self._failure
+
+    def _slew(self) -> int:
+        """Serve the robots that follow a new command; steps until the next of them is due."""
+        wait = self._tick_steps
+        for robot in tuple(self._slewing):
+            due = robot.slew(self._steps)
+            if due:
+                wait = min(wait, due)
+            else:
+                self._slewing.remove(robot)
+        return wait
 
     # commands
 
@@ -190,15 +203,17 @@ class Simulation:
         Raises:
             KbotError: the robot cannot drive (the reason is said), or a number is not finite.
         """
-        self._robot.controller.command(linear, angular, None)
-        self._slewing = self._robot.is_slewing
+        self._command(self._robot, linear, angular, None)
 
     def command(self, linear: float, angular: float, watchdog: float = recipe.WATCHDOG) -> None:
         """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
         after the last one: for commands that come from outside, by topic or page."""
         deadline = self._steps + max(1, round(watchdog / self.timestep))
-        self._robot.controller.command(linear, angular, deadline)
-        self._slewing = self._robot.is_slewing
+        self._command(self._robot, linear, angular, deadline)
+
+    def _command(self, robot: SimulatedRobot, linear: float, angular: float, deadline: int | None) -> None:
+        if robot.command(linear, angular, deadline) and robot not in self._slewing:
+            self._slewing.append(robot)
 
     def set_joint(self, joint: str, position: float) -> None:
         """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.

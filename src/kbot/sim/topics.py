@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin
+from typing import Any
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import types as msg
-from kbot.messages.bus import Bus, Subscription, absolute
+from kbot.messages.bus import Bus, Publisher, Subscription, absolute
 from kbot.messages.clock import Clock
 from kbot.sim.robot import SimulatedRobot
 
@@ -29,17 +30,24 @@ class RobotTopics:
     def __init__(self, bus: Bus, robot: SimulatedRobot, command: Command, namespace: str = "") -> None:
         """`command` is called with the forward and turning speed of every twist that is heard."""
         self._robot = robot
+        self._bus = bus
         self._frame_prefix = f"{namespace}/" if namespace else ""
         self._covariance = covariance(POSE_VARIANCE)
-        self._clock = bus.advertise("/clock", msg.ClockMessage)
-        self._joint_states = bus.advertise(absolute("joint_states", namespace), msg.JointState)
-        self._tf = bus.advertise("/tf", msg.TFMessage)
-        self._odometry = bus.advertise(absolute("odom", namespace), msg.Odometry)
+        self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
+            (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage),
+            (bus.advertise(absolute("joint_states", namespace), msg.JointState), self._joint_state),
+        ]
         self._commands: Subscription | None = None
         if robot.can_drive:
+            self._outputs += [
+                (bus.advertise(absolute("odom", namespace), msg.Odometry), self._odometry),
+                (bus.advertise("/tf", msg.TFMessage), self._transform),
+            ]
             self._commands = bus.subscribe(
                 absolute("cmd_vel", namespace), msg.Twist, lambda m: command(m.linear.x, m.angular.z)
             )
+        self._heard = self._outputs
+        self._seen = -1
 
     def close(self) -> None:
         """Hear no more commands."""
@@ -47,17 +55,12 @@ class RobotTopics:
             self._commands.close()
 
     def publish(self, clock: Clock) -> None:
-        """Say what time it is and where the robot is now."""
-        if self._clock.is_heard:
-            self._clock.publish(msg.ClockMessage(clock.stamp))
-        if self._joint_states.is_heard:
-            self._joint_states.publish(self._joint_state(clock.stamp))
-        if self._commands is None:
-            return
-        if self._odometry.is_heard:
-            self._odometry.publish(self._odometry_message(clock.stamp))
-        if self._tf.is_heard:
-            self._tf.publish(self._transform(clock.stamp))
+        """Say what time it is and where the robot is now, to those who listen."""
+        if self._bus.changes != self._seen:
+            self._seen = self._bus.changes
+            self._heard = [output for output in self._outputs if output[0].is_heard]
+        for publisher, message in self._heard:
+            publisher.publish(message(clock.stamp))
 
     def _joint_state(self, stamp: msg.Time) -> msg.JointState:
         robot = self._robot
@@ -69,7 +72,7 @@ class RobotTopics:
             tuple(robot.joint_efforts.values()),
         )
 
-    def _odometry_message(self, stamp: msg.Time) -> msg.Odometry:
+    def _odometry(self, stamp: msg.Time) -> msg.Odometry:
         motion = self._robot.odometry
         pose, twist = motion.pose, motion.twist
         return msg.Odometry(

@@ -25,11 +25,6 @@ class SimulationDiverged(DescriptionError):
     """The run left the physical; it can go on only after a reset."""
 
 
-def is_sound(qvel: Any) -> bool:  # noqa: ANN401
-    """Whether all speeds are finite and below what anything could reach."""
-    return bool(qvel.dot(qvel) < FASTEST * FASTEST)
-
-
 def diverged(
     model: Any,  # noqa: ANN401
     data: Any,  # noqa: ANN401

@@ -30,35 +30,34 @@ class WheelServos:
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
         self._left = tuple(_find(model, prefix, name, drive.forward[name]) for name in drive.left)
         self._right = tuple(_find(model, prefix, name, drive.forward[name]) for name in drive.right)
+        self._left_count, self._right_count = len(self._left), len(self._right)
+        self._all = self._left + self._right
 
     def command(self, left: float, right: float) -> None:
         """Wheel speeds in rad/s."""
-        for wheel in self._left:
-            self._ctrl[wheel.command] = left * wheel.forward
-        for wheel in self._right:
-            self._ctrl[wheel.command] = right * wheel.forward
+        ctrl = self._ctrl
+        for _, _, command, _, forward, _, _ in self._left:
+            ctrl[command] = left * forward
+        for _, _, command, _, forward, _, _ in self._right:
+            ctrl[command] = right * forward
 
     def angles(self) -> tuple[float, float]:
         """Mean angle of each side's wheels in rad."""
         qpos = self._qpos
         left = right = 0.0
-        for wheel in self._left:
-            left += qpos[wheel[0]] * wheel[4]
-        for wheel in self._right:
-            right += qpos[wheel[0]] * wheel[4]
-        return left / len(self._left), right / len(self._right)
+        for position, _, _, _, forward, _, _ in self._left:
+            left += qpos[position] * forward
+        for position, _, _, _, forward, _, _ in self._right:
+            right += qpos[position] * forward
+        return left / self._left_count, right / self._right_count
 
     def unwind(self) -> None:
         """A blocked wheel's servo must not store up the way it did not go."""
         qpos, qvel, act = self._qpos, self._qvel, self._act
-        for side in (self._left, self._right):
-            for position, speed, _, state, _, reach, lag in side:
-                middle = qpos[position] + lag * qvel[speed]
-                off = act[state] - middle
-                if off > reach:
-                    act[state] = middle + reach
-                elif off < -reach:
-                    act[state] = middle - reach
+        for position, speed, _, state, _, reach, lag in self._all:
+            middle = qpos[position] + lag * qvel[speed]
+            if not -reach < act[state] - middle < reach:
+                act[state] = middle + reach if act[state] > middle else middle - reach
 
 
 def _find(model: Any, prefix: str, joint: str, forward: float) -> _Wheel:  # noqa: ANN401
