@@ -27,10 +27,10 @@ class WheelOdometry:
         self._base_in_axle = self._axle_in_base.inverse()
         self.reset()
 
-    def reset(self) -> None:
-        """Start anew: the base at the origin, the wheels at 0."""
+    def reset(self, left: float = 0.0, right: float = 0.0) -> None:
+        """Start anew: the base at the origin, the wheels at these angles in rad."""
         start = self._axle_in_base
-        self.state = (start.x, start.y, start.yaw, 0.0, 0.0)
+        self.state = (start.x, start.y, start.yaw, left, right)
 
     def update(self, left: float, right: float) -> None:
         """Go on to wheel angles in rad, forwards positive."""

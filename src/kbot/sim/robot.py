@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
@@ -246,6 +247,23 @@ class SimulatedRobot:
         """Put a joint somewhere at once, its speed left as it is; for the start of a run."""
         self._qpos[self._joints[joint][0]] = position
 
+    def place(self, pose: PlanarPose, joints: Mapping[str, float]) -> None:
+        """See `Simulation.place`. The engine's frames must be up to date."""
+        for joint, position in joints.items():
+            self._require_joint(joint)
+            self.set_position(joint, position)
+        if self.root_qpos >= 0:
+            there, here = _upright(pose), _upright(self.ground_truth.pose)
+            root = there @ here.inverse() @ self.link_pose(self.robot.root)
+            x, y, z, w = root.quaternion_xyzw
+            self._data.qpos[self.root_qpos : self.root_qpos + 7] = [*root.translation, w, x, y, z]
+            self._is_left = self._yaw() >= 0.0
+            self._turns = round((pose.yaw - self._yaw()) / (2.0 * math.pi))
+        if self._servos is not None:
+            self._servos.settle()
+        if self._odometry is not None and self._servos is not None:
+            self._odometry.reset(*self._servos.angles())
+
     def _require_joint(self, joint: str) -> None:
         if joint not in self._joints:
             hint = did_you_mean(joint, self._joints)
@@ -270,6 +288,11 @@ class SimulatedRobot:
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
         self.holds.engage_only(engaged)
+
+
+def _upright(pose: PlanarPose) -> Transform:
+    """A pose on the ground as a transform."""
+    return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
 
 
 def _base(robot: Robot) -> str:

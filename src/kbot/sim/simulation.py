@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
-from kbot.kinematics.odometry import PlanarTwist
+from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
@@ -145,6 +146,17 @@ class Simulation:
         self._robot.reset()
         self.random = np.random.default_rng(self.seed)
         self._start_at(0)
+
+    def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
+        """After a reset: stand elsewhere, at rest, the base at `pose` in the world at the height it starts
+        at, and joints at positions in rad or m. Odometry still starts from zero there.
+
+        Raises:
+            KbotError: an unknown joint.
+        """
+        self._refresh()
+        self._robot.place(pose, joints or {})
+        self._fresh = -1
 
     def _start_at(self, steps: int) -> None:
         self._steps = steps

@@ -51,6 +51,11 @@ class WheelServos:
             right += qpos[position] * forward
         return left / self._left_count, right / self._right_count
 
+    def settle(self) -> None:
+        """Take the wheels' present angles for those they are meant to be at."""
+        for position, _, _, state, _, _, _ in self._all:
+            self._act[state] = self._qpos[position]
+
     def unwind(self) -> None:
         """A blocked wheel's servo must not store up the way it did not go."""
         qpos, qvel, act = self._qpos, self._qvel, self._act

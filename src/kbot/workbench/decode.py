@@ -59,7 +59,7 @@ def _fields(cls: type) -> dict[str, Any]:
     return {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.name != "type"}
 
 
-def _check(value: Any, hint: Any, where: str) -> Any:
+def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a type hint
     bound: Range | Length | None = None
     if typing.get_origin(hint) is Annotated:
         hint, bound = typing.get_args(hint)
@@ -87,7 +87,7 @@ def _check(value: Any, hint: Any, where: str) -> Any:
     raise TypeError(f"no check for {hint}")
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     try:
         text = json.dumps(value)
     except (ValueError, OverflowError, RecursionError):

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass, field
 from typing import Literal
 
 from kbot.kinematics.differential_drive import NoDrive, find_drive
+from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.workbench.motion import Moment
+from kbot.workbench.motion import Moment, flat
 from kbot.workbench.session import Reader, Session
 from kbot.world import World, load_world
 
-BUSY_SECONDS = 0.05
+BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
 STEPS_AT_ONCE = 20
 
@@ -25,15 +27,8 @@ def driven_session(reader: Reader, world: str, seed: int, contacts: str) -> Sess
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    place = load_world(world)
-    return Session(
-        reader,
-        "sim",
-        lambda robot: Driving(robot, place, seed, contacts),
-        place,
-        why_not,
-        limits,
-    )
+    setup = _Setup(load_world(world), seed, contacts)
+    return Session(reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits)
 
 
 def why_not(robot: Robot) -> str:
@@ -43,33 +38,51 @@ def why_not(robot: Robot) -> str:
 
 
 def limits(robot: Robot) -> tuple[float, float]:
-    """Forward m/s and turning rad/s for a held key: brisk, and within what the wheels may turn."""
+    """Forward m/s and turning rad/s for full: brisk for the robot's size, and 1 m/s at most."""
     drive = find_drive(robot)
     if isinstance(drive, NoDrive):
         return 0.0, 0.0
-    linear = min(1.0, 8.0 * drive.radius)
-    return round(linear, 2), round(min(2.5, 1.2 * linear / drive.separation), 2)
+    linear = min(1.0, 14.0 * drive.radius)
+    return round(linear, 2), round(min(4.0, linear / drive.separation), 2)
 
 
+@dataclass(frozen=True, slots=True)
+class _Setup:
+    """What stays when the robot changes."""
+
+    world: World
+    seed: int
+    contacts: str
+
+
+@dataclass
 class Driving:
-    """A running simulation."""
+    """A running simulation. `time_before` and `odometry_before` are those of the robot it stands in for."""
 
-    def __init__(self, robot: Robot, world: World, seed: int, contacts: str) -> None:
-        self._world, self._seed, self._contacts = world, seed, contacts
-        self._sim = Simulation(robot, world=world, seed=seed, contacts=contacts)
-        self._command = (0.0, 0.0)
-        self._owed = 0.0
+    robot: Robot
+    setup: _Setup
+    time_before: float = 0.0
+    odometry_before: PlanarPose = field(default_factory=PlanarPose)
+    _command: tuple[float, float] = (0.0, 0.0)
+    _owed: float = 0.0
+    _sim: Simulation = field(init=False)
+
+    def __post_init__(self) -> None:
+        setup = self.setup
+        self._sim = Simulation(self.robot, setup.world, setup.seed, contacts=setup.contacts)
 
     def moment(self) -> Moment:
         sim = self._sim
-        odometry = sim.odometry
+        odometry, twist = sim.odometry, sim.odometry.twist
+        pose = self.odometry_before @ odometry.pose
         return Moment(
-            time=sim.time,
+            time=self.time_before + sim.time,
             positions=sim.joint_positions,
             poses=sim.link_poses(),
+            bodies=flat(sim.body_poses().values()),
             command=self._command,
-            twist=(odometry.twist.linear, odometry.twist.angular),
-            odometry=(odometry.pose.x, odometry.pose.y, odometry.pose.yaw),
+            twist=(twist.x, twist.yaw),
+            odometry=(pose.x, pose.y, pose.yaw),
         )
 
     def advance(self, seconds: float) -> float:
@@ -86,8 +99,8 @@ class Driving:
 
     def reset(self) -> None:
         self._sim.reset()
-        self._command = (0.0, 0.0)
-        self._owed = 0.0
+        self.time_before, self.odometry_before = 0.0, PlanarPose()
+        self._command, self._owed = (0.0, 0.0), 0.0
 
     def drive(self, linear: float, angular: float) -> None:
         self._sim.cmd_vel(linear, angular)
@@ -97,7 +110,13 @@ class Driving:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
-        self.set_joint("", 0.0)
+        raise KbotError("joints follow the simulation here: kbot view sets them by hand")
 
     def replace(self, robot: Robot) -> Driving:
-        raise NotImplementedError
+        """A simulation of the changed robot, at rest where this one is."""
+        before = self._sim.odometry.pose
+        other = Driving(robot, self.setup, self.time_before + self._sim.time, self.odometry_before @ before)
+        kept = self._sim.joint_positions
+        joints = {j.name: kept[j.name] for j in robot.movable_joints if j.name in kept}
+        other._sim.place(self._sim.ground_truth.pose, joints)
+        return other

@@ -29,6 +29,6 @@ def load_page(folder: Path = FOLDER) -> dict[str, tuple[str, bytes]]:
         if file.suffix in _TYPES
     }
     if "/index.html" not in files:
-        raise KbotError("the page is not built: run `python hatch_build.py` in the checkout, or install again")
+        raise KbotError("the page is not built: run `python hatch_build.py` in the checkout")
     files["/"] = files["/index.html"]
     return files

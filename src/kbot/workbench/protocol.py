@@ -25,8 +25,12 @@ class Length:
     most: int
 
 
+ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
+
 Name = Annotated[str, Length(256)]
-PathName = Annotated[str, Length(4096)]
+PathShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
+
+Name = Annotated[str, Length(4096)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +51,7 @@ class Shape:
     axes; mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty where there is none.
     """
 
-    kind: Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
+    kind: ShapeKind
     size: tuple[float, ...]
     position: tuple[float, ...]
     quaternion: tuple[float, ...]
@@ -249,7 +253,7 @@ class SetJoint:
 
 @dataclass(frozen=True, slots=True)
 class SetJoints:
-    """All joints at once: to zero (or the limit nearest to it), the middle of their range, or anywhere in it."""
+    """All joints at once: to zero or the limit nearest to it, to the middle of their range, or anywhere."""
 
     preset: Literal["zero", "centre", "random"]
     type: Literal["set_joints"] = "set_joints"

@@ -9,19 +9,32 @@ import numpy as np
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform, quaternion_xyzw_from_rotation
-from kbot.model import Box, Capsule, Collision, Cylinder, Inertial, Joint, JointType, Link, Mesh, Robot
+from kbot.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Inertial,
+    Joint,
+    JointType,
+    Link,
+    Mesh,
+    Robot,
+    Sphere,
+    Visual,
+)
 from kbot.model import Pose as UrdfPose
-from kbot.model import Sphere, Visual
 from kbot.model.shapes import bounds, tensor
-from kbot.text import KbotError, Origin
+from kbot.text import KbotError
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.places import place
-from kbot.workbench.protocol import InertiaView, JointView, LinkView, Scene, Shape
+from kbot.workbench.protocol import InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
 from kbot.workbench.world_view import world_view
 from kbot.world.world import World
 
 PLAIN = (0.72, 0.74, 0.78, 1.0)
-_UNIT = (1.0, 1.0, 1.0)
+OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
+"""Stands for the colours that a mesh file brings."""
 
 
 def build_scene(
@@ -83,6 +96,7 @@ def _shapes(parts: Iterable[Visual | Collision], meshes: MeshStore) -> Iterator[
         rgba = material.rgba if material and material.rgba else PLAIN
         shape = part.geometry
         mesh = ""
+        kind: ShapeKind
         size: tuple[float, ...]
         match shape:
             case Box(size=size):
@@ -102,15 +116,9 @@ def _shapes(parts: Iterable[Visual | Collision], meshes: MeshStore) -> Iterator[
                     continue  # the checks say so, at the line
                 kind, size = "mesh", scale
                 if not (material and material.rgba):
-                    rgba = (-1.0, -1.0, -1.0, -1.0)
-        yield make_shape(kind, size, _transform(part.pose), rgba, mesh, part.origin)
-
-
-def make_shape(
-    kind: str, size: tuple[float, ...], pose: Transform, rgba: tuple[float, ...], mesh: str, origin: Origin | None
-) -> Shape:
-    """A shape for the page; a negative colour leaves a mesh its own."""
-    return Shape(kind, size, *position_quaternion(pose), rgba, mesh, place(origin))  # type: ignore[arg-type]
+                    rgba = OWN_COLOURS
+        position, quaternion = position_quaternion(_transform(part.pose))
+        yield Shape(kind, size, position, quaternion, rgba, mesh, place(part.origin))
 
 
 def position_quaternion(pose: Transform) -> tuple[tuple[float, ...], tuple[float, ...]]:

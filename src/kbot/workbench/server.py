@@ -29,6 +29,8 @@ log = logging.getLogger(__name__)
 
 FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
+_TEXT = "text/plain; charset=utf-8"
+_FOR_EVER = "max-age=31536000, immutable"
 
 
 class Server:
@@ -81,10 +83,10 @@ class Server:
         if path.startswith("/mesh/"):
             mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
             if mesh is not None:
-                return _response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", "max-age=31536000")
+                return _response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
         elif path in self._page:
             kind, body = self._page[path]
-            kept = "max-age=31536000, immutable" if path.startswith("/assets/") else "no-cache"
+            kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
             return _response(http.HTTPStatus.OK, served, body, kind, kept)
         return _response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
 
@@ -126,12 +128,21 @@ class Server:
         while True:
             await asyncio.sleep(FRAME_SECONDS)
             now = time.monotonic()
-            self._changed |= self.session.advance(min(now - before, 0.1))
+            self._changed |= self._advance(min(now - before, 0.1))
             before = now
             if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
                 self._changed, sent = False, now
                 if len(self.hub):
                     self.hub.publish(self.session.state())
+
+    def _advance(self, wall_seconds: float) -> bool:
+        try:
+            return self.session.advance(wall_seconds)
+        except KbotError as error:
+            self.session.paused = True
+            log.error("%s", error)
+            self.hub.publish(Refused(str(error)))
+            return True
 
     async def _follow_files(self) -> None:
         """Show the description anew each time one of its files changes."""
@@ -145,7 +156,7 @@ class Server:
 
 
 def _response(
-    status: http.HTTPStatus, host: str, body: bytes, kind: str = "text/plain; charset=utf-8", kept: str = "no-store"
+    status: http.HTTPStatus, host: str, body: bytes, kind: str = _TEXT, kept: str = "no-store"
 ) -> Response:
     headers = Headers(
         {

@@ -74,7 +74,7 @@ class Session:
         self.meshes = MeshStore()
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
-        self._motion = make_motion(robot)
+        self._motion = make_motion(self._robot)
         self._revision = 1
         self._ownership = Ownership(self._shown.document)
         self._stale = False

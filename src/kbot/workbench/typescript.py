@@ -35,7 +35,7 @@ def _collect(cls: type, seen: dict[type, None]) -> None:
     seen[cls] = None
 
 
-def _dataclasses_in(hint: Any) -> Iterator[type]:
+def _dataclasses_in(hint: object) -> Iterator[type]:
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         yield hint
     for part in typing.get_args(hint):
@@ -49,7 +49,7 @@ def _interface(cls: type) -> str:
     return f"{comment}export interface {cls.__name__} {{\n{fields}}}\n"
 
 
-def _name(hint: Any) -> str:
+def _name(hint: Any) -> str:  # noqa: ANN401 - a type hint
     if hint in _PRIMITIVES:
         return _PRIMITIVES[hint]
     origin, args = typing.get_origin(hint), typing.get_args(hint)
@@ -59,8 +59,8 @@ def _name(hint: Any) -> str:
         return f"readonly {_name(args[0])}[]"
     if origin in (Union, types.UnionType):
         return " | ".join(_name(arg) for arg in args)
-    if dataclasses.is_dataclass(hint):
-        return str(hint.__name__)
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return hint.__name__
     raise TypeError(f"no TypeScript for {hint}")
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.places import place
-from kbot.workbench.protocol import BodyView, Shape
+from kbot.workbench.protocol import BodyView, Shape, ShapeKind
 from kbot.world.world import (
     Body,
     Box,
@@ -46,6 +46,7 @@ def _body(body: Body, meshes: MeshStore) -> BodyView:
 def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
     for part in body.parts:
         shape, mesh = part.shape, ""
+        kind: ShapeKind
         size: tuple[float, ...]
         match shape:
             case Plane():
@@ -79,7 +80,7 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
 
 def _is_the_ground(body: Body, part: Part) -> bool:
     pose = body.pose @ part.pose
-    return abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL
+    return bool(abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL)
 
 
 def _triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
