@@ -122,3 +122,13 @@ def test_equality_hash_and_pickle():
 def test_zero_quaternion_is_refused():
     with pytest.raises(ValueError, match="zero"):
         Transform.from_quaternion_xyzw((0, 0, 0, 0))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_numbers_that_are_not_finite_are_refused(value):
+    with pytest.raises(ValueError, match="not finite"):
+        Transform.from_xyz_rpy((0, 0, value), (0, 0, 0))
+    with pytest.raises(ValueError, match="not finite"):
+        Transform.from_xyz_rpy((0, 0, 0), (0, value, 0))
+    with pytest.raises(ValueError, match="not finite"):
+        Transform.from_quaternion_xyzw((0, 0, 0, 1), (value, 0, 0))

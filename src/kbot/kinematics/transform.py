@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -63,10 +64,14 @@ class Transform:
 
     @classmethod
     def from_xyz_rpy(cls, xyz: Sequence[float], rpy: Sequence[float]) -> Transform:
-        """From URDF's `<origin>`: metres, and roll, pitch, yaw about fixed axes in radians."""
+        """From URDF's `<origin>`: metres, and roll, pitch, yaw about fixed axes in radians.
+
+        Raises:
+            ValueError: a number is not finite.
+        """
         matrix = np.eye(4)
-        matrix[:3, :3] = rotation_from_rpy(*rpy)
-        matrix[:3, 3] = xyz
+        matrix[:3, :3] = rotation_from_rpy(*_finite(rpy))
+        matrix[:3, 3] = _finite(xyz)
         return cls._trusted(matrix)
 
     @classmethod
@@ -76,18 +81,19 @@ class Transform:
         """From a quaternion (x, y, z, w), normalised here, and a translation in metres.
 
         Raises:
-            ValueError: the quaternion's length is zero.
+            ValueError: the quaternion's length is zero, or a number is not finite.
         """
-        x, y, z, w = (float(v) for v in quaternion)
+        x, y, z, w = _finite(quaternion)
+        tx, ty, tz = _finite(translation)
         norm = x * x + y * y + z * z + w * w
         if not norm > 0.0:
             raise ValueError("a quaternion of length zero is no rotation")
         s = 2.0 / norm
         matrix = np.array(
             [
-                [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), translation[0]],
-                [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), translation[1]],
-                [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), translation[2]],
+                [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w), tx],
+                [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w), ty],
+                [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y), tz],
                 [0.0, 0.0, 0.0, 1.0],
             ]
         )
@@ -163,6 +169,13 @@ class Transform:
         xyz = ", ".join(f"{v:.6g}" for v in self.translation)
         rpy = ", ".join(f"{v:.6g}" for v in self.rpy)
         return f"Transform(xyz=({xyz}), rpy=({rpy}))"
+
+
+def _finite(values: Sequence[float]) -> tuple[float, ...]:
+    numbers = tuple(float(value) for value in values)
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError(f"a number is not finite: {numbers}")
+    return numbers
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:

@@ -44,10 +44,11 @@ class NoWheel:
 
 def rigid_links(robot: Robot, link: str) -> Iterator[str]:
     """`link` and the links that fixed joints hold to it from below."""
-    yield link
-    for joint in robot.child_joints[link]:
-        if joint.type is JointType.FIXED:
-            yield from rigid_links(robot, joint.child)
+    waiting = [link]
+    while waiting:
+        name = waiting.pop()
+        yield name
+        waiting.extend(j.child for j in robot.child_joints[name] if j.type is JointType.FIXED)
 
 
 def movable_ancestor(robot: Robot, joint: Joint) -> Joint | None:
