@@ -161,3 +161,8 @@ def test_principal_moments_obey_the_triangle_inequality():
             a, b, c = np.sort(np.linalg.eigvalsh(tensor(link.inertial)))
             assert a > 0
             assert a + b >= c
+
+
+def test_an_unknown_control_is_an_error():
+    with pytest.raises(kbot.DescriptionError, match="classic, gz, ros2_control or none, not gazebo"):
+        kbot.load("kbot", control="gazebo")
