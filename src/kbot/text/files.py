@@ -27,16 +27,18 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
             F005 not UTF-8 text.
     """
     name = os.fspath(path)
-    file = Path(name)
-    if file.is_dir():
-        raise _unreadable(name, "F002", f"{name} is a directory, not a file")
     try:
-        with file.open("rb") as stream:
-            data = stream.read(max_bytes + 1)
+        with open(name, "rb", buffering=0) as stream:  # noqa: PTH123 - no pathlib: this is read thousands of times
+            data = stream.read(max_bytes + 1) if os.fstat(stream.fileno()).st_size > max_bytes else stream.read()
     except FileNotFoundError:
-        siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
-        raise _unreadable(name, "F001", f"{name} does not exist", did_you_mean(file.name, siblings)) from None
+        folder, _, last = name.rpartition("/")
+        siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []  # noqa: PTH112, PTH208
+        raise _unreadable(name, "F001", f"{name} does not exist", did_you_mean(last, siblings)) from None
+    except IsADirectoryError:
+        raise _unreadable(name, "F002", f"{name} is a directory, not a file") from None
     except (OSError, ValueError) as error:
+        if os.path.isdir(name):  # noqa: PTH112
+            raise _unreadable(name, "F002", f"{name} is a directory, not a file") from None
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
     if len(data) > max_bytes:

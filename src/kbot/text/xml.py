@@ -20,6 +20,7 @@ MAX_NESTING = 1000
 
 _ATTRIBUTE = re.compile(rb"""([^\s=/>"']+)\s*=\s*("[^"]*"|'[^']*')""")
 _TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
+_SPECIAL = re.compile(rb"\$|xacro|&#")
 _XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 
@@ -70,7 +71,7 @@ class Instruction(CData):
 class Element:
     """An element: its name as written, attributes in order, children, and where it came from."""
 
-    __slots__ = ("_close", "attributes", "call", "children", "fed", "moved", "source", "start", "tag")
+    __slots__ = ("_close", "attributes", "call", "children", "fed", "is_plain", "moved", "source", "start", "tag")
 
     def __init__(
         self,
@@ -88,6 +89,8 @@ class Element:
         self.start = start
         self._close = close
         self.call = call
+        self.is_plain = False
+        """Whether neither it nor anything within it holds a dollar sign or a name of xacro's."""
         self.moved: dict[str, Origin] | None = None
         """Origins of the attributes that were not written in this element's own tag."""
         self.fed: dict[str, Any] | None = None
@@ -235,13 +238,22 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
     outer: list[list[Element | Text]] = []
     previous = 0
     in_cdata = fresh = False
+    specials = [match.start() for match in _SPECIAL.finditer(source.data)]
+    specials.append(len(source.data) + 1)
+    seen, special = 0, specials[0]
+    seen_before: list[int] = []
+    blanks: dict[str, Text] = {}
     prefixes = _Prefixes(source)
     known_tags, known_names = prefixes.tags, prefixes.names
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal children, previous, fresh
+        nonlocal children, previous, fresh, seen, special
         previous = at = parser.CurrentByteIndex
         fresh = True
+        while special < at:
+            seen += 1
+            special = specials[seen]
+        seen_before.append(seen)
         if tag not in known_tags or not known_names.issuperset(attributes):
             prefixes.check(tag, attributes, at, stack)
         element = Element(tag, attributes, source, at)
@@ -256,10 +268,15 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
             raise _error(source, "P005", f"elements are nested more than {max_nesting} deep", at)
 
     def end(tag: str) -> None:
-        nonlocal children, previous, fresh
+        nonlocal children, previous, fresh, seen, special
         fresh = True
-        previous = parser.CurrentByteIndex
-        stack.pop()._close = previous
+        previous = at = parser.CurrentByteIndex
+        while special < at:
+            seen += 1
+            special = specials[seen]
+        element = stack.pop()
+        element._close = at
+        element.is_plain = seen_before.pop() == seen
         children = outer.pop()
 
     def text(value: str) -> None:
@@ -267,15 +284,21 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
         if not stack:
             return
         at = parser.CurrentByteIndex
-        last = children[-1] if children else None
-        kind: type[Text] = CData if in_cdata else Text
-        if type(last) is kind and not fresh:
-            assert isinstance(last, Text)  # noqa: S101 - for the type checker
-            last.value += value
-            last.end = at
-        else:
-            children.append(kind(value, source, previous, at))
-        fresh = False
+        if fresh:
+            fresh = False
+            if not in_cdata and len(value) < 40 and value.isspace():
+                # nobody asks where a blank was written: equal ones share a node
+                blank = blanks.get(value)
+                if blank is None:
+                    blank = blanks[value] = Text(value, source, previous, at)
+                children.append(blank)
+                return
+            children.append(CData(value, source, previous, at) if in_cdata else Text(value, source, previous, at))
+        else:  # the parser's buffer was full
+            last = children[-1]
+            children[-1] = (CData if in_cdata else Text)(
+                last.value + value if isinstance(last, Text) else value, source, previous, at
+            )
 
     def cdata(entering: bool) -> Callable[[], None]:
         def toggle() -> None:

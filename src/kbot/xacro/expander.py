@@ -78,8 +78,10 @@ class Expander:
             kind = type(node)
             if kind is Element:
                 evaluate_comments = False
-                tag = node.tag
-                if not tag.startswith("xacro:"):
+                if node.is_plain:
+                    out.append(self._plain(node, place.call))
+                    continue
+                if not node.tag.startswith("xacro:"):
                     out.append(self._element(node, place))
                     continue
                 try:
@@ -118,6 +120,22 @@ class Expander:
         if node.children:
             self.children(node.children, Place(place.scope, place.macros, call, attributes, made.children))
         run.depth = depth
+        return made
+
+    def _plain(self, node: Element, call: Call | None) -> Element:
+        """An element in which there is nothing to expand; shared with the parsed file where it can be."""
+        if call is None:
+            return node
+        self.run.nodes -= 1
+        made = Element(node.tag, node.attributes, node.source, node.start, node._close, call)
+        made.is_plain = True
+        if node.children:
+            made.children = [
+                self._plain(child, call)
+                if type(child) is Element
+                else child if type(child) is not Text or child.value.isspace() else child.brought_by(call)
+                for child in node.children
+            ]
         return made
 
     def _exceeded(self, node: Element, place: Place) -> None:

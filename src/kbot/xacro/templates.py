@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from kbot.xacro.expressions import Closure, InvalidExpression, compiled
@@ -72,15 +73,18 @@ def _unclosed(text: str, at: int) -> Fault:
     return fault
 
 
+Evaluator = Callable[["Scope"], Value]
+
+
 class Template:
     """A text taken apart and its expressions compiled, ready to be evaluated in any scope."""
 
-    __slots__ = ("_single", "pieces", "text")
+    __slots__ = ("_evaluators", "_single", "text")
 
     def __init__(self, text: str) -> None:
         self.text = text
-        self.pieces = [(piece, _evaluator(piece)) for piece in pieces(text)]
-        self._single = self.pieces[0] if len(self.pieces) == 1 else None
+        evaluators = self._evaluators = [_evaluator(piece) for piece in pieces(text)]
+        self._single = evaluators[0] if len(evaluators) == 1 else None
 
     def value(self, scope: Scope) -> Value:
         """The value: of its own type where the text is one expression, a text otherwise.
@@ -88,22 +92,18 @@ class Template:
         Raises:
             Fault: with the part of the text that it comes of.
         """
-        if self._single is not None:
-            piece, evaluate = self._single
-            try:
-                return evaluate(scope)
-            except Fault as fault:
-                if fault.part is None:
-                    fault.part = (piece.start, piece.end)
-                raise
-        parts = []
-        piece = None
+        done = 0
         try:
-            for piece, evaluate in self.pieces:
+            if self._single is not None:
+                return self._single(scope)
+            parts = []
+            for evaluate in self._evaluators:
                 value = evaluate(scope)
                 parts.append(value if type(value) is str else scope.budget.text(value))
+                done += 1
         except Fault as fault:
-            if fault.part is None and piece is not None:
+            if fault.part is None:
+                piece = pieces(self.text)[done]
                 fault.part = (piece.start, piece.end)
             raise
         return "".join(parts)
@@ -134,11 +134,11 @@ def evaluate(text: str, scope: Scope) -> Value:
     return template.value(scope)
 
 
-def _evaluator(piece: Piece) -> Closure:
-    content = piece.content
-    if piece.kind == "text":
+def _evaluator(piece: Piece) -> Evaluator:
+    kind, content, _, _ = piece
+    if kind == "text":
         return lambda scope: content
-    if piece.kind == "command":
+    if kind == "command":
         return lambda scope: scope.run.substitute(_text(content, scope), scope)
     if "$" in content:
         return lambda scope: expression(_text(content, scope), scope)
@@ -149,7 +149,15 @@ def _evaluator(piece: Piece) -> Closure:
     except Fault as fault:
         fault.part = (piece.start, piece.end)
         raise
-    return lambda scope: _guarded(closure, content, scope)
+
+
+    def guarded(scope: Scope) -> Value:
+        try:
+            return closure(scope)
+        except EXPRESSION_ERRORS as error:
+            raise failed(error, content) from None
+
+    return guarded
 
 
 def _text(content: str, scope: Scope) -> str:
