@@ -1,0 +1,121 @@
+"""A real ROS 1 to compare with: its programs, a master of its own, and a workspace."""
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+PROGRAMS = ("roslaunch", "roscore", "rosparam", "rostopic", "catkin_make", "rviz", "Xvfb")
+OFFICIAL_XACRO = Path(sys.executable).parent / "xacro"
+
+
+class Ros:
+    """Programs of the machine's ROS 1, run with a master, a home and packages of their own."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        self.packages = home / "packages"
+        self.packages.mkdir()
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+        self.environment = {
+            "PATH": f"{home}/bin:/usr/bin:/bin",
+            "HOME": str(home),
+            "ROS_HOME": str(home / ".ros"),
+            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "ROS_IP": "127.0.0.1",
+            "ROS_PACKAGE_PATH": f"{self.packages}:/usr/share",
+            "LANG": "C.UTF-8",
+            "LIBGL_ALWAYS_SOFTWARE": "1",
+            "QT_X11_NO_MITSHM": "1",
+            "PYTHONUNBUFFERED": "1",
+        }
+        self._offer_xacro()
+
+    def _offer_xacro(self) -> None:
+        """Debian has no xacro: the official one from PyPI, as a program and as a package."""
+        script = f'#!/bin/sh\nexec {OFFICIAL_XACRO} "$@"\n'
+        for folder in (self.home / "bin", self.packages / "xacro"):
+            folder.mkdir()
+            (folder / "xacro").write_text(script)
+            (folder / "xacro").chmod(0o755)
+        (self.packages / "xacro" / "package.xml").write_text(
+            "<package format='2'><name>xacro</name><version>2.1.1</version><description>d</description>"
+            "<maintainer email='a@example.org'>a</maintainer><license>BSD</license></package>"
+        )
+
+    def run(self, *command: str, timeout: float = 60) -> str:
+        """What a program prints.
+
+        Raises:
+            AssertionError: it failed; with all that it printed.
+        """
+        done = subprocess.run(
+            command, env=self.environment, capture_output=True, text=True, timeout=timeout, check=False
+        )
+        assert done.returncode == 0, f"{command}: {done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    def start(self, *command: str) -> subprocess.Popen[str]:
+        """A program that goes on running, with its output in its own log."""
+        with (self.home / f"{Path(command[0]).name}.log").open("a") as log:
+            return subprocess.Popen(
+                command,
+                env=self.environment,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                text=True,
+                start_new_session=True,
+            )
+
+
+def stop(process: subprocess.Popen[str]) -> None:
+    """End a program and those it started."""
+    for number in (signal.SIGINT, signal.SIGKILL):
+        if process.poll() is None:
+            os.killpg(process.pid, number)
+            try:
+                process.wait(15)
+            except subprocess.TimeoutExpired:
+                continue
+
+
+def wait_until(condition: Callable[[], bool], what: str, seconds: float = 60) -> None:
+    """Wait for something that a peer does in its own time."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return
+        time.sleep(0.1)
+    pytest.fail(f"after {seconds:g} s there is still not {what}")
+
+
+@pytest.fixture(scope="session")
+def ros(tmp_path_factory: pytest.TempPathFactory) -> Ros:
+    missing = [name for name in PROGRAMS if shutil.which(name) is None]
+    if missing:
+        pytest.skip(f"there is no ROS 1 here: {', '.join(missing)} missing (make test-peers installs it)")
+    return Ros(tmp_path_factory.mktemp("ros"))
+
+
+@pytest.fixture(scope="session")
+def display(ros: Ros) -> Iterator[Path]:
+    """A screen without a monitor; the file that holds its picture in X's window dump format."""
+    folder = ros.home / "screen"
+    folder.mkdir()
+    number = f":{90 + os.getpid() % 900}"
+    process = ros.start("Xvfb", number, "-screen", "0", "1280x900x24", "-fbdir", str(folder))
+    picture = folder / "Xvfb_screen0"
+    try:
+        wait_until(picture.exists, "a screen")
+        ros.environment["DISPLAY"] = number
+        yield picture
+    finally:
+        stop(process)
