@@ -1,0 +1,159 @@
+"""`kbot sim`: drive a robot in a world, in the browser or as fast as the machine can."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.output import fail, print_json, report
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
+DURATION = 10.0
+
+
+@click.command(
+    "sim",
+    epilog=examples(
+        "kbot sim kbot --world boxes                drive it in the browser",
+        "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
+        "kbot sim kbot --world maze:size=8,seed=3",
+        "kbot sim kbot --headless --script drive.py --json",
+    ),
+)
+@click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
+@click.option("--world", default="empty", show_default=True, metavar="W", help="Built-in world, with parameters.")
+@click.option("--headless", is_flag=True, help="No page: run as fast as the machine can, and report.")
+@click.option("--duration", type=float, metavar="S", help="Simulated seconds to run.  [default: 10]")
+@click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
+@click.option("--script", metavar="PY", type=click.Path(exists=True, dir_okay=False), help="Its drive(sim) drives.")
+@click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
+@click.option(
+    "--contacts",
+    type=click.Choice(["recipe", "as-written"]),
+    default="recipe",
+    show_default=True,
+    help="Wheels and casters that drive true, or just the shapes that are written.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
+@package_path_option
+@page_options
+def command(
+    words: tuple[str, ...],
+    world: str,
+    headless: bool,
+    duration: float | None,
+    cmd_vel: str | None,
+    script: str | None,
+    seed: int,
+    contacts: str,
+    as_json: bool,
+    package_path: tuple[str, ...],
+    host: str,
+    port: int | None,
+    browser: bool,
+) -> int:
+    """Simulate the robot of FILE in a world.
+
+    Without --headless it is served as a page and driven by keys. With it the run is the same every
+    time, bit for bit, and its end is reported.
+    """
+    file, arguments = one_file(words)
+    if not headless:
+        _refuse_without_headless(duration=duration, cmd_vel=cmd_vel, script=script, json=as_json or None)
+        from kbot.workbench.serve import serve
+
+        serve(
+            file,
+            simulate=True,
+            world=world,
+            arguments=arguments,
+            host=host,
+            port=port,
+            open_browser=browser,
+            seed=seed,
+            contacts=contacts,
+            package_path=package_path,
+        )
+        return 0
+    seconds = DURATION if duration is None else duration
+    if not (math.isfinite(seconds) and seconds >= 0.0):
+        fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
+    speeds = None if cmd_vel is None else _two_numbers(cmd_vel)
+    if script is not None and cmd_vel is not None:
+        fail("--script drives the robot itself; leave --cmd-vel out")
+    if script is not None and duration is not None:
+        fail("--script says itself how long to run; leave --duration out")
+    simulation = _simulation(file, arguments, world, seed, contacts, package_path)
+    if speeds is not None:
+        simulation.cmd_vel(*speeds)
+    return _run(simulation, seconds, script, as_json)
+
+
+def _refuse_without_headless(**options: object) -> None:
+    for name, value in options.items():
+        if value is not None:
+            fail(f"--{name.replace('_', '-')} goes with --headless")
+
+
+def _two_numbers(text: str) -> tuple[float, float]:
+    try:
+        linear, angular = (float(word) for word in text.split(","))
+    except ValueError:
+        fail(f"--cmd-vel is two numbers, forward m/s and turning rad/s, as in 0.2,0.5; not '{text}'")
+    if not (math.isfinite(linear) and math.isfinite(angular)):
+        fail(f"--cmd-vel is two finite numbers, not '{text}'")
+    return linear, angular
+
+
+def _simulation(
+    file: str,
+    arguments: dict[str, str],
+    world: str,
+    seed: int,
+    contacts: str,
+    package_path: tuple[str, ...],
+) -> Simulation:
+    from kbot.model.load import load_robot
+    from kbot.sim import Simulation
+    from kbot.world import load_world
+    from kbot.xacro import Packages
+
+    place = load_world(world)
+    loaded = load_robot(file, arguments, packages=Packages(package_path))
+    robot = loaded.require()
+    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts)
+    report([*loaded.diagnostics, *simulation.diagnostics])
+    return simulation
+
+
+def _run(simulation: Simulation, seconds: float, script: str | None, as_json: bool) -> int:
+    from kbot.cli.sim_progress import Progress
+    from kbot.sim.report import Odometer, make_report
+    from kbot.sim.script import ScriptFailed, run_script
+
+    odometer = Odometer(simulation)
+    failed: ScriptFailed | None = None
+    with Progress(simulation, seconds if script is None else None) as progress:
+        if script is None:
+            simulation.run(seconds)
+        else:
+            try:
+                run_script(script, simulation)
+            except ScriptFailed as failure:
+                failed = failure
+    odometer.close()
+    result = make_report(simulation, odometer.distance, progress.wall)
+    if as_json:
+        print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})
+    else:
+        click.echo(result.to_text())
+    if failed is not None:
+        sys.stderr.write(f"{failed}\n")
+        return 1
+    return 0

@@ -1,0 +1,97 @@
+"""What a run without a page tells at its end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.sim.simulation import Simulation
+
+SAMPLE = 0.02
+"""Seconds between two places whose distance is added up."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunReport:
+    """How a run ended. `distance` is the way that the base truly went, in m."""
+
+    pose: PlanarPose
+    odometry: PlanarPose
+    distance: float
+    steps: int
+    simulated: float
+    wall: float
+    sha256: str
+
+    @property
+    def real_time_factor(self) -> float:
+        return self.simulated / self.wall if self.wall > 0.0 else 0.0
+
+    def to_json(self) -> dict[str, Any]:
+        """As `kbot sim --headless --json` prints it: m, rad, s."""
+        return {
+            "pose": _planar(self.pose),
+            "odometry": _planar(self.odometry),
+            "distance_m": self.distance,
+            "steps": self.steps,
+            "simulated_s": self.simulated,
+            "wall_s": round(self.wall, 6),
+            "real_time_factor": round(self.real_time_factor, 2),
+            "state_sha256": self.sha256,
+        }
+
+    def to_text(self) -> str:
+        off = math.hypot(self.pose.x - self.odometry.x, self.pose.y - self.odometry.y)
+        return "\n".join(
+            (
+                f"simulated   {self.simulated:.3f} s in {self.wall:.2f} s"
+                f" ({self.real_time_factor:.0f} times real time)",
+                f"pose        {_words(self.pose)}",
+                f"odometry    {_words(self.odometry)}   {off * 1000:.3f} mm off",
+                f"distance    {self.distance:.4f} m",
+                f"state       {self.sha256}",
+            )
+        )
+
+
+class Odometer:
+    """Adds up the way that a simulation's robot truly goes."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._last = simulation.ground_truth.pose
+        self.distance = 0.0
+        self._timer = simulation.clock.every(1.0 / SAMPLE, self.sample)
+
+    def sample(self) -> None:
+        """Add the way since the last place."""
+        pose = self._simulation.ground_truth.pose
+        self.distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
+        self._last = pose
+
+    def close(self) -> None:
+        self.sample()
+        self._timer.cancel()
+
+
+def make_report(simulation: Simulation, distance: float, wall: float) -> RunReport:
+    """How the simulation stands now, after `wall` seconds of wall time."""
+    return RunReport(
+        simulation.ground_truth.pose,
+        simulation.odometry.pose,
+        distance,
+        simulation.steps,
+        simulation.time,
+        wall,
+        simulation.state_sha256(),
+    )
+
+
+def _planar(pose: PlanarPose) -> dict[str, float]:
+    return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
+
+
+def _words(pose: PlanarPose) -> str:
+    return f"x {pose.x:8.4f} m   y {pose.y:8.4f} m   yaw {math.degrees(pose.yaw):9.3f} deg"
