@@ -170,7 +170,7 @@ export interface SetJoint {
   type: "set_joint";
 }
 
-/** All joints at once: to zero (or the limit nearest to it), the middle of their range, or anywhere in it. */
+/** All joints at once: to zero or the limit nearest to it, to the middle of their range, or anywhere. */
 export interface SetJoints {
   preset: "zero" | "centre" | "random";
   type: "set_joints";

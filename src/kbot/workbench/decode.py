@@ -14,7 +14,9 @@ from kbot.workbench.protocol import FromPage, Length, Range
 
 MAX_MESSAGE = 64 * 1024
 
-_MESSAGES: dict[str, type] = {cls.type: cls for cls in typing.get_args(FromPage)}
+_MESSAGES: dict[str, type] = {
+    typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)
+}
 
 
 class BadMessage(KbotError):

@@ -28,9 +28,7 @@ class Length:
 ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 
 Name = Annotated[str, Length(256)]
-PathShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
-
-Name = Annotated[str, Length(4096)]
+PathName = Annotated[str, Length(4096)]
 
 
 @dataclass(frozen=True, slots=True)

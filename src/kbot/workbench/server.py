@@ -179,5 +179,6 @@ def _only(headers: Headers, name: str) -> str | None:
 def _quiet_logger() -> logging.Logger:
     """Handshakes that fail are answered; a user need not read of them."""
     logger = logging.getLogger(f"{__name__}.sockets")
-    logger.setLevel(logging.CRITICAL)
+    logger.setLevel(logging.WARNING)
+    logger.addFilter(lambda record: "handshake" not in record.getMessage())
     return logger

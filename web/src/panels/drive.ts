@@ -10,7 +10,8 @@ export function drive(app: App, driver: Driver): HTMLElement {
   const pad = h("div", { class: "pad", role: "application", "aria-label": "Drive: drag, or hold W A S D or the arrow keys" }, mark("up"), mark("down"), mark("left"), mark("right"), knob);
   usePad(pad, driver);
   driver.stick.watch(([forward, left]) => {
-    knob.style.transform = `translate(${-left * 38}px, ${-forward * 38}px)`;
+    const reach = 38 / Math.max(1, Math.hypot(forward, left));
+    knob.style.transform = `translate(${-left * reach}px, ${-forward * reach}px)`;
     pad.classList.toggle("held", forward !== 0 || left !== 0);
   });
 

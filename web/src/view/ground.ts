@@ -1,4 +1,4 @@
-import { Color, DoubleSide, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2 } from "three";
+import { Color, DoubleSide, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2, Vector3 } from "three";
 
 import type { Theme } from "../options";
 import { AXES, PALETTES } from "./palette";
@@ -17,7 +17,8 @@ const VERTEX = /* glsl */ `
 const FRAGMENT = /* glsl */ `
   uniform vec3 floorColour, line, major, xAxis, yAxis;
   uniform vec2 centre;
-  uniform float cell, reach, lines;
+  uniform vec3 under;
+  uniform float cell, reach, lines, shade;
   varying vec2 place;
   varying float depth;
   float ruled(vec2 at, vec2 wide) {
@@ -35,9 +36,10 @@ const FRAGMENT = /* glsl */ `
     float large = ruled(place / (cell * 10.0), wide / (cell * 10.0));
     colour = mix(colour, line, small * lines);
     colour = mix(colour, major, large * lines);
-    vec2 onAxis = clamp(1.4 - abs(place) / wide, 0.0, 1.0) * lines * 0.85;
+    vec2 onAxis = clamp(1.1 - abs(place) / wide, 0.0, 1.0) * lines * 0.75;
     colour = mix(colour, xAxis, onAxis.y);
     colour = mix(colour, yAxis, onAxis.x);
+    colour *= 1.0 - shade * (1.0 - smoothstep(0.15, 1.0, distance(place, under.xy) / under.z));
     gl_FragColor = vec4(colour, fade);
     #include <colorspace_fragment>
   }`;
@@ -61,6 +63,8 @@ export class Ground {
         cell: { value: 0.1 },
         reach: { value: 1 },
         lines: { value: 1 },
+        under: { value: new Vector3(0, 0, 1) },
+        shade: { value: 0 },
       },
       transparent: true,
       depthWrite: false,
@@ -92,13 +96,19 @@ export class Ground {
     this.floor.position.z = this.shadow.position.z = height;
   }
 
+  /** Darkens the floor softly beneath a thing of this radius: what stands in for shadows without a card. */
+  shadeUnder(x: number, y: number, radius: number, strength: number): void {
+    (this.floor.material.uniforms["under"]!.value as Vector3).set(x, y, radius);
+    this.floor.material.uniforms["shade"]!.value = strength;
+  }
+
   showGrid(on: boolean): void {
     this.floor.material.uniforms["lines"]!.value = on ? 1 : 0;
   }
 
   /** Keeps the patch around what is looked at, so that it never ends within the picture's reach. */
   follow(x: number, y: number, viewDistance: number): void {
-    const reach = viewDistance * 5;
+    const reach = viewDistance * 4;
     for (const mesh of [this.floor, this.shadow]) {
       mesh.position.x = x;
       mesh.position.y = y;

@@ -97,7 +97,9 @@ export class View {
       this.stage.camera.position.add(moved);
     }
     this.lastSeen.copy(centre);
-    this.stage.lightAround(centre, (this.app.scene.value?.radius ?? 1) * 1.5);
+    const radius = this.app.scene.value?.radius ?? 1;
+    this.stage.lightAround(centre, radius * 1.5);
+    if (!this.stage.hasShadows) this.ground.shadeUnder(centre.x, centre.y, radius, PALETTES[this.app.theme.value].shadow);
     this.stage.invalidate();
   }
 
