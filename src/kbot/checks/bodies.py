@@ -1,0 +1,237 @@
+"""What a link's shapes amount to: extents, reach, volume, and the tensor of a solid of that shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kbot.checks.meshfacts import mesh_facts
+from kbot.checks.spatial import (
+    IDENTITY,
+    Frame,
+    Matrix,
+    Vector,
+    add_matrix,
+    diagonal,
+    dot,
+    rotation,
+    scale_matrix,
+    steiner,
+    subtract,
+    tensor_in,
+    transpose,
+)
+from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Link, Mesh, Pose, Sphere, Visual
+from kbot.text import Origin
+
+
+def frame_of(pose: Pose) -> Frame:
+    return Frame(rotation(pose.rpy), pose.xyz)
+
+
+def tensor_of(inertial: Inertial) -> Matrix:
+    """The tensor as written, in the axes of the inertial frame, kg m^2."""
+    i = inertial
+    return ((i.ixx, i.ixy, i.ixz), (i.ixy, i.iyy, i.iyz), (i.ixz, i.iyz, i.izz))
+
+
+def link_tensor(inertial: Inertial) -> Matrix:
+    """The tensor about the centre of mass in the link's axes, kg m^2."""
+    return tensor_in(rotation(inertial.pose.rpy), tensor_of(inertial))
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One shape of a link, in the link's frame. A mesh stands as the box around it.
+
+    `half` are half extents along the shape's own axes; `volume` is None for a mesh that is not
+    closed.
+    """
+
+    geometry: Geometry
+    frame: Frame
+    half: Vector
+    volume: float | None
+    origin: Origin
+
+    def support(self, direction: Vector) -> float:
+        """How far the shape reaches from its centre along a unit direction of the link's frame."""
+        x, y, z = direction if self.frame.rotation is IDENTITY else self.frame.local_direction(direction)
+        match self.geometry:
+            case Sphere(radius=r):
+                return r
+            case Cylinder(radius=r, length=length):
+                return r * math.hypot(x, y) + length / 2.0 * abs(z)
+            case Capsule(radius=r, length=length):
+                return r + length / 2.0 * abs(z)
+            case _:
+                return abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
+
+    def reach(self, point: Vector) -> float:
+        """Distance of the shape's farthest point from a point of the link's frame."""
+        x, y, z = self.frame.local(point)
+        match self.geometry:
+            case Sphere(radius=r):
+                return math.hypot(x, y, z) + r
+            case Cylinder(radius=r, length=length):
+                return math.hypot(math.hypot(x, y) + r, abs(z) + length / 2.0)
+            case Capsule(radius=r, length=length):
+                return math.hypot(x, y, abs(z) + length / 2.0) + r
+            case _:
+                a, b, c = self.half
+                return math.hypot(abs(x) + a, abs(y) + b, abs(z) + c)
+
+    def solid_diagonal(self) -> Vector:
+        """Principal moments per kg of a solid of this shape, in its own axes, m^2."""
+        match self.geometry:
+            case Sphere(radius=r):
+                moment = 0.4 * r * r
+                return (moment, moment, moment)
+            case Cylinder(radius=r, length=length):
+                across = (3.0 * r * r + length * length) / 12.0
+                return (across, across, r * r / 2.0)
+            case Capsule(radius=r, length=length):
+                return _capsule_moments(r, length)
+            case _:
+                a, b, c = (2.0 * h for h in self.half)
+                return ((b * b + c * c) / 12.0, (a * a + c * c) / 12.0, (a * a + b * b) / 12.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """Volume (m^3), centre (m) and tensor per kg about it (m^2) of shapes filled evenly."""
+
+    volume: float
+    center: Vector
+    unit_tensor: Matrix
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A link's shapes: all of them, and those that its mass is judged by."""
+
+    visuals: tuple[Part, ...]
+    collisions: tuple[Part, ...]
+    complete: bool
+    """Whether every shape is known: no mesh is missing."""
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return (*self.visuals, *self.collisions)
+
+    def reach(self, point: Vector) -> float:
+        """Distance of the farthest point of any shape from a point of the link's frame."""
+        return max((part.reach(point) for part in self.parts), default=0.0)
+
+    def bounds(self) -> tuple[Vector, Vector] | None:
+        return bounds(self.parts)
+
+    def solid(self) -> Solid | None:
+        """The body that the collisions (else the visuals) fill, when all their volumes are known."""
+        return solid(self.collisions) if self.collisions else solid(self.visuals)
+
+
+def body_of(link: Link) -> Body:
+    visuals = [_part(v) for v in link.visuals]
+    collisions = [_part(c) for c in link.collisions]
+    return Body(
+        tuple(p for p in visuals if p),
+        tuple(p for p in collisions if p),
+        None not in visuals and None not in collisions,
+    )
+
+
+def bounds(parts: Sequence[Part], frame: Frame | None = None) -> tuple[Vector, Vector] | None:
+    """Lowest and highest coordinates of parts, in the link's frame or in one it stands in."""
+    if not parts:
+        return None
+    axes = transpose(frame.rotation) if frame else IDENTITY
+    low, high = [math.inf] * 3, [-math.inf] * 3
+    for part in parts:
+        center = frame.point(part.frame.translation) if frame else part.frame.translation
+        for i in range(3):
+            reach = part.support((axes[0][i], axes[1][i], axes[2][i]))
+            low[i] = min(low[i], center[i] - reach)
+            high[i] = max(high[i], center[i] + reach)
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+def solid(parts: Sequence[Part]) -> Solid | None:
+    """Shapes filled evenly; None when there is none or a volume is not known. Overlaps count twice."""
+    volume, moment, kept = 0.0, [0.0, 0.0, 0.0], []
+    for part in parts:
+        if part.volume is None or not part.volume > 0.0:
+            return None
+        volume += part.volume
+        kept.append(part)
+        for i in range(3):
+            moment[i] += part.volume * part.frame.translation[i]
+    if not kept:
+        return None
+    center = (moment[0] / volume, moment[1] / volume, moment[2] / volume)
+    tensor: Matrix = diagonal((0.0, 0.0, 0.0))
+    for part in kept:
+        share = (part.volume or 0.0) / volume
+        own = scale_matrix(tensor_in(part.frame.rotation, diagonal(part.solid_diagonal())), share)
+        tensor = add_matrix(tensor, own)
+        tensor = add_matrix(tensor, steiner(share, subtract(part.frame.translation, center)))
+    return Solid(volume, center, tensor, tuple(kept))
+
+
+def _part(shape: Visual | Collision) -> Part | None:
+    """None for a mesh whose file is not there, and for a size that is not positive."""
+    geometry, frame = shape.geometry, frame_of(shape.pose)
+    origin = geometry.origin
+    match geometry:
+        case Box(size=size):
+            half = (size[0] / 2.0, size[1] / 2.0, size[2] / 2.0)
+            volume = size[0] * size[1] * size[2]
+        case Cylinder(radius=r, length=length):
+            half = (r, r, length / 2.0)
+            volume = math.pi * r * r * length
+        case Sphere(radius=r):
+            half = (r, r, r)
+            volume = 4.0 / 3.0 * math.pi * r**3
+        case Capsule(radius=r, length=length):
+            half = (r, r, length / 2.0 + r)
+            volume = math.pi * r * r * (length + 4.0 / 3.0 * r)
+        case Mesh():
+            return _mesh_part(geometry, frame)
+    return Part(geometry, frame, half, volume, origin) if min(half) > 0.0 else None
+
+
+def _mesh_part(mesh: Mesh, frame: Frame) -> Part | None:
+    facts = mesh_facts(mesh.path) if mesh.path else None
+    if facts is None:
+        return None
+    ends = [sorted((low * s, high * s)) for low, high, s in zip(*facts.bounds, mesh.scale, strict=True)]
+    x, y, z = ((low + high) / 2.0 for low, high in ends)
+    a, b, c = ((high - low) / 2.0 for low, high in ends)
+    volume = facts.volume * abs(mesh.scale[0] * mesh.scale[1] * mesh.scale[2]) if facts.volume else None
+    placed = Frame(frame.rotation, frame.point((x, y, z)))
+    return Part(mesh, placed, (a, b, c), volume, mesh.origin)
+
+
+def _capsule_moments(r: float, length: float) -> Vector:
+    """Per kg: a cylinder and two half spheres of even density."""
+    cylinder, ball = math.pi * r * r * length, 4.0 / 3.0 * math.pi * r**3
+    total = cylinder + ball
+    along = (cylinder * r * r / 2.0 + ball * 0.4 * r * r) / total
+    across = (
+        cylinder * (3.0 * r * r + length * length) / 12.0
+        + ball * (0.4 * r * r + length * length / 4.0 + 0.375 * length * r)
+    ) / total
+    return (across, across, along)
+
+
+def axis_of(part: Part) -> Vector | None:
+    """The axis of symmetry of a cylinder or capsule, in the link's frame."""
+    if isinstance(part.geometry, Cylinder | Capsule):
+        return part.frame.direction((0.0, 0.0, 1.0))
+    return None
+
+
+def offset_along(part: Part, axis: Vector) -> float:
+    return dot(part.frame.translation, axis)

@@ -1,0 +1,217 @@
+"""All that a rule may look at: the sources, the expansion, the robot, where its parts stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from kbot.checks.bodies import Body, body_of, frame_of
+from kbot.checks.config import Config
+from kbot.checks.fixing import copy_as_collision, insert_child, set_value
+from kbot.checks.drivers import Driver, find_drivers
+from kbot.checks.rig import Rig, find_rig
+from kbot.checks.sources import SourceFile, read_sources
+from kbot.checks.spatial import Frame
+from kbot.model import Joint, Link, Robot
+from kbot.text import Diagnostic, Element, Fix, Origin, Source
+
+if TYPE_CHECKING:
+    from kbot.xacro import Expansion, Packages
+
+
+class Context:
+    """One description under examination.
+
+    `problems` are what the floors below already said (expansion, reader). `unsure` names the links
+    and joints that an error touches: what is known of them is not what was meant.
+    """
+
+    def __init__(
+        self,
+        entry: Source,
+        expansion: Expansion,
+        robot: Robot | None,
+        problems: tuple[Diagnostic, ...],
+        packages: Packages,
+        config: Config,
+        arguments: Mapping[str, str],
+    ) -> None:
+        self.entry = entry
+        self.expansion = expansion
+        self.document: Element | None = expansion.document
+        self._robot = robot
+        self.problems = problems
+        self.packages = packages
+        self.config = config
+        self.arguments = arguments
+
+    @property
+    def robot(self) -> Robot:
+        """The robot; only rules that need one may ask."""
+        if self._robot is None:
+            raise LookupError("a rule asked for a robot without needing one")
+        return self._robot
+
+    @property
+    def root(self) -> Element:
+        """The expanded document's root; only rules that need one may ask."""
+        if self.document is None:
+            raise LookupError("a rule asked for a document without needing one")
+        return self.document
+
+    def has(self, needs: str) -> bool:
+        match needs:
+            case "source":
+                return bool(self.sources)
+            case "document":
+                return self.document is not None and self.document.tag == "robot"
+            case "robot":
+                return self._robot is not None
+            case "drive":
+                return self._robot is not None and self.rig is not None
+        return False
+
+    @cached_property
+    def sources(self) -> tuple[SourceFile, ...]:
+        """The entry and every file it includes, parsed and not expanded; the entry first."""
+        return read_sources(self.entry, self.expansion.dependencies)
+
+    @cached_property
+    def parameters(self) -> Mapping[str, frozenset[str]]:
+        """The parameters of each macro, by its name."""
+        return {
+            m.element.attributes["name"].removeprefix("xacro:"): frozenset(m.parameters)
+            for file in self.sources
+            for m in file.macros
+        }
+
+    @cached_property
+    def unsure(self) -> frozenset[str]:
+        errors = [d.origin for d in self.problems if d.is_error and d.origin]
+        if not errors or self.document is None:
+            return frozenset()
+        names = set()
+        for element in self.document.elements():
+            if element.tag not in ("link", "joint"):
+                continue
+            if any(_touches(element, origin) for origin in errors):
+                names.add(element.attributes.get("name", ""))
+                names.update(e.attributes.get("link", "") for e in element.elements("child"))
+        return frozenset(names)
+
+    @cached_property
+    def _elements_by_place(self) -> Mapping[tuple[str, int], Element]:
+        return {(e.source.path, e.start): e for e in self.root.descendants()}
+
+    def element_at(self, origin: Origin) -> Element | None:
+        """The element of the result whose start tag holds a place; None when a macro made it.
+
+        For fixes: what a macro wrote is not edited for the sake of one of its calls.
+        """
+        if self.document is None or any(c.kind == "macro" for c in origin.stack):
+            return None
+        span = origin.span
+        at = span.source.data.rfind(b"<", 0, span.start + 1)
+        return self._elements_by_place.get((span.file, at))
+
+    def replace_plain(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
+        """A fix that writes another value between an attribute's quotes, where it holds no expression."""
+        if any(c.kind == "macro" for c in origin.stack) or "$" in origin.span.text:
+            return None
+        edits = set_value(origin.span, text)
+        return Fix(title, edits, safe) if edits else None
+
+    def exchange(self, origin: Origin, one: str, other: str) -> Fix | None:
+        """A fix that exchanges two attributes' values, both plain, of the element at a place."""
+        element = self.element_at(origin)
+        spans = element.attribute_spans() if element is not None else {}
+        if one not in spans or other not in spans:
+            return None
+        first, second = spans[one][1], spans[other][1]
+        if "$" in first.text + second.text or first.text == second.text:
+            return None
+        edits = (*set_value(first, second.text), *set_value(second, first.text))
+        return Fix(f"exchange {one} and {other}", edits, safe=False)
+
+    def copy_visual(self, origin: Origin) -> Fix | None:
+        """A fix that copies a visual's origin and plain geometry into a collision behind it."""
+        visual = self.element_at(origin)
+        if visual is None or visual.find("geometry") is None:
+            return None
+        if any(e.tag == "mesh" for e in visual.descendants()):
+            return None
+        return copy_as_collision(visual)
+
+    def insert_into(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
+        """A fix that adds a first child to the element that a macro did not make."""
+        element = self.element_at(origin)
+        return insert_child(element, text, title, safe) if element is not None else None
+
+    @cached_property
+    def frames(self) -> Mapping[str, Frame]:
+        """Where each link stands in the root's frame with every joint at zero."""
+        robot = self.robot
+        frames = {robot.root: Frame()}
+        waiting = [robot.root]
+        while waiting:
+            parent = waiting.pop()
+            for joint in robot.child_joints[parent]:
+                frames[joint.child] = frames[parent].then(frame_of(joint.pose))
+                waiting.append(joint.child)
+        return frames
+
+    @cached_property
+    def bodies(self) -> Mapping[str, Body]:
+        return {name: body_of(link) for name, link in self.robot.links.items()}
+
+    @cached_property
+    def drivers(self) -> tuple[Driver, ...]:
+        """The plugins and controllers that drive wheels, with what they were told."""
+        return tuple(find_drivers(self.robot, self.packages))
+
+    @cached_property
+    def rig(self) -> Rig | None:
+        named: dict[str, str] = {}
+        for driver in self.drivers:
+            named.update({name.text: side for side, names in driver.sides.items() for name in names})
+        named = {name: side for name, side in named.items() if name in self.robot.joints}
+        return find_rig(self.robot, self.frames, self.bodies, named)
+
+    @property
+    def wheels(self) -> Rig:
+        """The rig; only rules that need a drive may ask."""
+        if self.rig is None:
+            raise LookupError("a rule asked for wheels without needing them")
+        return self.rig
+
+    @cached_property
+    def sure_links(self) -> tuple[Link, ...]:
+        return tuple(link for name, link in self.robot.links.items() if name not in self.unsure)
+
+    @cached_property
+    def sure_joints(self) -> tuple[Joint, ...]:
+        return tuple(joint for name, joint in self.robot.joints.items() if name not in self.unsure)
+
+    @cached_property
+    def movable_links(self) -> frozenset[str]:
+        """Links that some movable joint above them moves; on a robot with wheels, every link."""
+        if any(j.is_movable and "wheel" in j.name.lower() for j in self.robot.joints.values()):
+            return frozenset(self.robot.links)
+        moving: set[str] = set()
+        waiting = [(self.robot.root, False)]
+        while waiting:
+            link, moves = waiting.pop()
+            if moves:
+                moving.add(link)
+            waiting += [(j.child, moves or j.is_movable) for j in self.robot.child_joints[link]]
+        return frozenset(moving)
+
+
+def _touches(element: Element, origin: Origin) -> bool:
+    """Whether an error lies in an element of the result, or in the macros that filled it."""
+    span = origin.span
+    for e in (element, *element.descendants()):
+        if e.source is span.source and e.start <= span.start < e.tag_end:
+            return e.call is origin.call or e.call == origin.call
+    return False

@@ -1,0 +1,118 @@
+"""Edits that mend a place of the source, made only where the source says it in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from kbot.text import Edit, Element, Fix, Span
+
+
+def set_value(span: Span, text: str) -> tuple[Edit, ...]:
+    """The value between an attribute's quotes; the same text gives no edit."""
+    return () if span.text == text else (Edit(span, text),)
+
+
+def plain(span: Span) -> bool:
+    """Whether a span is written as it is meant, with no expression in it."""
+    return "$" not in span.text
+
+
+def replace_value(element: Element | None, name: str, text: str, title: str, safe: bool) -> Fix | None:
+    spans = element.attribute_spans() if element is not None else {}
+    if name not in spans or not plain(spans[name][1]):
+        return None
+    edits = set_value(spans[name][1], text)
+    return Fix(title, edits, safe) if edits else None
+
+
+def rename_attribute(element: Element | None, old: str, new: str, safe: bool) -> Fix | None:
+    spans = element.attribute_spans() if element is not None else {}
+    if old not in spans or new in spans:
+        return None
+    return Fix(f"rename {old} to {new}", (Edit(spans[old][0], new),), safe)
+
+
+def rename_tag(element: Element | None, new: str, safe: bool) -> Fix | None:
+    """The start tag's name and the end tag's, where it has one."""
+    if element is None:
+        return None
+    source, old = element.source, element.tag.encode()
+    start = element.start + 1
+    if source.data[start : start + len(old)] != old:
+        return None
+    edits = [Edit(Span(source, start, start + len(old)), new)]
+    closing = source.data.rfind(b"</" + old, element.tag_end, element.end)
+    if not source.data[element.tag_end - 2 : element.tag_end] == b"/>":
+        if closing < 0:
+            return None
+        edits.append(Edit(Span(source, closing + 2, closing + 2 + len(old)), new))
+    return Fix(f"rename <{element.tag}> to <{new}>", tuple(edits), safe)
+
+
+def remove_attributes(element: Element | None, names: Iterable[str], safe: bool) -> Fix | None:
+    """Attributes with the white space before them."""
+    if element is None:
+        return None
+    spans = element.attribute_spans()
+    edits = []
+    for name in names:
+        if name in spans:
+            key, value = spans[name]
+            start, data = key.start, key.source.data
+            while data[start - 1 : start].isspace():
+                start -= 1
+            edits.append(Edit(Span(key.source, start, value.end + 1), ""))
+    title = "remove " + " and ".join(n for n in names if n in spans)
+    return Fix(title, tuple(edits), safe) if edits else None
+
+
+def remove_element(element: Element, safe: bool, title: str = "") -> Fix:
+    """An element, with its line where nothing else stands on it."""
+    span = with_line(element.whole)
+    return Fix(title or f"remove <{element.tag}>", (Edit(span, ""),), safe)
+
+
+def with_line(span: Span) -> Span:
+    """The span, with its indentation and line end where nothing else stands on its lines."""
+    data = span.source.data
+    start, end = span.start, span.end
+    while start > 0 and data[start - 1 : start] in (b" ", b"\t"):
+        start -= 1
+    while data[end : end + 1] in (b" ", b"\t"):
+        end += 1
+    if start > 0 and data[start - 1 : start] != b"\n":
+        return span
+    if data[end : end + 2] == b"\r\n":
+        return Span(span.source, start, end + 2)
+    if data[end : end + 1] == b"\n":
+        return Span(span.source, start, end + 1)
+    return span
+
+
+def insert_child(element: Element, text: str, title: str, safe: bool) -> Fix | None:
+    """A new first child on its own line, indented as the others are."""
+    source = element.source
+    data, at = source.data, element.tag_end
+    if data[at - 2 : at] == b"/>":
+        return None
+    line, _ = source.line_column(element.start)
+    indent = source.line(line)[: len(source.line(line)) - len(source.line(line).lstrip())]
+    first = next(element.elements(), None)
+    deeper = indent + "  "
+    if first is not None and first.source is source:
+        row = source.line(source.line_column(first.start)[0])
+        if row.lstrip().startswith("<" + first.tag):
+            deeper = row[: len(row) - len(row.lstrip())]
+    end = "\r\n" if b"\r\n" in data else "\n"
+    return Fix(title, (Edit(Span(source, at, at), f"{end}{deeper}{text}"),), safe)
+
+
+def copy_as_collision(visual: Element) -> Fix:
+    """A `<collision>` with a visual's origin and geometry as written, behind the visual."""
+    source = visual.source
+    line = source.line(source.line_column(visual.start)[0])
+    indent = line[: len(line) - len(line.lstrip())]
+    end = "\r\n" if b"\r\n" in source.data else "\n"
+    inner = [e.whole.text for e in visual.elements() if e.tag in ("origin", "geometry")]
+    text = end.join(["", f"{indent}<collision>", *(f"{indent}  {piece}" for piece in inner), f"{indent}</collision>"])
+    return Fix("copy the visual as collision", (Edit(Span(source, visual.end, visual.end), text),), safe=False)

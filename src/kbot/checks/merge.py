@@ -1,0 +1,138 @@
+"""A fault in a macro is said once, with the places that call it; a fault in one call, at that call."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from kbot.text import Call, Diagnostic, Element, Origin, Related, Span
+
+_SHOWN = 8
+
+
+_BARE = re.compile(r"\s*\$\{\s*(\w+)\s*\}\s*")
+Parameters = Mapping[str, frozenset[str]]
+
+
+def said_once(
+    found: Iterable[Diagnostic], document: Element | None, parameters: Parameters
+) -> list[Diagnostic]:
+    """Findings of one code at one place made into one.
+
+    A value that a macro passes on as it was given (`${m}`) is its caller's, and is found there.
+
+    Where every expansion of that place has the fault it is the macro's own, and its calls are
+    named as related places. Where only some have it, it is those calls that are at fault: the finding
+    moves to the innermost call that tells them from the others.
+    """
+    groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
+    result: list[Diagnostic] = []
+    for given in found:
+        diagnostic = _at_value(given, parameters)
+        origin = diagnostic.origin
+        if origin is None or not _macros(origin.call):
+            result.append(diagnostic)
+        else:
+            span = origin.span
+            groups[diagnostic.code, span.file, span.start, span.end].append(diagnostic)
+    if groups:
+        copies = _Copies(document)
+        moved: dict[tuple[str, str, int], list[Diagnostic]] = defaultdict(list)
+        for group in groups.values():
+            for diagnostic in copies.placed(group):
+                span = diagnostic.origin.span  # type: ignore[union-attr]  # placed ones have an origin
+                moved[diagnostic.code, span.file, span.start].append(diagnostic)
+        result += [_one_of(group) for group in moved.values()]
+    return list(dict.fromkeys(result)) if len(result) < 2000 else result
+
+
+def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
+    """The finding moved to the call that gave the value, where the macro only passes it on."""
+    origin = diagnostic.origin
+    while origin is not None and origin.call is not None and origin.call.kind == "macro":
+        call = origin.call
+        bare = _BARE.fullmatch(origin.span.text)
+        if not bare or bare[1] not in parameters.get(call.name.removeprefix("xacro:"), ()):
+            break
+        value = re.compile(rb"\b" + bare[1].encode() + rb"""\s*=\s*("[^"]*"|'[^']*')""")
+        match = value.search(call.span.source.data, call.span.start, call.span.end)
+        if not match:
+            break
+        span = Span(call.span.source, match.start(1) + 1, match.end(1) - 1)
+        origin = Origin(span, call.caller)
+    if origin is diagnostic.origin or diagnostic.origin is None:
+        return diagnostic
+    made = Related("passed on to here", diagnostic.origin)
+    return replace(diagnostic, origin=origin, related=(*diagnostic.related, made), fix=None)
+
+
+class _Copies:
+    """How often, and by which calls, each place of a source was expanded."""
+
+    def __init__(self, document: Element | None) -> None:
+        self._calls: dict[tuple[str, int], list[Call | None]] = defaultdict(list)
+        starts: dict[str, set[int]] = defaultdict(set)
+        for element in document.descendants() if document else ():
+            self._calls[element.source.path, element.start].append(element.call)
+            starts[element.source.path].add(element.start)
+        self._starts = {path: sorted(found) for path, found in starts.items()}
+
+    def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
+        """Findings of one place: as they are when all its copies have them, else at their calls."""
+        by_calls = {_chain(d.origin): d for d in group if d.origin}
+        span = group[0].origin.span if group[0].origin else None
+        others = [c for c in self._at(span) if _spans(c) not in by_calls] if span else []
+        if not others:
+            return list(by_calls.values())
+        return [_at_call(d, [_macros(c) for c in others]) for d in by_calls.values()]
+
+    def _at(self, span: Span) -> list[Call | None]:
+        starts = self._starts.get(span.file, [])
+        at = bisect_right(starts, span.start) - 1
+        return self._calls[span.file, starts[at]] if at >= 0 else []
+
+
+def _macros(call: Call | None) -> list[Call]:
+    return [c for c in call.chain() if c.kind == "macro"] if call else []
+
+
+def _spans(call: Call | None) -> tuple[Span, ...]:
+    return tuple(c.span for c in _macros(call))
+
+
+def _chain(origin: Origin) -> tuple[Span, ...]:
+    return _spans(origin.call)
+
+
+def _at_call(diagnostic: Diagnostic, others: list[list[Call]]) -> Diagnostic:
+    """The finding at its innermost call that no faultless copy shares."""
+    origin = diagnostic.origin
+    if origin is None:
+        return diagnostic
+    for level, call in enumerate(_macros(origin.call)):
+        if not any(len(o) > level and o[level].span == call.span for o in others):
+            made = Related(f"made here, in macro '{call.name}'", Origin(origin.span, origin.call))
+            related = (made, *diagnostic.related)
+            return replace(diagnostic, origin=Origin(call.span, call.caller), related=related, fix=None)
+    return diagnostic
+
+
+def _one_of(group: list[Diagnostic]) -> Diagnostic:
+    """Findings of one place of a macro as one, the other calls named as related places."""
+    first = group[0]
+    if len(group) == 1:
+        return first
+    related = list(first.related)
+    for other in group[1 : _SHOWN + 1]:
+        calls = _macros(other.origin.call) if other.origin else []
+        if calls:
+            outer = calls[-1]
+            related.append(Related(f"also: {other.message}", Origin(outer.span, outer.caller)))
+    hint = first.hint
+    if len(group) > _SHOWN + 1:
+        hint = f"{hint}; " if hint else ""
+        hint += f"and {len(group) - _SHOWN - 1} calls more"
+    return replace(first, related=tuple(related), hint=hint)

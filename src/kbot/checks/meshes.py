@@ -1,0 +1,240 @@
+"""Rules about mesh files: there, of a believable size, fit to collide with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from kbot.checks.context import Context
+from kbot.checks.geometry import shape_name
+from kbot.checks.meshfacts import mesh_facts, unreadable
+from kbot.checks.registry import Finding, Found, rule
+from kbot.model import Collision, Link, Mesh, Visual
+from kbot.text import KbotError, Severity
+from kbot.text.suggest import did_you_mean
+
+_LARGE, _TINY = 5.0, 1e-3
+_MANY = 10_000
+
+
+def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]:
+    for link in context.sure_links:
+        for shape in (*link.visuals, *link.collisions):
+            if isinstance(shape.geometry, Mesh):
+                yield link, shape, shape.geometry
+
+
+@rule("G101", "mesh-missing", Severity.ERROR, "robot")
+def mesh_missing(context: Context) -> Found:
+    """A mesh file that is not there, or whose package is not found.
+
+    Why: rviz shows a white ghost or nothing, Gazebo refuses the model, and the link touches nothing.
+
+    Example: `<mesh filename="package://my_robot/meshes/bsae.stl"/>`
+
+    Mend: put the file there, mend the name, or say where the package is (`--package-path`).
+
+    Fix: none.
+    """
+    said: set[str] = set()
+    for link, shape, mesh in _meshes(context):
+        if mesh.path is not None:
+            why = unreadable(mesh.path)
+            if why and mesh.uri not in said:
+                said.add(mesh.uri)
+                yield Finding(mesh.origin, f"{link.name}: {why}")
+            continue
+        if mesh.uri in said or not mesh.uri.strip():
+            continue
+        said.add(mesh.uri)
+        expected = _expected(context, mesh.uri)
+        if expected is None:
+            continue
+        if isinstance(expected, str):
+            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {expected}")
+        elif _same_but_case(expected) is None:
+            siblings = [p.name for p in expected.parent.iterdir()] if expected.parent.is_dir() else []
+            hint = did_you_mean(expected.name, siblings)
+            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there", hint)
+
+
+def _expected(context: Context, uri: str) -> Path | str | None:
+    """Where a mesh's file ought to be, or why that is not known; None for an address on the net."""
+    scheme, mark, rest = uri.partition("://")
+    if mark and scheme in ("http", "https"):
+        return None
+    if mark and scheme in ("package", "model"):
+        name, _, inner = rest.partition("/")
+        try:
+            return Path(context.packages.find(name)) / inner
+        except KbotError as error:
+            return str(error)
+    path = Path(rest if mark else uri)
+    return path if path.is_absolute() else Path(context.entry.path).parent / path
+
+
+def _same_but_case(path: Path) -> Path | None:
+    """A file whose path differs from this one by case only."""
+    at = Path(path.anchor or ".")
+    for part in path.parts[1:] if path.anchor else path.parts:
+        if (at / part).exists():
+            at = at / part
+            continue
+        if not at.is_dir():
+            return None
+        match = next((p for p in at.iterdir() if p.name.lower() == part.lower()), None)
+        if match is None:
+            return None
+        at = match
+    return at
+
+
+@rule("G102", "mesh-case", Severity.ERROR, "robot")
+def mesh_case(context: Context) -> Found:
+    """A mesh file whose name differs by capital letters from the one that is there.
+
+    Why: it works on Windows and macOS and is missing on Linux, where the robot runs.
+
+    Example: `meshes/Base.STL` where the file is `base.stl`.
+
+    Mend: write the name as the file has it.
+
+    Fix: none.
+    """
+    said: set[str] = set()
+    for link, shape, mesh in _meshes(context):
+        if mesh.uri in said:
+            continue
+        said.add(mesh.uri)
+        expected = Path(mesh.path) if mesh.path else _expected(context, mesh.uri)
+        if not isinstance(expected, Path) or (expected.parent.is_dir() and expected.name in _listed(expected.parent)):
+            continue
+        found = _same_but_case(expected)
+        if found is not None and found.name.lower() == expected.name.lower():
+            yield Finding(
+                mesh.origin,
+                f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by capital letters from the file "
+                f"'{found.name}'",
+                "write it as the file is called: Linux tells them apart",
+            )
+
+
+def _listed(folder: Path) -> set[str]:
+    return {p.name for p in folder.iterdir()}
+
+
+@rule("G103", "mesh-path-absolute", Severity.WARNING, "document")
+def mesh_path_absolute(context: Context) -> Found:
+    """A mesh named by an absolute path or by `file://` with one that was written by hand.
+
+    Why: it is there on one machine only.
+
+    Example: `<mesh filename="file:///home/me/ws/src/robot/meshes/base.stl"/>`
+
+    Mend: `package://robot/meshes/base.stl`, or `file://$(find robot)/meshes/base.stl`.
+
+    Fix: none.
+    """
+    for element in context.root.descendants():
+        if element.tag not in ("mesh", "texture") or "filename" not in element.attributes:
+            continue
+        origin = element.attribute_origin("filename")
+        uri = element.attributes["filename"]
+        if "$" in origin.span.text:
+            continue
+        if re.match(r"(file://)?(/|[A-Za-z]:[\\/])", uri):
+            yield Finding(
+                origin, f"{uri} is an absolute path: it is there on one machine only", "use package://PACKAGE/…"
+            )
+
+
+@rule("G104", "mesh-size", Severity.WARNING, "robot")
+def mesh_size(context: Context) -> Found:
+    """A mesh that measures over 5 m or under 1 mm with its scale: millimetres taken for metres.
+
+    Why: a part of 30 cm drawn in millimetres is 300 m large: the camera is inside it, and the physics engine
+    places its contacts there.
+
+    Example: `<mesh filename="package://robot/base.stl"/>` for a file in millimetres.
+
+    Mend: `scale="0.001 0.001 0.001"`.
+
+    Fix: none.
+    """
+    for link, shape, mesh in _meshes(context):
+        facts = mesh_facts(mesh.path) if mesh.path else None
+        if facts is None:
+            continue
+        extent = max((h - l) * abs(s) for l, h, s in zip(*facts.bounds, mesh.scale, strict=True))
+        if not _TINY <= extent <= _LARGE:
+            hint = 'scale="0.001 0.001 0.001"?' if extent > _LARGE else "is the file in metres already?"
+            yield Finding(
+                mesh.origin,
+                f"{link.name}: the {shape_name(shape)}'s mesh measures {extent:.4g} m: units?",
+                hint,
+            )
+
+
+@rule("G105", "collada-scaled-twice", Severity.WARNING, "robot")
+def collada_scaled_twice(context: Context) -> Found:
+    """A COLLADA mesh that says its unit and is scaled by the same factor again.
+
+    Why: readers apply the file's own `<unit meter="0.001"/>`, then the scale: the part is a thousand times too small.
+
+    Example: `<mesh filename="….dae" scale="0.001 0.001 0.001"/>` for a file with `<unit meter="0.001"/>`.
+
+    Mend: leave the scale out.
+
+    Fix: none.
+    """
+    said: set[str] = set()
+    for link, _, mesh in _meshes(context):
+        if not mesh.path or not mesh.path.lower().endswith(".dae") or mesh.uri in said:
+            continue
+        said.add(mesh.uri)
+        unit = _collada_unit(mesh.path)
+        factor = abs(mesh.scale[0])
+        if unit is not None and unit != 1.0 and abs(factor / unit - 1.0) < 1e-6:
+            yield Finding(
+                mesh.origin,
+                f"{link.name}: the mesh's own unit is {unit:g} m and its scale {factor:g} once more: the part is "
+                f"{1.0 / unit:g} times too small",
+                "leave the scale out",
+            )
+
+
+def _collada_unit(path: str) -> float | None:
+    try:
+        with Path(path).open("rb") as stream:
+            head = stream.read(8192)
+    except OSError:
+        return None
+    match = re.search(rb'<unit[^>]*\bmeter\s*=\s*"([^"]+)"', head)
+    try:
+        return float(match[1]) if match else None
+    except ValueError:
+        return None
+
+
+@rule("G110", "heavy-collision-mesh", Severity.INFO, "robot")
+def heavy_collision_mesh(context: Context) -> Found:
+    """A collision mesh of more than 10,000 triangles.
+
+    Why: every contact is searched in it: simulation and motion planning run many times slower than with a box, a
+    cylinder or a convex hull, and contacts with its edges chatter.
+
+    Example: the visual's mesh, with all its screws, given as collision too.
+
+    Mend: a few plain shapes, or a decimated convex hull.
+
+    Fix: none.
+    """
+    for link, shape, mesh in _meshes(context):
+        if not isinstance(shape, Collision) or not mesh.path:
+            continue
+        facts = mesh_facts(mesh.path)
+        if facts is not None and facts.triangles > _MANY:
+            yield Finding(
+                mesh.origin, f"{link.name}: the collision's mesh has {facts.triangles:,} triangles", "use plain shapes"
+            )

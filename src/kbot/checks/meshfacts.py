@@ -1,0 +1,55 @@
+"""What the rules need to know of a mesh file, kept until the file changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from kbot.checks.spatial import Vector
+from kbot.text import KbotError
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFacts:
+    """Extents in metres (scale not applied), triangles, and the volume where the surface is closed."""
+
+    bounds: tuple[Vector, Vector]
+    triangles: int
+    volume: float | None
+
+
+def mesh_facts(path: str) -> MeshFacts | None:
+    """None when the file cannot be read as a mesh; `unreadable` says why."""
+    facts = _facts_of(path)
+    return facts if isinstance(facts, MeshFacts) else None
+
+
+def unreadable(path: str) -> str:
+    """Why a mesh file cannot be read; empty when it can."""
+    facts = _facts_of(path)
+    return facts if isinstance(facts, str) else ""
+
+
+def _facts_of(path: str) -> MeshFacts | str:
+    try:
+        stat = Path(path).stat()
+    except OSError as error:
+        return f"{path}: {error.strerror}"
+    return _read(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=1024)
+def _read(path: str, _modified: int, _size: int) -> MeshFacts | str:
+    from kbot.model.meshes import load_mesh
+
+    try:
+        mesh = load_mesh(path)
+    except KbotError as error:
+        return str(error)
+    low, high = (tuple(float(v) for v in m) for m in (mesh.vertices.min(0), mesh.vertices.max(0)))
+    triangles = len(mesh.faces)
+    volume = None
+    if triangles <= 200_000 and mesh.solid.is_closed and mesh.solid.volume > 0.0:
+        volume = float(mesh.solid.volume)
+    return MeshFacts(((low[0], low[1], low[2]), (high[0], high[1], high[2])), triangles, volume)

@@ -1,0 +1,140 @@
+"""What a rule is, and the register of them all.
+
+A rule is one small function: a context goes in, findings come out, nothing else happens. Its
+docstring is its page (`kbot rule CODE`): what it finds, then `Why:`, `Example:`, `Mend:`, `Fix:`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Literal
+
+from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
+from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from kbot.checks.context import Context
+
+Needs = Literal["source", "document", "robot", "drive", "below"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a rule says about one place; the runner adds the rule's code and severity."""
+
+    origin: Origin
+    message: str
+    hint: str = ""
+    related: tuple[Related, ...] = ()
+    fix: Fix | None = None
+    severity: Severity | None = None
+
+
+Found = Iterator[Finding]
+Check = Callable[["Context"], Iterable[Finding]]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule's name, code, severity, the version it came with, its page and its function.
+
+    `needs` says what has to be there before it can run. "below" marks the codes that the floors
+    below give (files, XML, expansion, the model's reader, launch): they have a page, no function.
+    """
+
+    code: str
+    name: str
+    severity: Severity
+    since: str
+    needs: Needs
+    page: str
+    check: Check
+
+    @property
+    def summary(self) -> str:
+        """The page's first paragraph."""
+        return self.page.split("\n\n")[0].replace("\n", " ")
+
+    @property
+    def fix(self) -> Literal["safe", "unsafe", "none"]:
+        """Whether `kbot check --fix` mends it, as its page says."""
+        line = next((line for line in self.page.splitlines() if line.startswith("Fix:")), "Fix: none")
+        word = line.removeprefix("Fix:").split()[0].strip(".,;:")
+        return "safe" if word == "safe" else "unsafe" if word == "unsafe" else "none"
+
+    def diagnostic(self, finding: Finding) -> Diagnostic:
+        return Diagnostic(
+            self.code,
+            finding.severity or self.severity,
+            finding.message,
+            finding.origin,
+            finding.hint,
+            finding.related,
+            finding.fix,
+        )
+
+
+_RULES: dict[str, Rule] = {}
+_FAMILIES = (
+    "below",
+    "source",
+    "structure",
+    "joints",
+    "inertia",
+    "tensors",
+    "geometry",
+    "meshes",
+    "wheels",
+    "contact",
+    "controllers",
+    "sensors",
+)
+
+
+def rule(
+    code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1"
+) -> Callable[[Check], Check]:
+    """Register the decorated function as a rule; its docstring is the rule's page."""
+
+    def add(function: Check) -> Check:
+        if code in _RULES or any(other.name == name for other in _RULES.values()):
+            raise ValueError(f"{code} {name} is registered twice")
+        page = inspect.cleandoc(function.__doc__ or "")
+        _RULES[code] = Rule(code, name, severity, since, needs, page, function)
+        return function
+
+    return add
+
+
+def page(code: str, name: str, text: str, severity: Severity = Severity.ERROR, since: str = "0.1") -> None:
+    """Register the page of a code that a floor below gives."""
+    nothing: Check = lambda context: ()  # noqa: E731
+    nothing.__doc__ = text
+    rule(code, name, severity, "below", since)(nothing)
+
+
+def all_rules() -> dict[str, Rule]:
+    """Every rule by code, the families imported on first use."""
+    if "_loaded" not in globals():
+        for family in _FAMILIES:
+            import_module(f"kbot.checks.{family}")
+        globals()["_loaded"] = True
+    return _RULES
+
+
+def find_rule(word: str) -> Rule:
+    """A rule by its code or its name.
+
+    Raises:
+        KbotError: there is none; names the nearest.
+    """
+    rules = all_rules()
+    by_name = {r.name: r for r in rules.values()}
+    found = rules.get(word.upper()) or by_name.get(word.lower())
+    if found is None:
+        hint = did_you_mean(word, [*rules, *by_name])
+        raise KbotError(f"there is no rule '{word}'" + (f": {hint}" if hint else ""))
+    return found

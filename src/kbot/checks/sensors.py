@@ -1,0 +1,270 @@
+"""Rules about sensors and their frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from kbot.checks.context import Context
+from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.rig import held
+from kbot.checks.spatial import Frame, Vector, dot
+from kbot.model import Box, Capsule, Cylinder, JointType, Sphere
+from kbot.text import Element, Origin, Related, Severity
+from kbot.text.suggest import did_you_mean
+
+_CAMERAS = frozenset({"camera", "depth", "depth_camera", "rgbd_camera", "rgbd", "multicamera", "wideanglecamera"})
+_LIDARS = frozenset({"ray", "gpu_ray", "lidar", "gpu_lidar"})
+_FRAME_TAGS = ("frameName", "frame_name", "frame_id", "gz_frame_id", "ignition_frame_id", "optical_frame_id")
+_OUTSIDE = frozenset({"odom", "map", "world", "earth"})
+
+
+def sensors(context: Context) -> Iterator[tuple[Element, str, Element]]:
+    """Each `<sensor>` of a `<gazebo reference>`: the extension, the link it is on, the sensor."""
+    for extension in context.robot.extensions:
+        if extension.tag == "gazebo" and "reference" in extension.attributes:
+            for sensor in extension.elements("sensor"):
+                yield extension, extension.attributes["reference"], sensor
+
+
+def _frames_of(sensor: Element) -> Iterator[Element]:
+    for element in sensor.descendants():
+        if element.tag in _FRAME_TAGS and element.text.strip():
+            yield element
+
+
+@rule("C101", "camera-no-optical-frame", Severity.WARNING, "robot")
+def camera_no_optical_frame(context: Context) -> Found:
+    """A camera whose images are published in a frame that is not an optical one (REP 103).
+
+    Why: image pipelines take z forward, x right, y down. In a body frame (x forward, z up) point clouds and
+    detections come out lying on their side: what is in front appears above.
+
+    Example: a camera on `camera_link` without `camera_optical_link`.
+
+    Mend: add a frame turned by `rpy="${-pi/2} 0 ${-pi/2}"` and name it in the sensor
+    (`<gz_frame_id>`, `<optical_frame_id>` or `<frameName>`).
+
+    Fix: none.
+    """
+    for _, link, sensor in sensors(context):
+        if sensor.attributes.get("type") not in _CAMERAS or link not in context.robot.links or link in context.unsure:
+            continue
+        names = [e.text.strip() for e in _frames_of(sensor)]
+        if any("optical" in n for n in (*names, link)):
+            continue
+        if any(_is_optical(context, link, name) for name in (*held(context.robot, link), *names)):
+            continue
+        yield Finding(
+            sensor.origin,
+            f"{sensor.attributes.get('name', 'camera')}: '{link}' has no optical frame beneath it: images would be "
+            "taken with x forward for z forward",
+            'add a link joined by <origin rpy="${-pi/2} 0 ${-pi/2}"/> and name it as the sensor\'s frame',
+            (Related(f"'{link}'", context.robot.links[link].origin),),
+        )
+
+
+def _is_optical(context: Context, link: str, name: str) -> bool:
+    """Whether a frame's z looks along the link's x, and its x to the link's right."""
+    if name not in context.frames:
+        return False
+    frame, own = context.frames[name], context.frames[link]
+    forward = own.direction((1.0, 0.0, 0.0))
+    return dot(frame.direction((0.0, 0.0, 1.0)), forward) > 0.99
+
+
+@rule("C102", "lidar-sees-robot", Severity.WARNING, "robot")
+def lidar_sees_robot(context: Context) -> Found:
+    """A lidar whose scanning plane cuts the robot's own body.
+
+    Why: the beams that hit it report an obstacle that comes along wherever the robot goes: the costmap blocks
+    it, and mapping draws it all over.
+
+    Example: a lidar at z = 0.1 behind a mast that stands on the same plate.
+
+    Mend: raise it, narrow its angles, or set `<min>` of its range beyond the body.
+
+    Fix: none.
+    """
+    for _, link, sensor in sensors(context):
+        if sensor.attributes.get("type") not in _LIDARS or link not in context.frames or link in context.unsure:
+            continue
+        scan = next((e for e in sensor.descendants() if e.tag in ("ray", "lidar")), None)
+        if scan is None:
+            continue
+        low, high = _value(scan, ("horizontal", "min_angle"), -math.pi), _value(scan, ("horizontal", "max_angle"), math.pi)
+        near, far = _value(scan, ("range", "min"), 0.0), _value(scan, ("range", "max"), 10.0)
+        hit = _own_body(context, link, sensor, (low, high), (near, far))
+        if hit is not None:
+            name, distance, share, origin = hit
+            yield Finding(
+                sensor.origin,
+                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.0f} % of its beams end on '{name}', the "
+                f"nearest {distance * 1e3:.3g} mm away",
+                "raise it, narrow its angles, or set its least range beyond the body",
+                (Related(f"the collision of '{name}'", origin),),
+            )
+
+
+def _value(element: Element, path: tuple[str, str], default: float) -> float:
+    for found in element.descendants():
+        if found.tag == path[0]:
+            inner = found.find(path[1])
+            try:
+                return float(inner.text) if inner is not None else default
+            except ValueError:
+                return default
+    return default
+
+
+def _own_body(
+    context: Context, link: str, sensor: Element, angles: tuple[float, float], ranges: tuple[float, float]
+) -> tuple[str, float, float, Origin] | None:
+    """What most beams hit of the robot: link, nearest distance (m), share of beams, place."""
+    frame = context.frames[link]
+    pose = sensor.find("pose")
+    if pose is not None:
+        try:
+            x, y, z, *rpy = (float(v) for v in pose.text.split())
+        except ValueError:
+            return None
+        if any(rpy):
+            return None
+        frame = Frame(frame.rotation, frame.point((x, y, z)))
+    own = set(held(context.robot, link))
+    beams = 90
+    hits: dict[str, tuple[int, float, Origin]] = {}
+    for i in range(beams):
+        angle = angles[0] + (angles[1] - angles[0]) * i / beams
+        direction = frame.direction((math.cos(angle), math.sin(angle), 0.0))
+        best: tuple[float, str, Origin] | None = None
+        for name, body in context.bodies.items():
+            if name in own or name in context.unsure:
+                continue
+            for part in body.collisions:
+                shape = context.frames[name].then(part.frame)
+                t = _ray(shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half)
+                if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
+                    best = (t, name, part.origin)
+        if best is not None:
+            count, nearest, origin = hits.get(best[1], (0, math.inf, best[2]))
+            hits[best[1]] = (count + 1, min(nearest, best[0]), origin)
+    if not hits:
+        return None
+    name, (count, nearest, origin) = max(hits.items(), key=lambda item: item[1][0])
+    return (name, nearest, count / beams, origin) if count >= 2 else None
+
+
+def _ray(p: Vector, d: Vector, shape: object, half: Vector) -> float | None:
+    """Distance along a ray to a plain shape at the origin; None when it misses or starts within."""
+    match shape:
+        case Sphere(radius=r):
+            return _ball(p, d, r)
+        case Box():
+            return _slab(p, d, half)
+        case Cylinder(radius=r, length=length) | Capsule(radius=r, length=length):
+            return _tube(p, d, r, length / 2.0)
+    return None
+
+
+def _ball(p: Vector, d: Vector, r: float) -> float | None:
+    b, c = dot(p, d), dot(p, p) - r * r
+    inner = b * b - c
+    return -b - math.sqrt(inner) if c > 0.0 and inner > 0.0 and -b > 0.0 else None
+
+
+def _slab(p: Vector, d: Vector, half: Vector) -> float | None:
+    enter, leave = 0.0, math.inf
+    for x, v, h in zip(p, d, half, strict=True):
+        if abs(v) < 1e-12:
+            if abs(x) >= h:
+                return None
+            continue
+        a, b = sorted(((-h - x) / v, (h - x) / v))
+        enter, leave = max(enter, a), min(leave, b)
+    return enter if 0.0 < enter < leave else None
+
+
+def _tube(p: Vector, d: Vector, r: float, half: float) -> float | None:
+    a = d[0] * d[0] + d[1] * d[1]
+    c = p[0] * p[0] + p[1] * p[1] - r * r
+    if a < 1e-12:
+        return None
+    b = p[0] * d[0] + p[1] * d[1]
+    inner = b * b - a * c
+    if inner <= 0.0 or (c < 0.0 and abs(p[2]) < half):
+        return None
+    t = (-b - math.sqrt(inner)) / a
+    return t if t > 0.0 and abs(p[2] + t * d[2]) < half else None
+
+
+@rule("C103", "sensor-frame-unknown", Severity.WARNING, "robot")
+def sensor_frame_unknown(context: Context) -> Found:
+    """A sensor's frame that is no link of the robot.
+
+    Why: its messages carry a frame that tf does not know: rviz shows nothing, navigation drops each message
+    ("the message filter's queue is full").
+
+    Example: `<frameName>lasr_link</frameName>`
+
+    Mend: name a link of this robot.
+
+    Fix: none.
+    """
+    links = context.robot.links
+    for extension in context.robot.extensions:
+        if extension.tag != "gazebo":
+            continue
+        for sensor in extension.elements("sensor"):
+            for element in _frames_of(sensor):
+                name = element.text.strip()
+                if name.lstrip("/") in links or name in _OUTSIDE or "$" in name:
+                    continue
+                if name.rsplit("/", 1)[-1] in links:
+                    continue
+                yield Finding(
+                    element.origin,
+                    f"{sensor.attributes.get('name', 'sensor')}: its frame '{name}' is no link of this robot",
+                    did_you_mean(name, links),
+                )
+
+
+@rule("C104", "sensor-frame-lumped", Severity.INFO, "robot")
+def sensor_frame_lumped(context: Context) -> Found:
+    """A sensor on a link that is lost when the description is made into SDF, its fixed joint being lumped.
+
+    Why: Gazebo merges a link on a fixed joint into its parent. The sensor lives on, its frame does not: gz stamps
+    its messages with `robot/base_link/lidar`, which is no frame of tf.
+
+    Example: a gz lidar on `laser_frame`, without `<gz_frame_id>`.
+
+    Mend: `<gz_frame_id>laser_frame</gz_frame_id>` in the sensor, or
+    `<gazebo reference="laser_joint"> <preserveFixedJoint>true</preserveFixedJoint> </gazebo>`.
+
+    Fix: none.
+    """
+    robot = context.robot
+    kept = {
+        extension.attributes.get("reference", "")
+        for extension in robot.extensions
+        if extension.tag == "gazebo"
+        and any(
+            e.tag in ("preserveFixedJoint", "disableFixedJointLumping") and e.text.strip() in ("true", "1")
+            for e in extension.elements()
+        )
+    }
+    for _, link, sensor in sensors(context):
+        joint = robot.parent_joint.get(link)
+        if joint is None or joint.type is not JointType.FIXED or joint.name in kept or link in context.unsure:
+            continue
+        if any(True for _ in _frames_of(sensor)) or sensor.find("plugin") is not None:
+            continue
+        if sensor.find("topic") is None and sensor.attributes.get("type") not in _LIDARS | _CAMERAS:
+            continue
+        yield Finding(
+            sensor.origin,
+            f"{sensor.attributes.get('name', 'sensor')}: '{link}' is merged into '{joint.parent}' in SDF, and its "
+            "messages carry a frame that tf does not know",
+            f"add <gz_frame_id>{link}</gz_frame_id>",
+            (Related(f"the fixed joint '{joint.name}'", joint.origin),),
+        )

@@ -1,0 +1,101 @@
+"""The files of a description as they are written: parsed, not expanded."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from kbot.text import Comment, DescriptionError, Element, KbotError, Source, read_source
+from kbot.xacro.files import parsed
+
+XACRO = "xacro:"
+_NAME = re.compile(r"[A-Za-z_]\w*")
+_PARAMETER = re.compile(r"""(\*{0,2})([\w-]+)(\s*:?=\s*(?:\^\|?)?(?:'[^']*'|"[^"]*"|[^\s'"]*))?""")
+
+
+@dataclass(frozen=True)
+class MacroText:
+    """A macro as it is written: its parameters by name, the words of its body, the macros it calls."""
+
+    element: Element
+    parameters: tuple[str, ...]
+    words: frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class SourceFile:
+    """One file: its text, its root element, all its elements in order."""
+
+    source: Source
+    root: Element
+    elements: tuple[Element, ...] = field(repr=False)
+
+    @property
+    def path(self) -> str:
+        return self.source.path
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """Every name that is used: within `${}` and `$()`, macros called, blocks inserted."""
+        return frozenset(word for element in self.elements for word in words_of(element))
+
+    @cached_property
+    def macros(self) -> tuple[MacroText, ...]:
+        return tuple(_macro(e) for e in self.elements if e.tag == "xacro:macro" and "name" in e.attributes)
+
+
+
+
+def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile, ...]:
+    """The entry and those of its dependencies that are XML; files that cannot be read are left out."""
+    files = []
+    for path in dict.fromkeys((entry.path, *dependencies)):
+        if path.endswith((".yaml", ".yml")):
+            continue
+        try:
+            source = entry if path == entry.path else read_source(path)
+            root = parsed(source).root
+        except (DescriptionError, KbotError):
+            continue
+        files.append(SourceFile(root.source, root, (root, *root.descendants())))
+    return tuple(files)
+
+
+def words_of(element: Element) -> Iterator[str]:
+    """Names that an element's own tag and text use."""
+    tag = element.tag
+    if tag.startswith(XACRO):
+        if tag == "xacro:insert_block":
+            yield element.attributes.get("name", "")
+        elif tag == "xacro:call":
+            yield element.attributes.get("macro", "")
+        elif tag in ("xacro:if", "xacro:unless"):
+            yield from identifiers(element.attributes.get("value", ""))
+        else:
+            yield tag[len(XACRO) :]
+    for key, value in element.attributes.items():
+        if "$" in value:
+            yield from identifiers(value)
+        if key == "params" and "^" in value:
+            yield from (m[1] for m in re.finditer(r"([\w-]+)\s*:?=\s*\^", value))
+            yield from identifiers(value)
+    for child in element.children:
+        if not isinstance(child, Element | Comment) and "$" in child.value:
+            yield from identifiers(child.value)
+
+
+def identifiers(expression: str) -> list[str]:
+    return _NAME.findall(expression)
+
+
+def parameters_of(macro: Element) -> dict[str, str]:
+    """A macro's parameters by name, each with its default as written."""
+    text = macro.attributes.get("params", "")
+    return {m[2]: m[3] or "" for m in _PARAMETER.finditer(text)}
+
+
+def _macro(element: Element) -> MacroText:
+    words = frozenset(word for e in element.descendants() for word in words_of(e))
+    return MacroText(element, tuple(parameters_of(element)), words)

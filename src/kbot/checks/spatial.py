@@ -1,0 +1,154 @@
+"""Vectors, rotations and symmetric tensors of three dimensions as plain tuples.
+
+The rules look at a few hundred small matrices one at a time; tuples are several times faster there
+than arrays. Everything that deals with many poses at once is in `kbot.kinematics`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def subtract(a: Vector, b: Vector) -> Vector:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def scale(a: Vector, by: float) -> Vector:
+    return (a[0] * by, a[1] * by, a[2] * by)
+
+
+def dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def norm(a: Vector) -> float:
+    return math.hypot(*a)
+
+
+def unit(a: Vector) -> Vector | None:
+    """The direction of a vector; None for one without length."""
+    length = norm(a)
+    return scale(a, 1.0 / length) if length > 1e-12 and math.isfinite(length) else None
+
+
+def rotate(m: Matrix, v: Vector) -> Vector:
+    return (dot(m[0], v), dot(m[1], v), dot(m[2], v))
+
+
+def transpose(m: Matrix) -> Matrix:
+    a, b, c = m
+    return ((a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]))
+
+
+def multiply(m: Matrix, n: Matrix) -> Matrix:
+    if m is IDENTITY:
+        return n
+    if n is IDENTITY:
+        return m
+    columns = transpose(n)
+    a, b, c = ((dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])) for row in m)
+    return (a, b, c)
+
+
+def rotation(rpy: Vector) -> Matrix:
+    """Roll, pitch, yaw about fixed axes in radians, as URDF has them."""
+    if rpy == ZERO:
+        return IDENTITY
+    cr, sr = math.cos(rpy[0]), math.sin(rpy[0])
+    cp, sp = math.cos(rpy[1]), math.sin(rpy[1])
+    cy, sy = math.cos(rpy[2]), math.sin(rpy[2])
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+class Frame(NamedTuple):
+    """Where an inner frame stands in an outer one."""
+
+    rotation: Matrix = IDENTITY
+    translation: Vector = ZERO
+
+    def then(self, inner: Frame) -> Frame:
+        """outer_from_inmost = outer_from_inner.then(inner_from_inmost)."""
+        return Frame(multiply(self.rotation, inner.rotation), self.point(inner.translation))
+
+    def point(self, p: Vector) -> Vector:
+        """A point of the inner frame in the outer one."""
+        return add(p if self.rotation is IDENTITY else rotate(self.rotation, p), self.translation)
+
+    def direction(self, d: Vector) -> Vector:
+        return rotate(self.rotation, d)
+
+    def local(self, p: Vector) -> Vector:
+        """A point of the outer frame in the inner one."""
+        return rotate(transpose(self.rotation), subtract(p, self.translation))
+
+    def local_direction(self, d: Vector) -> Vector:
+        return rotate(transpose(self.rotation), d)
+
+
+def tensor_in(rotation_: Matrix, tensor: Matrix) -> Matrix:
+    """A tensor given in the inner axes, in the outer ones: R T R^T."""
+    if rotation_ is IDENTITY:
+        return tensor
+    return multiply(multiply(rotation_, tensor), transpose(rotation_))
+
+
+def diagonal(d: Vector) -> Matrix:
+    return ((d[0], 0.0, 0.0), (0.0, d[1], 0.0), (0.0, 0.0, d[2]))
+
+
+def steiner(mass: float, offset: Vector) -> Matrix:
+    """What a point mass at `offset` adds to a tensor (parallel axis theorem)."""
+    x, y, z = offset
+    return (
+        (mass * (y * y + z * z), -mass * x * y, -mass * x * z),
+        (-mass * x * y, mass * (x * x + z * z), -mass * y * z),
+        (-mass * x * z, -mass * y * z, mass * (x * x + y * y)),
+    )
+
+
+def add_matrix(m: Matrix, n: Matrix) -> Matrix:
+    return (add(m[0], n[0]), add(m[1], n[1]), add(m[2], n[2]))
+
+
+def scale_matrix(m: Matrix, by: float) -> Matrix:
+    return (scale(m[0], by), scale(m[1], by), scale(m[2], by))
+
+
+def eigenvalues(m: Matrix) -> Vector:
+    """Eigenvalues of a symmetric matrix, smallest first, in closed form (Smith 1961)."""
+    (a, d, e), (_, b, f), (_, _, c) = m
+    off = d * d + e * e + f * f
+    if off == 0.0:
+        low, middle, high = sorted((a, b, c))
+        return (low, middle, high)
+    mean = (a + b + c) / 3.0
+    p = math.sqrt(((a - mean) ** 2 + (b - mean) ** 2 + (c - mean) ** 2 + 2.0 * off) / 6.0)
+    n = (
+        ((a - mean) / p, d / p, e / p),
+        (d / p, (b - mean) / p, f / p),
+        (e / p, f / p, (c - mean) / p),
+    )
+    half = dot(n[0], cross(n[1], n[2])) / 2.0
+    angle = math.acos(min(1.0, max(-1.0, half))) / 3.0
+    high = mean + 2.0 * p * math.cos(angle)
+    low = mean + 2.0 * p * math.cos(angle + 2.0 * math.pi / 3.0)
+    return (low, 3.0 * mean - high - low, high)

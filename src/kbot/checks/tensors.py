@@ -1,0 +1,378 @@
+"""Rules that hold a link's inertial against the link's own shape."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.checks.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor, tensor_of
+from kbot.checks.context import Context
+from kbot.checks.inertia import is_finite, solid_hint, sound, weighed
+from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.spatial import Matrix, Vector, dot, eigenvalues, norm, rotate, subtract, tensor_in, transpose
+from kbot.model import Inertial, Link, Sphere
+from kbot.text import Related, Severity
+
+_SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
+_AXES = "xyz"
+
+
+def _geometry(body: Body, name: str = "") -> tuple[Related, ...]:
+    parts = body.collisions or body.visuals
+    what = f"the shape of '{name}'" if name else "the shape it is compared with"
+    return (Related(what, parts[0].origin),) if parts else ()
+
+
+def _reach(context: Context, link: Link, inertial: Inertial) -> float:
+    """How far the link's shapes reach from its centre of mass, m; 0 when a shape is not known."""
+    body = context.bodies[link.name]
+    return body.reach(inertial.pose.xyz) if body.parts and body.complete else 0.0
+
+
+@rule("I107", "gyration-too-large", Severity.WARNING, "robot")
+def gyration_too_large(context: Context) -> Found:
+    """A radius of gyration that reaches beyond the link's own shape.
+
+    Why: the root of moment over mass is how far out the mass sits on average; it cannot be farther out than
+    the shape's farthest point. The link turns more sluggishly than the part would: a wheel
+    spins up late, an arm needs torques that its motor lacks.
+
+    Example: 0.1 kg, `ixx="0.01"` (316 mm) on a cube of 50 mm.
+
+    Mend: use the tensor of a solid of the link's shape and mass.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        if not sound(inertial):
+            continue
+        reach = _reach(context, link, inertial)
+        gyration = math.sqrt(eigenvalues(tensor_of(inertial))[2] / inertial.mass)
+        if 1.05 * reach < gyration <= 3.0 * reach and gyration - reach > _SMALL:
+            yield Finding(
+                inertial.inertia_origin,
+                f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, yet its shape ends {reach * 1e3:.4g} mm "
+                f"from the centre of mass: the tensor is at least {(gyration / reach) ** 2:.2g} times too large",
+                solid_hint(context, link, inertial),
+                _geometry(context.bodies[link.name]),
+            )
+
+
+@rule("I108", "tensor-units", Severity.WARNING, "robot")
+def tensor_units(context: Context) -> Found:
+    """A radius of gyration more than three times as far out as the link's shape: other units, or a placeholder.
+
+    Why: the tensor is at least nine times too large. In g mm^2 or with a mesh in millimetres it is a million
+    times: the link does not turn at all.
+
+    Example: `<mass value="0.1"/> <inertia ixx="1" iyy="1" izz="1" …/>` on a part of 5 cm: 3.2 m.
+
+    Mend: write kg m^2: 1 g mm^2 is 1e-9 kg m^2, 1 kg mm^2 is 1e-6 kg m^2.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        if not sound(inertial):
+            continue
+        reach = _reach(context, link, inertial)
+        gyration = math.sqrt(eigenvalues(tensor_of(inertial))[2] / inertial.mass)
+        if 0.0 < 3.0 * reach < gyration and gyration > 2.0 * _SMALL:
+            yield Finding(
+                inertial.inertia_origin,
+                f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, {gyration / reach:.3g} times as far as "
+                f"its shape reaches ({reach * 1e3:.4g} mm): is the tensor in kg m^2?",
+                solid_hint(context, link, inertial),
+                _geometry(context.bodies[link.name]),
+            )
+
+
+@rule("I109", "tensor-too-small", Severity.WARNING, "robot")
+def tensor_too_small(context: Context) -> Found:
+    """A tensor more than a hundred times smaller than that of a solid of the link's shape and mass.
+
+    Why: the link turns a hundred times too easily; at the time steps of Gazebo and Bullet its contacts and
+    motors then shake it to pieces.
+
+    Example: 10 kg, `ixx="1e-6"` on a box of 30 cm, which has 0.15 kg m^2.
+
+    Mend: use the tensor of a solid of the link's shape and mass.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        solid = context.bodies[link.name].solid()
+        if solid is None or not sound(inertial):
+            continue
+        own = sum(eigenvalues(tensor_of(inertial)))
+        due = inertial.mass * sum(solid.unit_tensor[i][i] for i in range(3))
+        if own < due / 100.0:
+            yield Finding(
+                inertial.inertia_origin,
+                f"{link.name}: the tensor is {due / own:.3g} times smaller than that of a solid of its shape and "
+                f"{inertial.mass:g} kg",
+                solid_hint(context, link, inertial),
+                _geometry(context.bodies[link.name]),
+            )
+
+
+@rule("I110", "mass-outside-shape", Severity.INFO, "robot")
+def mass_outside_shape(context: Context) -> Found:
+    """A centre of mass outside the box around the link's own shapes.
+
+    Why: it may be meant (a shape that leaves the heavy half out), but is mostly a sign, a unit or a
+    frame gone wrong: the link swings about a point in the air.
+
+    Example: `<inertial> <origin xyz="0 0 0.5"/> …` on a box 0.1 high.
+
+    Mend: give the centre of mass in the link's own frame.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        if not is_finite(inertial) or not inertial.mass > 0.0 or _elsewhere(context, link, inertial):
+            continue
+        away = _outside(context.bodies[link.name], inertial.pose.xyz)
+        if away > _SMALL:
+            origin = inertial.pose.origin or inertial.origin
+            yield Finding(
+                origin,
+                f"{link.name}: the centre of mass lies {away * 1e3:.4g} mm outside the box around its shapes",
+                related=_geometry(context.bodies[link.name]),
+            )
+
+
+def _outside(body: Body, point: Vector) -> float:
+    """How far a point of the link's frame lies outside the box around its shapes, m; 0 within."""
+    bounds = body.bounds()
+    if bounds is None or not body.complete:
+        return 0.0
+    low, high = bounds
+    margin = 0.05 * max(h - l for l, h in zip(low, high, strict=True))
+    return norm(
+        (
+            max(low[0] - margin - point[0], point[0] - high[0] - margin, 0.0),
+            max(low[1] - margin - point[1], point[1] - high[1] - margin, 0.0),
+            max(low[2] - margin - point[2], point[2] - high[2] - margin, 0.0),
+        )
+    )
+
+
+def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
+    """The link in whose frame the centre of mass would lie within the shape; empty when it is well."""
+    body = context.bodies[link.name]
+    bounds = body.bounds()
+    joint = context.robot.parent_joint.get(link.name)
+    if bounds is None or joint is None or _outside(body, inertial.pose.xyz) <= _SMALL:
+        return ""
+    middle = tuple((l + h) / 2.0 for l, h in zip(*bounds, strict=True))
+    size = norm(subtract(bounds[1], bounds[0]))
+    own = frame_of(joint.pose)
+    for name, frame in ((joint.parent, own), (context.robot.root, context.frames[link.name])):
+        local = frame.local(inertial.pose.xyz)
+        if norm(frame.translation) > 0.25 * size and _outside(body, local) == 0.0:
+            if norm(subtract(local, (middle[0], middle[1], middle[2]))) < 0.25 * size:
+                return name
+    return ""
+
+
+@rule("I113", "mass-in-other-frame", Severity.WARNING, "robot")
+def mass_in_other_frame(context: Context) -> Found:
+    """A centre of mass that is given in another link's frame.
+
+    Why: `<origin>` of an inertial is in the link's own frame. Given in the parent's, it is off by the whole
+    joint offset: the robot leans and tips over there.
+
+    Example: a wheel whose joint is at `0 0.2 0`, with `<inertial> <origin xyz="0 0.2 0"/>`.
+
+    Mend: subtract the joint's origin: for a part that is even, `xyz="0 0 0"`.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        if not is_finite(inertial) or not inertial.mass > 0.0:
+            continue
+        other = _elsewhere(context, link, inertial)
+        if other:
+            away = norm(inertial.pose.xyz) * 1e3
+            joint = context.robot.parent_joint[link.name]
+            yield Finding(
+                inertial.pose.origin or inertial.origin,
+                f"{link.name}: the centre of mass lies {away:.4g} mm from the link's frame, outside its shape; it "
+                f"would lie within when read in the frame of '{other}'",
+                "an inertial's origin is in the link's own frame",
+                (Related(f"the joint '{joint.name}'", joint.origin), *_geometry(context.bodies[link.name])),
+            )
+
+
+@rule("I111", "tensor-not-turned", Severity.WARNING, "robot")
+def tensor_not_turned(context: Context) -> Found:
+    """A cylinder's tensor whose axis is not the cylinder's: the inertial frame is not turned with the geometry.
+
+    Why: a wheel's cylinder is turned by `rpy="${pi/2} 0 0"` to lie along y; its tensor, written for an axis
+    along z, is not. About its axle a thin disc then has half the moment it should have, and it
+    wobbles when the robot turns.
+
+    Example: `<inertial> <mass …/> <inertia …/> </inertial>` beside
+    `<visual> <origin rpy="1.5708 0 0"/> <geometry> <cylinder …/>`.
+
+    Mend: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
+
+    Fix: unsafe: that origin is written into the inertial when it has none.
+    """
+    for link, inertial in weighed(context):
+        body = context.bodies[link.name]
+        part = _only_round(body)
+        axis = axis_of(part) if part else None
+        solid = body.solid()
+        if part is None or axis is None or solid is None or not sound(inertial):
+            continue
+        tensor = link_tensor(inertial)
+        along = dot(axis, rotate(tensor, axis))
+        low, middle, high = eigenvalues(tensor)
+        around = _moments_across(tensor, axis, along)
+        due = inertial.mass * part.solid_diagonal()[2]
+        if max(around) - min(around) <= 0.1 * max(around):
+            continue
+        wheel = context.rig is not None and any(link.name == w.link for w in context.rig.wheels)
+        # a tensor with an axis of its own that is not the cylinder's, as a cylinder's formula gives
+        own_axis = min(abs(middle - low), abs(high - middle)) < 0.01 * high
+        if not (own_axis or wheel):
+            continue
+        moved = link.name in context.robot.parent_joint and context.robot.parent_joint[link.name].is_movable
+        name = "axle" if wheel or moved else "cylinder's axis"
+        rpy = part_rpy(context, link)
+        hint = f'give the inertial the origin its geometry has: rpy="{rpy}"' if own_axis and rpy else ""
+        yield Finding(
+            inertial.inertia_origin,
+            f"{link.name}: the moment about its {name} is {along:.4g} kg m^2, its cylinder has {due:.4g} "
+            f"({(along / due - 1.0) * 100.0:+.0f} %): "
+            + (
+                "the inertial frame is not turned with the geometry"
+                if own_axis
+                else f"across it {min(around):.4g} and {max(around):.4g}, which are equal on a body of revolution"
+            ),
+            hint,
+            _geometry(body),
+            fix=context.insert_into(
+                inertial.origin, f'<origin xyz="0 0 0" rpy="{rpy}"/>', "turn the inertial with its geometry", safe=False
+            )
+            if own_axis and rpy and inertial.pose.origin is None
+            else None,
+        )
+
+
+def part_rpy(context: Context, link: Link) -> str:
+    """The roll, pitch, yaw of the link's first shape, as a text."""
+    shape = (*link.collisions, *link.visuals)[0]
+    return " ".join(f"{v:.10g}" for v in shape.pose.rpy) if any(shape.pose.rpy) else ""
+
+
+def _only_round(body: Body) -> Part | None:
+    """The link's cylinder, when it has one and no other shape by which its mass is judged."""
+    parts = body.collisions or body.visuals
+    if len(parts) == 1 and isinstance(parts[0].geometry, Sphere) and len(body.visuals) == 1:
+        parts = body.visuals  # a ball stands in for the wheel that is seen
+    return parts[0] if len(parts) == 1 else None
+
+
+def _moments_across(tensor: Matrix, axis: Vector, along: float) -> tuple[float, float]:
+    """Principal moments of the tensor in the plane across an axis."""
+    low, middle, high = eigenvalues(tensor)
+    # take away what belongs to the axis, exact when the axis is a principal one
+    rest = sorted((low, middle, high), key=lambda v: abs(v - along))[1:]
+    skew = norm(subtract(rotate(tensor, axis), (axis[0] * along, axis[1] * along, axis[2] * along)))
+    return (rest[0], rest[1]) if skew < 0.02 * high else (low, high)
+
+
+@rule("I112", "moments-swapped", Severity.WARNING, "robot")
+def moments_swapped(context: Context) -> Found:
+    """Two principal moments exchanged against the link's shape.
+
+    Why: a flat plate then turns about its upright axis as easily as about its edge: yaw starts and stops too
+    fast, and it pitches too slowly.
+
+    Example: `box_inertia` called with its height and depth exchanged: izz 0.0214 where a plate of
+    16 x 16 x 1 cm and 10 kg has 0.0427 kg m^2.
+
+    Mend: pass the sizes in the order that the macro wants.
+
+    Fix: unsafe: the two values are exchanged when both are plain numbers.
+    """
+    for link, inertial in weighed(context):
+        body = context.bodies[link.name]
+        solid = body.solid()
+        if solid is None or not sound(inertial) or (len(solid.parts) == 1 and axis_of(solid.parts[0])):
+            continue
+        found = _swap(inertial, solid)
+        if found is None:
+            continue
+        own, due, (a, b) = found
+        yield Finding(
+            inertial.inertia_origin,
+            f"{link.name}: i{_AXES[a] * 2} {own[a]:.4g} and i{_AXES[b] * 2} {own[b]:.4g} kg m^2 are exchanged: a "
+            f"solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and i{_AXES[b] * 2} {due[b]:.4g}",
+            "pass the sizes in the order that the formula wants",
+            _geometry(body),
+            fix=context.exchange(inertial.inertia_origin, f"i{_AXES[a] * 2}", f"i{_AXES[b] * 2}"),
+        )
+
+
+def _swap(inertial: Inertial, solid: Solid) -> tuple[Vector, Vector, tuple[int, int]] | None:
+    """The moments as they are, as they should be, and the two that are exchanged; None when they are not."""
+    turn = transpose(frame_of(inertial.pose).rotation)
+    unit_tensor = tensor_in(turn, solid.unit_tensor)
+    due = (
+        unit_tensor[0][0] * inertial.mass,
+        unit_tensor[1][1] * inertial.mass,
+        unit_tensor[2][2] * inertial.mass,
+    )
+    own = (inertial.ixx, inertial.iyy, inertial.izz)
+    if _agree(own, due, 0.04):
+        return None
+    for a, b in ((1, 2), (0, 2), (0, 1)):
+        swapped = list(own)
+        swapped[a], swapped[b] = own[b], own[a]
+        if _agree((swapped[0], swapped[1], swapped[2]), due, 0.02):
+            return own, due, (a, b)
+    return None
+
+
+def _agree(own: Vector, due: Vector, tolerance: float) -> bool:
+    return all(abs(x - y) <= tolerance * max(due) for x, y in zip(own, due, strict=True))
+
+
+@rule("I117", "density", Severity.WARNING, "robot")
+def density(context: Context) -> Found:
+    """A mass that no material gives the link's shape: less than 50 or more than 20,000 kg/m^3.
+
+    Why: foam has 50, water 1000, steel 7850, gold 19,300 kg/m^3. A wheel of 10 kg in 19 cm^3 makes the robot
+    so heavy that its motors, its caster and its slopes behave as no real one.
+
+    Example: `<mass value="20"/>` on a cube of 1 mm: 2e10 kg/m^3.
+
+    Mend: weigh the part, or compute its mass from volume and material.
+
+    Fix: none.
+    """
+    for link, inertial in weighed(context):
+        solid = context.bodies[link.name].solid()
+        if solid is None or not math.isfinite(inertial.mass) or not inertial.mass > 0.0:
+            continue
+        found = inertial.mass / solid.volume
+        if 50.0 <= found <= 20_000.0:
+            continue
+        if found < 50.0:
+            like = f"{50.0 / found:.3g} times lighter than foam"
+        else:
+            like = f"{found / 7850.0:.3g} times steel"
+        yield Finding(
+            inertial.mass_origin,
+            f"{link.name}: {inertial.mass:g} kg in {_volume(solid.volume)} is {found:.3g} kg/m^3, {like}",
+            "compute the mass from volume and material",
+            _geometry(context.bodies[link.name]),
+        )
+
+
+def _volume(cubic_metres: float) -> str:
+    if cubic_metres < 1e-7:
+        return f"{cubic_metres * 1e9:.3g} mm^3"
+    return f"{cubic_metres * 1e6:.3g} cm^3" if cubic_metres < 1e-2 else f"{cubic_metres:.3g} m^3"
