@@ -1,0 +1,79 @@
+"""The sdist and the wheel: built, installed into a bare environment, and used away from the repository."""
+
+import json
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """What a program prints.
+
+    Raises:
+        AssertionError: it failed; with all that it printed.
+    """
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    words = [str(word) for word in command]
+    done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{words}: {done.stdout[-4000:]}\n{done.stderr[-4000:]}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the sdist, and the wheel that was built from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT, cwd=folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def bare(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The programs of an environment that holds the wheel and what it depends on, nothing else."""
+    folder = tmp_path_factory.mktemp("bare")
+    run(sys.executable, "-m", "venv", folder, cwd=folder)
+    programs = folder / ("Scripts" if os.name == "nt" else "bin")
+    (wheel,) = built.glob("*.whl")
+    run(programs / "python", "-m", "pip", "install", "-q", wheel, cwd=folder)
+    return programs
+
+
+def test_the_wheel_holds_the_page_the_robot_and_the_types(built: Path) -> None:
+    (wheel,) = built.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    for name in (
+        "kbot/py.typed",
+        "kbot/workbench/page/index.html",
+        "kbot/robots/kbot_description/package.xml",
+        "kbot/robots/kbot_description/urdf/kbot.xacro",
+    ):
+        assert name in names
+    assert {name.split("/")[0] for name in names} == {"kbot", f"kbot-{version('kbot')}.dist-info"}
+
+
+def test_the_sdist_holds_the_sources_and_the_built_page(built: Path) -> None:
+    (sdist,) = built.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for name in ("pyproject.toml", "hatch_build.py", "LICENSE", "web/package-lock.json"):
+        assert name in names
+    assert "src/kbot/workbench/page/index.html" in names
+    assert not any("node_modules" in name or ".venv" in name for name in names)
+
+
+def test_the_installed_command_works_anywhere(bare: Path, tmp_path: Path) -> None:
+    kbot = bare / "kbot"
+    assert run(kbot, "--version", cwd=tmp_path) == f"kbot {version('kbot')}\n"
+    assert "<robot " in run(kbot, "expand", "kbot", cwd=tmp_path)
+    words = ("sim", "kbot", "--headless", "--duration", "1", "--cmd-vel", "0.2,0", "--json")
+    result = json.loads(run(kbot, *words, cwd=tmp_path))
+    assert result["simulated_s"] == pytest.approx(1.0)
+    assert 0.1 < result["pose"]["x"] < 0.2
