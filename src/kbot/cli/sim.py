@@ -27,11 +27,11 @@ DURATION = 10.0
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
-@click.option("--world", default="empty", show_default=True, metavar="W", help="Built-in world, with parameters.")
+@click.option("--world", default="empty", show_default=True, metavar="W", help="Name of a built-in world.")
 @click.option("--headless", is_flag=True, help="No page: run as fast as the machine can, and report.")
 @click.option("--duration", type=float, metavar="S", help="Simulated seconds to run.  [default: 10]")
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
-@click.option("--script", metavar="PY", type=click.Path(exists=True, dir_okay=False), help="Its drive(sim) drives.")
+@click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",

@@ -33,19 +33,18 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
     kind, size = _kind_and_size(shape)
     if not all(0.0 < value < np.inf for value in size):
         raise KbotError(f"a {type(shape).__name__.lower()} needs sizes above zero, not {size}")
-    geom = body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), mass=0.0)
+    named: dict[str, str] = {}
     match shape:
         case w.Plane():
-            geom.size = (0.0, 0.0, 1.0)
+            size = (0.0, 0.0, 1.0)
         case Mesh():
-            geom.meshname = _mesh_of_file(spec, shape)
+            named["meshname"] = _mesh_of_file(spec, shape)
         case w.Mesh():
-            geom.meshname = _add_mesh(spec, f"mesh{len(spec.meshes)}", shape.vertices)
+            named["meshname"] = _add_mesh(spec, f"mesh{len(spec.meshes)}", shape.vertices)
         case w.HeightField():
-            geom.hfieldname = _add_height_field(spec, shape)
-        case _:
-            geom.size[: len(size)] = size
-    return geom
+            named["hfieldname"] = _add_height_field(spec, shape)
+    full = (*size, 0.0, 0.0, 0.0)[:3]
+    return body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), size=full, mass=0.0, **named)
 
 
 def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:

@@ -26,11 +26,12 @@ CONTROL_PERIOD = 0.02
 SLEW_PERIOD = 0.01
 """Seconds between two updates of the twist while it follows a command."""
 
-SERVO_TIME = 0.0035
-"""Seconds in which the speed servo corrects an error: kv is the inertia it moves over this."""
+SERVO_TIME = 0.007
+"""Seconds in which the speed servo corrects an error: kv is the inertia it moves over this. Half of it
+chatters against the torque limit from 0.4 m/s on."""
 
-SERVO_STIFFNESS = 50.0
-"""kp / kv in 1/s: holds a slope; twice as much drives 0.05 mm off in 2 m."""
+SERVO_STIFFNESS = 30.0
+"""kp / kv in 1/s: holds a slope, and with the time above is just damped critically."""
 
 SERVO_MARGIN = 1.3
 """Torque limit as a multiple of what the tyre can hold; without a limit a robot climbs walls."""

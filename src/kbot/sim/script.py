@@ -17,7 +17,9 @@ from kbot.text.files import read_source
 class ScriptFailed(KbotError):
     """An assertion of a script did not hold."""
 
-    def __init__(self, path: str, line: int, claim: str, message: str, time: float, values: dict[str, str]):
+    def __init__(
+        self, path: str, line: int, claim: str, message: str, time: float, values: dict[str, str]
+    ) -> None:
         self.path, self.line, self.claim, self.message = path, line, claim, message
         self.time, self.values = time, values
         told = f": {message}" if message else ""

@@ -1,0 +1,210 @@
+"""A robot that is told to drive does what kinematics say, and its odometry knows."""
+
+from math import cos, degrees, hypot, pi, sin
+
+import pytest
+
+from kbot.sim import DriveLimits, Simulation
+from kbot.text import KbotError
+
+MILLIMETRE = 1e-3
+
+
+def stop(sim: Simulation) -> None:
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+
+
+def odometry_error(sim: Simulation) -> tuple[float, float]:
+    """Millimetres and degrees between odometry and ground truth."""
+    odometry, truth = sim.odometry.pose, sim.ground_truth.pose
+    distance = hypot(odometry.x - truth.x, odometry.y - truth.y)
+    return distance / MILLIMETRE, degrees(odometry.yaw - truth.yaw)
+
+
+def test_straight_ahead_goes_speed_times_time(sim):
+    """Speeding up and slowing down at the same rate cost and give the same way: 0.2 m/s x 10 s."""
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(10.0)
+    stop(sim)
+    truth = sim.ground_truth.pose
+    assert truth.x == pytest.approx(2.0, abs=5e-6)
+    assert abs(truth.y) < 1e-6
+    millimetres, turned = odometry_error(sim)
+    assert millimetres < 0.01
+    assert abs(turned) < 0.001
+
+
+def test_ten_turns_on_the_spot(sim):
+    sim.cmd_vel(0.0, 1.0)
+    sim.run(20 * pi)
+    stop(sim)
+    truth = sim.ground_truth.pose
+    assert truth.yaw / (2 * pi) == pytest.approx(10.0, abs=1e-3)
+    assert hypot(truth.x, truth.y) < 1e-5
+    _, turned = odometry_error(sim)
+    assert abs(turned) < 0.01
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_square_of_one_metre(sim, side):
+    for _ in range(4):
+        sim.cmd_vel(0.2, 0.0)
+        sim.run(5.0)
+        stop(sim)
+        sim.cmd_vel(0.0, side)
+        sim.run(pi / 2)
+        stop(sim)
+    truth = sim.ground_truth.pose
+    assert truth.yaw == pytest.approx(side * 2 * pi, abs=0.01)
+    assert hypot(truth.x, truth.y) < 0.005
+    millimetres, _ = odometry_error(sim)
+    assert millimetres < 0.01
+
+
+def test_standing_still_does_not_creep(sim):
+    sim.run(1.0)
+    before = sim.ground_truth.pose
+    sim.run(60.0)
+    after = sim.ground_truth.pose
+    assert hypot(after.x - before.x, after.y - before.y) < 1e-6
+    assert abs(after.yaw - before.yaw) < 1e-6
+
+
+def test_a_slope_is_held(kbot_robot):
+    """Less than 0.1 mm a minute on ten degrees."""
+    sim = Simulation(kbot_robot, world="ramp:angle=10")
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(5.0)
+    stop(sim)
+    before = sim.link_pose("base_footprint").translation
+    assert before[2] > 0.05
+    sim.run(20.0)
+    after = sim.link_pose("base_footprint").translation
+    assert hypot(*(after - before)) < 0.1 * MILLIMETRE / 3
+
+
+@pytest.mark.parametrize(("linear", "angular"), [(0.2, 0.5), (0.3, -1.0)])
+def test_an_arc_has_the_radius_of_speed_over_turn(sim, linear, angular):
+    """After a whole circle the robot is where it was; half way round it is a diameter aside."""
+    sim.cmd_vel(linear, angular)
+    sim.run(1.0)
+    start = sim.ground_truth.pose
+    sim.run(pi / abs(angular))
+    half = sim.ground_truth.pose
+    across = hypot(half.x - start.x, half.y - start.y)
+    assert across == pytest.approx(2 * linear / abs(angular), rel=2e-3)
+    assert half.yaw - start.yaw == pytest.approx(pi if angular > 0 else -pi, abs=0.01)
+
+
+@pytest.mark.parametrize("linear", [0.4, 0.7, 0.95])
+def test_fast_is_as_true_as_slow(sim, linear):
+    """The speed servo must not chatter against its torque limit."""
+    sim.cmd_vel(linear, 0.0)
+    sim.run(5.0)
+    sim.run(1.0)
+    assert odometry_error(sim)[0] < 0.01
+    assert sim.ground_truth.twist.x == pytest.approx(linear, rel=1e-4)
+
+
+def test_speed_follows_the_slope_of_the_acceleration_limit(kbot_robot):
+    """1 m/s^2: after 0.1 s the command is 0.1 m/s; the wheels' setpoint has come 5 mm, as a t^2 / 2."""
+    sim = Simulation(kbot_robot)
+    sim.cmd_vel(0.5, 0.0)
+    sim.run(0.1)
+    assert sim.twist.x == pytest.approx(0.1)
+    sim.run(2.0)
+    stop(sim)
+    assert sim.ground_truth.pose.x == pytest.approx(0.5 * 2.1, abs=1e-5)
+
+
+def test_limits_can_be_given(kbot_robot):
+    limits = DriveLimits(linear_velocity=0.1, angular_velocity=0.5)
+    sim = Simulation(kbot_robot, limits=limits)
+    sim.cmd_vel(3.0, -3.0)
+    sim.run(2.0)
+    assert (sim.twist.x, sim.twist.yaw) == (0.1, -0.5)
+
+
+def test_a_limit_above_zero_is_wanted():
+    with pytest.raises(KbotError, match="linear acceleration"):
+        DriveLimits(linear_acceleration=0.0)
+
+
+def test_a_command_beyond_the_wheels_keeps_its_curve(sim, kbot_robot):
+    """KBot's joints allow 1 m/s at the rim."""
+    sim.cmd_vel(2.0, 2.0)
+    sim.run(3.0)
+    assert sim.twist.x == pytest.approx(sim.twist.yaw)
+    fastest = max(sim.drive.wheel_speeds(sim.twist.x, sim.twist.yaw))
+    assert fastest == pytest.approx(1.0 / 0.035)
+
+
+def test_a_wall_stops_the_robot_on_the_ground(kbot_robot):
+    """It neither climbs nor winds up. Told to go back at 0.2 m/s it has turned round after 0.4 s and is
+    2 cm + 8 cm away after a second, less the servo's lag."""
+    sim = Simulation(kbot_robot, world="corridor:length=1.5")
+    sim.cmd_vel(0.4, 0.0)
+    sim.run(6.0)
+    blocked = sim.ground_truth.pose.x
+    assert 0.8 < blocked < 1.0
+    assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-3)
+    sim.cmd_vel(-0.2, 0.0)
+    sim.run(1.0)
+    assert sim.ground_truth.pose.x == pytest.approx(blocked - 0.1, abs=0.015)
+
+
+def test_a_base_off_its_axle_is_accounted_for(shared):
+    """The chapter's base_footprint is 20 mm behind the axle: a turn on the spot takes it round a circle."""
+    from kbot.model.load import load_robot
+
+    path = shared / "chapter" / "corrected" / "kbot_description" / "urdf" / "kbot.xacro"
+    sim = Simulation(load_robot(path).require())
+    sim.cmd_vel(0.0, 1.0)
+    sim.run(pi)
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+    yaw = sim.ground_truth.pose.yaw
+    odometry = sim.odometry.pose
+    assert yaw == pytest.approx(pi, abs=0.02)
+    assert (odometry.x, odometry.y) == pytest.approx((0.02 - 0.02 * cos(yaw), -0.02 * sin(yaw)), abs=1e-4)
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
+def test_a_command_that_is_no_number_is_refused_and_changes_nothing(sim, bad):
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(0.5)
+    before = sim.state_sha256()
+    for command in ((bad, 0.0), (0.0, bad)):
+        with pytest.raises(KbotError, match="finite"):
+            sim.cmd_vel(*command)
+    assert sim.state_sha256() == before
+    assert sim.twist.x == pytest.approx(0.1)
+
+
+def test_a_huge_command_is_held_to_what_the_wheels_can(sim):
+    sim.cmd_vel(1e308, -1e308)
+    sim.run(1.0)
+    assert abs(sim.ground_truth.pose.x) < 2.0
+
+
+def test_a_robot_without_wheels_says_why_it_cannot_drive(ball):
+    sim = Simulation(ball)
+    with pytest.raises(KbotError, match="robot 'ball' cannot drive: the robot has no joint that moves"):
+        sim.cmd_vel(0.1, 0.0)
+    sim.run(0.1)
+
+
+def test_as_written_a_hinged_caster_scrubs(shared):
+    """What the finding warns of: the chapter's caster rolls about one axis and holds back every turn."""
+    from kbot.model.load import load_robot
+
+    robot = load_robot(shared / "chapter" / "corrected" / "kbot.urdf").require()
+    errors = []
+    for contacts in ("recipe", "as-written"):
+        sim = Simulation(robot, contacts=contacts)
+        sim.cmd_vel(0.0, 1.0)
+        sim.run(4 * pi)
+        errors.append(abs(odometry_error(sim)[1]))
+    assert errors[0] < 0.01
+    assert errors[1] > 1.0
