@@ -68,6 +68,7 @@ export class App {
         break;
       case "findings":
         this.findings.set(message);
+        this.forgetMended(message);
         break;
       case "source":
         this.sources.set(new Map(this.sources.value).set(message.file, message));
@@ -76,6 +77,15 @@ export class App {
         this.refused.set({ reason: message.reason });
         break;
     }
+  }
+
+  /** A finding that is no more has nothing to say in the source panel. */
+  private forgetMended(now: Findings): void {
+    const spot = this.spot.value;
+    if (spot?.finding == null) return;
+    const { code, message, place } = spot.finding;
+    const still = now.findings.find((one) => one.code === code && one.message === message && one.place?.line === place?.line);
+    this.spot.set(still?.place ? { place: still.place, finding: still } : { place: { ...spot.place, length: 0 }, finding: null });
   }
 
   /** The files may have changed: asks anew for the one on show, and forgets the others. */

@@ -138,11 +138,11 @@ export interface Findings {
   type: "findings";
 }
 
-/** The text of one of the description's files; `owners` says which link each line belongs to. */
+/** The text of one of the description's files; `owners` says which links each line belongs to. */
 export interface SourceText {
   file: string;
   text: string;
-  owners: readonly string[];
+  owners: readonly (readonly string[])[];
   type: "source";
 }
 

@@ -39,17 +39,19 @@ class Ownership:
         best = min(same_call or around, key=lambda piece: piece.end - piece.start, default=None)
         return best.link if best else ""
 
-    def lines(self, span: Span) -> tuple[str, ...]:
-        """For each line of a text, the link it belongs to, empty where it belongs to none."""
-        owner: dict[int, tuple[int, str]] = {}
+    def lines(self, span: Span) -> tuple[tuple[str, ...], ...]:
+        """For each line of a text, the links it belongs to: several where a macro made several."""
+        owners: dict[int, tuple[int, dict[str, None]]] = {}
         for piece in self._pieces.get(span.file, ()):
             first = span.source.line_column(piece.start)[0]
             last = span.source.line_column(max(piece.start, piece.end - 1))[0]
             width = piece.end - piece.start
             for line in range(first, last + 1):
-                if line not in owner or width < owner[line][0]:
-                    owner[line] = (width, piece.link)
-        return tuple(owner.get(line, (0, ""))[1] for line in range(1, span.source.line_count + 1))
+                if line not in owners or width < owners[line][0]:
+                    owners[line] = (width, {})
+                if width == owners[line][0]:
+                    owners[line][1][piece.link] = None
+        return tuple(tuple(owners.get(n, (0, {}))[1]) for n in range(1, span.source.line_count + 1))
 
     def _around(self, span: Span) -> Iterator[_Piece]:
         for piece in self._pieces.get(span.file, ()):

@@ -210,11 +210,11 @@ class About:
 
 @dataclass(frozen=True, slots=True)
 class SourceText:
-    """The text of one of the description's files; `owners` says which link each line belongs to."""
+    """The text of one of the description's files; `owners` says which links each line belongs to."""
 
     file: str
     text: str
-    owners: tuple[str, ...]
+    owners: tuple[tuple[str, ...], ...]
     type: Literal["source"] = "source"
 
 

@@ -56,7 +56,8 @@ def _name(hint: Any) -> str:  # noqa: ANN401 - a type hint
     if origin is Literal:
         return " | ".join(f'"{value}"' for value in args)
     if origin is tuple:
-        return f"readonly {_name(args[0])}[]"
+        inner = _name(args[0])
+        return f"readonly ({inner})[]" if " " in inner else f"readonly {inner}[]"
     if origin in (Union, types.UnionType):
         return " | ".join(_name(arg) for arg in args)
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):

@@ -34,7 +34,7 @@ function row(app: App, joint: JointView, fixed: boolean): Row {
     type: "range",
     min: joint.lower,
     max: joint.upper,
-    step: (joint.upper - joint.lower) / 2000,
+    step: "any",
     value: 0,
     disabled: fixed,
     "aria-label": joint.name,

@@ -51,17 +51,23 @@ function lines(app: App, text: SourceText, around: number): HTMLElement {
   const code = h("div", { class: "code", role: "presentation" });
   all.slice(first, first + MOST_LINES).forEach((pieces, index) => {
     const line = first + index + 1;
-    const owner = text.owners[line - 1] ?? "";
+    const owners = text.owners[line - 1] ?? [];
     const row = h(
       "div",
-      { class: "line", "data-line": line, "data-owner": owner },
-      h("span", { class: "gutter", title: owner && `part of ${owner}` }, String(line)),
+      { class: "line", "data-line": line, "data-owners": owners.length ? ` ${owners.join(" ")} ` : null },
+      h("span", { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null }, String(line)),
       h("span", { class: "text" }, ...pieces),
     );
-    if (owner !== "") row.addEventListener("click", () => getSelection()?.isCollapsed && app.selected.set(owner));
+    if (owners.length) row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
     code.append(row);
   });
   return code;
+}
+
+/** A line that makes several links chooses them in turn. */
+function chooseOwner(app: App, owners: readonly string[]): void {
+  const next = (owners.indexOf(app.selected.value) + 1) % owners.length;
+  app.selected.set(owners[next] ?? "");
 }
 
 function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
@@ -74,7 +80,7 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
     const line = Number(row.dataset["line"]);
     const finding = here.get(line);
     row.classList.toggle("here", line === spot.place.line && spot.place.length > 0);
-    row.classList.toggle("owned", app.selected.value !== "" && row.dataset["owner"] === app.selected.value);
+    row.classList.toggle("owned", app.selected.value !== "" && (row.dataset["owners"] ?? "").includes(` ${app.selected.value} `));
     if (finding) row.dataset["severity"] = finding.severity;
     else delete row.dataset["severity"];
   }

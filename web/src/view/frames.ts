@@ -3,6 +3,7 @@ import {
   CylinderGeometry,
   Group,
   InstancedMesh,
+  MathUtils,
   Matrix4,
   MeshBasicMaterial,
   Object3D,
@@ -14,7 +15,7 @@ import type { Options, Theme } from "../options";
 import type { Scene } from "../protocol";
 import { AXES } from "./palette";
 
-const LABEL_HEIGHT = 0.034;
+const LABEL_PIXELS = 22;
 const COLOURS = [AXES.x, AXES.y, AXES.z];
 
 /** Axes and names of the links' frames, sized to suit the robot. */
@@ -32,7 +33,7 @@ export class Frames {
     theme: Theme,
   ) {
     const length = scene.radius * 0.42;
-    const rod = new CylinderGeometry(length * 0.028, length * 0.028, length, 10);
+    const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
     this.axes = COLOURS.map((color) => {
       const material = new MeshBasicMaterial({ color, depthTest: false, transparent: true });
       const mesh = new InstancedMesh(rod, material, links.length);
@@ -54,18 +55,19 @@ export class Frames {
     this.selected = selected;
   }
 
-  /** Puts everything where the links are now; `height` is the picture's, in CSS pixels. */
-  follow(height: number): void {
+  /** Puts everything where the links are now; the picture's height in CSS pixels, its angle in degrees. */
+  follow(height: number, fieldOfView: number): void {
     const options = this.shown;
     if (options === null) return;
     const product = new Matrix4();
+    const perPixel = (2 * Math.tan(MathUtils.degToRad(fieldOfView) / 2)) / Math.max(height, 1);
     let count = 0;
     this.links.forEach((link, index) => {
       const isSelected = this.scene.links[index]?.name === this.selected;
       const sprite = this.labels[index]!;
       sprite.visible = options.names || isSelected;
       sprite.position.setFromMatrixPosition(link.matrixWorld);
-      const tall = (LABEL_HEIGHT * 620) / Math.max(height, 1);
+      const tall = LABEL_PIXELS * perPixel;
       sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
       if (!options.frames && !isSelected) return;
       this.axes.forEach((axis, which) => axis.setMatrixAt(count, product.multiplyMatrices(link.matrixWorld, this.still[which]!)));

@@ -60,7 +60,7 @@ export class View {
   fit(azimuth = 215, elevation = 24): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
-    const wide = this.app.about.value?.mode === "sim" ? 1.55 : 1;
+    const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
     this.stage.look(this.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
   }
 
@@ -122,7 +122,7 @@ export class View {
     const distance = this.stage.camera.position.distanceTo(target);
     this.ground.follow(target.x, target.y, Math.max(distance, (this.app.scene.value?.radius ?? 0.1) * 2));
     this.robot?.group.updateMatrixWorld();
-    this.frames?.follow(this.holder.clientHeight);
+    this.frames?.follow(this.holder.clientHeight, this.stage.camera.fov);
   }
 
   private paint(): void {

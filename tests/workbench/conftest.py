@@ -1,0 +1,90 @@
+"""A robot to show, a server that shows it, and a real browser that looks."""
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kbot
+from kbot.workbench.serve import open_session, serving
+from kbot.workbench.session import Session
+
+ROBOTS = Path(kbot.__file__).parent / "robots"
+
+CHROMIUM_ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of the shipped robot package that a test may change."""
+    return Path(shutil.copytree(ROBOTS / "kbot_description", tmp_path / "kbot_description"))
+
+
+@pytest.fixture
+def xacro(package: Path) -> Path:
+    return package / "urdf" / "kbot.xacro"
+
+
+@pytest.fixture
+def viewing(xacro: Path) -> Iterator[str]:
+    """Address of a workbench with sliders for the copied robot."""
+    with serving(open_session(str(xacro), simulate=False)) as address:
+        yield address
+
+
+@pytest.fixture
+def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
+    """Address and session of a workbench that simulates the copied robot on an empty plane."""
+    session = open_session(str(xacro), simulate=True, seed=1)
+    with serving(session) as address:
+        yield address, session
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Any]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium, args=list(CHROMIUM_ARGUMENTS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
+    """Opens an address and waits for its first picture; a script error or a blocked load fails the test."""
+    pages, complaints = [], []
+
+    def open_one(address: str, **options: Any) -> Any:
+        options.setdefault("viewport", {"width": 1100, "height": 720})
+        page = browser.new_page(**options)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+        pages.append(page)
+        page.goto(address)
+        until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+        return page
+
+    yield open_one
+    for page in pages:
+        page.close()
+    assert not complaints
+
+
+def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
+    """Wait for a condition and return what it gave; fails when it does not come true in time."""
+    end = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < end, "it did not come true in time"
+        time.sleep(0.01)
+    return result

@@ -1,0 +1,285 @@
+"""The page in a real browser: what a person does, and what a person sees."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .pictures import blue, middle, pixels_per_metre, screenshot
+
+FROM_ABOVE = "kbot.look([0, -0.001, 1.6], [0, 0, 0])"
+
+OpenPage = Callable[..., Any]
+
+
+def test_held_keys_drive_the_robot_across_the_picture(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    page.keyboard.press("8")  # the view does not follow
+    page.evaluate(FROM_ABOVE)
+    before = middle(blue(screenshot(page)))
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.12)
+    page.keyboard.up("w")
+    until(lambda: standing(page))
+    after = middle(blue(screenshot(page)))
+    # seen from above with y up, forward is to the right
+    assert after[0] - before[0] > 0.12 * pixels_per_metre(page)
+    assert abs(after[1] - before[1]) < 0.01 * pixels_per_metre(page)
+    assert page.evaluate("kbot.trail") > 3
+
+
+def test_turning_keys_turn_it_where_it_stands(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("ArrowLeft")
+    until(lambda: reading(page, "yaw") > 30)
+    page.keyboard.up("ArrowLeft")
+    until(lambda: standing(page))
+    assert abs(reading(page, "x")) < 0.002
+    assert abs(reading(page, "y")) < 0.002
+
+
+def test_a_page_that_loses_the_keyboard_stops_the_robot(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.02)
+    page.evaluate("dispatchEvent(new Event('blur'))")
+    until(lambda: standing(page))
+
+
+def test_a_page_that_is_closed_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page, other = open_page(driving[0]), open_page(driving[0])
+    page.keyboard.down("w")
+    until(lambda: reading(other, "x") > 0.02)
+    assert other.inner_text(".who") == "Driven from another tab"
+    page.close()
+    until(lambda: standing(other) and other.inner_text(".who") == "")
+
+
+def test_the_pad_drives_by_pointer(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    box = page.locator(".pad").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 60)
+    until(lambda: reading(page, "x") > 0.05)
+    page.mouse.up()
+    until(lambda: standing(page))
+    assert abs(reading(page, "yaw")) < 0.5
+
+
+def test_the_pad_drives_by_touch_on_a_phone(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0], viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    box = page.locator(".pad").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touch = page.context.new_cdp_session(page)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y - 50}]})
+    until(lambda: reading(page, "x") > 0.05)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(lambda: standing(page))
+
+
+def test_pause_step_reset_and_speed(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.05)
+    page.keyboard.up("w")
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    at = page.evaluate("kbot.time")
+    page.get_by_role("button", name="Step").click()
+    until(lambda: abs(page.evaluate("kbot.time") - at - 0.1) < 0.0021)
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: page.evaluate("kbot.time") == 0 and reading(page, "x") == 0)
+    page.get_by_role("combobox", name="Speed").select_option("5")
+    until(lambda: session.speed == 5.0)
+    page.get_by_role("button", name="Go on").click()
+    until(lambda: page.evaluate("kbot.time") > 0.5)
+
+
+def test_a_slider_turns_the_wheel_in_every_tab(viewing: str, open_page: OpenPage) -> None:
+    page, other = open_page(viewing), open_page(viewing)
+    for tab in (page, other):
+        assert tab.get_by_label("left_wheel_joint", exact=True).input_value() == "0"
+    page.get_by_label("left_wheel_joint", exact=True).fill("1.5")
+    for tab in (page, other):
+        until(lambda tab=tab: tab.get_by_label("left_wheel_joint in degrees").input_value() == "85.9")
+    page.get_by_role("button", name="Zero").click()
+    until(lambda: other.get_by_label("left_wheel_joint in degrees").input_value() == "0.0")
+
+
+def test_a_slider_is_seen_in_the_pixels(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    # an arm in the wheel's place, so that a turn shows
+    macros = xacro.with_name("kbot_macros.xacro")
+    text = macros.read_text().replace('<cylinder radius="${wheel_radius}" length="${wheel_width}"/>', "", 1)
+    text = text.replace("<geometry>\n          \n", '<geometry>\n          <box size="0.07 0.01 0.01"/>\n', 1)
+    page = open_page(viewing)
+    macros.write_text(text)
+    until(lambda: page.evaluate("kbot.revision") == 2)
+    before = mask(page, "left_wheel")
+    page.get_by_label("left_wheel_joint", exact=True).fill("1.57")
+    until(lambda: page.get_by_label("left_wheel_joint in degrees").input_value() == "90.0")
+    after = mask(page, "left_wheel")
+    assert before.any()
+    assert after.any()
+    assert (before & after).sum() < 0.6 * (before | after).sum()
+
+
+def test_a_save_shows_the_new_robot_from_the_same_place(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    page.get_by_label("left_wheel_joint", exact=True).fill("1")
+    until(lambda: page.get_by_label("left_wheel_joint in degrees").input_value() == "57.3")
+    page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
+    camera, before = page.evaluate("kbot.camera()"), blue(screenshot(page))
+    xacro.write_text(xacro.read_text().replace('name="base_len" default="0.16"', 'name="base_len" default="0.26"'))
+    until(lambda: page.evaluate("kbot.revision") == 2)
+    after = blue(screenshot(page))
+    assert page.evaluate("kbot.camera()") == camera
+    assert page.get_by_label("left_wheel_joint in degrees").input_value() == "57.3"
+    assert after.sum() > 1.3 * before.sum()
+
+
+def test_a_save_keeps_a_driven_robot_where_it_is(
+    xacro: Path, driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.1)
+    page.keyboard.up("w")
+    until(lambda: standing(page))
+    x = reading(page, "x")
+    xacro.write_text(xacro.read_text().replace('"base_height" default="0.01"', '"base_height" default="0.03"'))
+    until(lambda: page.evaluate("kbot.revision") == 2)
+    until(lambda: page.evaluate("kbot.frames") > 0)
+    assert abs(reading(page, "x") - x) < 0.002
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > x + 0.05)
+    page.keyboard.up("w")
+
+
+def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    good = xacro.read_text()
+    whole = blue(screenshot(page)).sum()
+    brightest = screenshot(page)[..., 2].max()
+    xacro.write_text(good.replace("${base_mass}", "${base_mas}", 1))
+    line = 1 + good[: good.index("${base_mass}")].count("\n")
+    until(lambda: page.locator(".notice.error").is_visible())
+    message = page.locator("#findings li[data-severity=error] .message >> nth=0")
+    assert "base_mas" in message.inner_text()
+    dimmed = screenshot(page)
+    assert dimmed[100:-100, 100:-100, 2].max() < 0.8 * brightest
+    page.get_by_role("button", name="Show it").click()
+    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    assert here.get_attribute("data-line") == str(line)
+    caret = page.locator(".caret").inner_text()
+    assert "^" in caret
+    assert "base_mas" in caret
+    xacro.write_text(good)
+    until(lambda: not page.locator(".notice.error").is_visible())
+    page.get_by_role("button", name="Close the source").click()
+    page.evaluate("new Promise(requestAnimationFrame)")
+    assert abs(blue(screenshot(page)).sum() - whole) < 0.02 * whole
+
+
+def test_a_finding_shows_its_line_and_lights_up_its_link(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    macros = xacro.with_name("kbot_macros.xacro")
+    macros.write_text(macros.read_text().replace('izz="${2.0*m*(r*r)/5.0}"', 'izz="${9.0*m*(r*r)}"'))
+    card = page.locator("#findings li[data-code]").filter(has_text="caster_wheel").first
+    until(lambda: card.count() == 1)
+    page.evaluate("kbot.look([-0.3, 0.0, 0.05], [-0.08, 0, 0.02])")
+    before = screenshot(page)
+    card.get_by_role("button").first.click()
+    until(lambda: page.locator(".line.here").count() == 1)
+    assert page.locator("[role=tab][aria-selected=true]").inner_text() == "kbot_macros.xacro"
+    assert page.locator(".caret").count() == 1
+    assert page.locator("#links [aria-selected=true]").inner_text().startswith("caster_wheel")
+    page.keyboard.press("Escape")  # closes the source, and lets go of the link
+    until(lambda: page.locator("#source").is_hidden())
+    card.get_by_role("button").first.click()
+    page.get_by_role("button", name="Close the source").click()
+    until(lambda: page.locator("#source").is_hidden())
+    caster = mask(page, "caster_wheel")
+    after = screenshot(page)
+    assert after[caster, 1].mean() > before[caster, 1].mean() + 30  # red turns amber
+
+
+def test_a_link_shows_the_line_it_is_written_on(viewing: str, xacro: Path, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.locator("#links").get_by_role("button", name="base_link").click()
+    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    assert 'name="base_link"' in here.inner_text()
+    line = xacro.read_text().splitlines().index('  <link name="base_link">') + 1
+    assert here.get_attribute("data-line") == str(line)
+
+
+def test_a_click_in_the_picture_chooses_the_link(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.evaluate("kbot.look([0, -0.001, 1.0], [0, 0, 0])")
+    at = page.evaluate("kbot.where('base_link')")
+    page.mouse.move(at["x"], at["y"])
+    until(lambda: page.locator(".tip").is_visible())
+    assert "base_link" in page.locator(".tip").inner_text()
+    page.mouse.click(at["x"], at["y"])
+    until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
+    assert page.locator("#links [aria-selected=true]").inner_text().startswith("base_link")
+
+
+def test_displays_change_the_picture_and_are_remembered(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    whole = mask(page, "base_link").sum()
+    for option in ("collision", "inertia", "frames", "names", "grid"):
+        before = screenshot(page).astype(int)
+        page.locator(f"[data-option={option}]").click()
+        assert (np.abs(screenshot(page).astype(int) - before) > 24).sum() > 200, option
+    page.locator("[data-option=visual]").click()
+    page.locator("[data-option=collision]").click()
+    assert whole > 1000
+    assert mask(page, "base_link").sum() == 0
+    page.reload()
+    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+    assert page.locator("[data-option=visual]").get_attribute("aria-pressed") == "false"
+
+
+def test_dark_and_light(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing, color_scheme="dark")
+    dark = screenshot(page).mean()
+    page.keyboard.press("t")
+    light = screenshot(page).mean()
+    assert dark < 70
+    assert light > 180
+    assert open_page(viewing, color_scheme="light").evaluate("document.documentElement.dataset.theme") == "light"
+
+
+def mask(page: Any, link: str) -> np.ndarray:
+    """Where a link is in the picture, by the page's own buffer of ids; (height, width)."""
+    seen = page.evaluate("kbot.ids()")
+    ids = np.array(seen["ids"]).reshape(seen["height"], seen["width"])
+    result: np.ndarray = ids == seen["links"].index(link)
+    return result
+
+
+def reading(page: Any, name: str) -> float:
+    """A number of the odometry read-out."""
+    return float(page.inner_text(f"[data-reading={name}]").replace("\u2212", "-") or "nan")
+
+
+def standing(page: Any) -> bool:
+    numbers = page.locator(".meter .number").all_inner_texts()
+    return numbers == ["0.00", "0.00"]
