@@ -81,10 +81,10 @@ def serve(
     )
     with bind(host, port) as listening, _ended_like_ctrl_c():
         server, address = _server(session, host, listening)
-        _say(_welcome(session, address))
-        if open_browser and _has_display():
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         try:
+            _say(_welcome(session, address))
+            if open_browser and _has_display():
+                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
             asyncio.run(server.run(listening))
         except KeyboardInterrupt:
             _say("\n")

@@ -1,0 +1,202 @@
+"""Everything a user can get wrong, given to every verb: one clear message, the right status, no traceback."""
+
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import zlib
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+VERBS = {
+    "expand": ("expand", "FILE"),
+    "where": ("where", "FILE", "base_link"),
+    "info": ("info", "FILE"),
+    "check": ("check", "FILE"),
+    "view": ("view", "FILE", "--no-browser"),
+    "sim": ("sim", "FILE", "--no-browser"),
+    "sim headless": ("sim", "FILE", "--headless", "--duration", "0.1"),
+    "launch": ("launch", "FILE", "--no-browser"),
+}
+
+TEXTS = {
+    "data.yaml": "wheels: [left, right]\n",
+    "empty.xacro": "",
+    "blank.xacro": " \n\n",
+    "words.xacro": "this is no robot\n",
+    "truncated.xacro": '<robot name="r">\n  <link name="a">\n    <visual><geom',
+    "unclosed.xacro": '<robot name="r">\n  <link name="a">\n</robot>\n',
+    "html.xml": "<html><body/></html>\n",
+}
+
+NOT_REFUSED = {("expand", "html.xml"), ("where", "html.xml")}
+"""xacro expands whatever XML it is given."""
+
+BOX = """<robot name="box"><link name="base_link">
+  <inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+  <visual><geometry>{geometry}</geometry></visual>
+  <collision><geometry>{geometry}</geometry></collision>
+</link></robot>
+"""
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of what is no robot, with a name too long for a terminal's line."""
+    folder = tmp_path_factory.mktemp("a_folder_with_a_very_long_name_" * 4)
+    for name, text in TEXTS.items():
+        (folder / name).write_text(text)
+    (folder / "image.png").write_bytes(png())
+    (folder / "latin1.xacro").write_bytes('<robot name="Räder"/>'.encode("latin-1"))
+    (folder / "utf16.xacro").write_bytes('<robot name="r"/>'.encode("utf-16"))
+    (folder / "folder.xacro").mkdir()
+    (folder / "box.urdf").write_text(BOX.format(geometry='<box size="0.2 0.2 0.2"/>'))
+    (folder / "mesh.urdf").write_text(BOX.format(geometry='<mesh filename="missing.stl"/>'))
+    return folder
+
+
+def png() -> bytes:
+    """A picture of one pixel."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(bytes(4))) + chunk(b"IEND", b"")
+
+
+def kbot(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "kbot", *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=60,
+        check=False,
+    )
+
+
+def all_of(commands: list[tuple[str, ...]], cwd: Path) -> Iterator[subprocess.CompletedProcess[str]]:
+    with ThreadPoolExecutor(max(os.cpu_count() or 1, 2)) as pool:
+        yield from pool.map(lambda words: kbot(*words, cwd=cwd), commands)
+
+
+def assert_one_clear_message(done: subprocess.CompletedProcess[str], *parts: str) -> None:
+    said = done.stdout + done.stderr
+    lines = said.splitlines()
+    assert "Traceback" not in said, said
+    assert sum("error: " in line for line in lines) == 1, said
+    assert len(lines) <= 8, said
+    assert "\x1b" not in said
+    first = next(line for line in lines if "error: " in line)
+    assert all(part in first for part in parts), said
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_what_is_no_robot_is_refused_in_one_message(verb: str, files: Path) -> None:
+    names = [*TEXTS, "missing.xacro", "image.png", "latin1.xacro", "utf16.xacro", "folder.xacro"]
+    names = [name for name in names if (verb, name) not in NOT_REFUSED]
+    commands = [tuple(str(files / n) if word == "FILE" else word for word in VERBS[verb]) for n in names]
+    for name, done in zip(names, all_of(commands, files), strict=True):
+        assert_one_clear_message(done, f"{files / name}:")
+        # a robot with a mistake is what `check` is for: that is a finding
+        finding = verb == "check" and name in ("truncated.xacro", "unclosed.xacro")
+        assert done.returncode == (1 if finding else 2), (name, done)
+        if verb != "check":
+            assert done.stdout == ""
+
+
+@pytest.mark.parametrize("verb", ["expand", "info", "check", "view", "sim", "launch"])
+def test_one_equals_sign_where_two_characters_are_meant(verb: str, files: Path) -> None:
+    done = kbot(verb, "kbot", "wheel_radius=0.04", cwd=files)
+    assert done.returncode == 2
+    assert_one_clear_message(done, "wheel_radius:=0.04")
+
+
+@pytest.mark.parametrize("verb", ["expand", "info", "check", "view", "sim", "launch"])
+def test_no_file(verb: str, files: Path) -> None:
+    done = kbot(verb, cwd=files)
+    assert done.returncode == 2
+    assert_one_clear_message(done)
+
+
+@pytest.mark.parametrize("verb", ["view", "sim"])
+def test_a_port_in_use(verb: str, files: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = kbot(verb, "kbot", "--no-browser", "--port", port, cwd=files)
+    assert done.returncode == 2
+    assert_one_clear_message(done, port, "in use")
+
+
+@pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3", "a,b", ""])
+def test_commands_that_are_no_two_finite_numbers(value: str, files: Path) -> None:
+    done = kbot("sim", "kbot", "--headless", f"--cmd-vel={value}", cwd=files)
+    assert done.returncode == 2
+    assert_one_clear_message(done, "--cmd-vel")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("sim", "kbot", "--headless", "--duration", "nan"),
+        ("sim", "kbot", "--headless", "--duration=-1"),
+        ("sim", "kbot", "--headless", "--duration", "soon"),
+        ("sim", "kbot", "--headless", "--world", "boxs"),
+        ("sim", "kbot", "--duration", "1"),
+        ("view", "kbot", "--port", "70000"),
+        ("view", "kbot", "--host", "no.such.host.invalid", "--no-browser"),
+        ("expand", "kbot", "-o", "folder.xacro"),
+        ("expand", "kbot", "--package-path", "no_such_folder"),
+        ("info", "kbot", "kbot"),
+        ("launch", "no_such_package", "a.launch"),
+        ("launch", "kbot_description", "kbot_bas_rviz.launch"),
+        ("chekc", "kbot"),
+    ],
+    ids=" ".join,
+)
+def test_arguments_that_cannot_be(words: tuple[str, ...], files: Path) -> None:
+    done = kbot(*words, cwd=files)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert_one_clear_message(done)
+
+
+def test_a_missing_mesh_is_said_and_the_robot_used(files: Path) -> None:
+    robot = str(files / "mesh.urdf")
+    checked = kbot("check", robot, cwd=files)
+    assert checked.returncode == 1
+    assert "missing.stl" in checked.stdout
+    assert kbot("info", robot, cwd=files).returncode == 0
+    simulated = kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files)
+    assert simulated.returncode == 0
+    assert "missing.stl" in simulated.stderr
+    assert "Traceback" not in simulated.stderr
+
+
+def test_a_robot_without_wheels_is_simulated_and_says_why_it_cannot_drive(files: Path) -> None:
+    robot = str(files / "box.urdf")
+    assert kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files).returncode == 0
+    done = kbot("sim", robot, "--headless", "--cmd-vel", "0.2,0", cwd=files)
+    assert done.returncode == 2
+    assert_one_clear_message(done, "cannot drive")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
+@pytest.mark.parametrize("verb", ["view", "sim"])
+def test_ctrl_c_ends_a_served_page_quietly(verb: str, files: Path) -> None:
+    command = [sys.executable, "-m", "kbot", verb, str(files / "box.urdf"), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        assert "http://127.0.0.1:" in line
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert "Traceback" not in out + err
