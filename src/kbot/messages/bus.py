@@ -110,6 +110,11 @@ class Bus:
         """Name and message type of every topic, in the order they came up."""
         return {name: entry.message_type for name, entry in self._topics.items()}
 
+    def is_latched(self, topic: str) -> bool:
+        """Whether those who come later get the topic's last message."""
+        entry = self._topics.get(absolute(topic))
+        return entry is not None and entry.latched
+
     def require(self, topic: str) -> type:
         """The type of a topic that must be there.
 

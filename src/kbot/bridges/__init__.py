@@ -1,0 +1,1 @@
+"""A simulation as a peer of other systems: each bridge speaks one protocol."""

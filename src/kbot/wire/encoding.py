@@ -1,0 +1,134 @@
+"""Messages to bytes and back, as ROS 2 (CDR) and ROS 1 put them on the wire."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+
+from kbot.text import KbotError
+from kbot.wire.types import known_type, ros1_types, ros2_types, ros_name
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+Convert = Callable[[Any], Any]
+
+
+def encode_cdr(message: object) -> bytes:
+    """Little-endian CDR with its four bytes of header. Raises KbotError where ROS has no such message."""
+    kind: type = type(message)
+    convert, name, store = _outward(kind, False), ros_name(kind), ros2_types()
+    return bytes(store.serialize_cdr(convert(message) if convert else message, name, little_endian=True))
+
+
+def encode_ros1(message: object) -> bytes:
+    """As TCPROS and bags of ROS 1 carry it. Raises KbotError where ROS has no such message."""
+    kind: type = type(message)
+    convert, name, store = _outward(kind, True), ros_name(kind), ros1_types()
+    return bytes(store.serialize_ros1(convert(message) if convert else message, name))
+
+
+def decode_cdr(data: bytes, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+    """Raises KbotError: the bytes are no such message."""
+    return _decoded(ros2_types().deserialize_cdr, data, message_type)
+
+
+def decode_ros1(data: bytes, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+    """Raises KbotError: the bytes are no such message."""
+    return _decoded(ros1_types().deserialize_ros1, data, message_type)
+
+
+def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: type) -> object:
+    from rosbags.serde import SerdeError
+
+    name = ros_name(message_type)
+    try:
+        return _inward(message_type)(decode(data, name))
+    except (SerdeError, IndexError, ValueError, MemoryError) as error:
+        raise KbotError(f"{len(data)} bytes are no {name}: {error}") from None
+
+
+@cache
+def _outward(message_type: type, ros1: bool) -> Convert | None:
+    """What turns a message into one the library can write; None where it can write it as it is.
+
+    The library wants arrays of numbers as numpy arrays, and ROS 1 a sequence number in the header; all
+    else it reads by name from our own objects.
+    """
+    store = ros1_types() if ros1 else ros2_types()
+    name = ros_name(message_type)
+    known = dict(store.fielddefs[name][1])
+    given = {"seq": 0} if "seq" in known and not hasattr(message_type, "seq") else {}
+    parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}
+    if not given and not any(parts.values()):
+        return None
+    cls: Any = store.types[name]
+
+    def convert(message: object) -> object:
+        values = {
+            field: part(getattr(message, field)) if part else getattr(message, field)
+            for field, part in parts.items()
+        }
+        return cls(**given, **values)
+
+    return convert
+
+
+def _convert_field(store: Typestore, kind: Any, ros1: bool) -> Convert | None:  # noqa: ANN401
+    from rosbags.interfaces import Nodetype
+
+    match kind:
+        case (Nodetype.NAME, name):
+            return _outward_by_name(name, ros1)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.BASE, (base, _)), _)):
+            return None if base == "string" else _to_array(base)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.NAME, name), _)):
+            part = _outward_by_name(name, ros1)
+            return (lambda values: [part(value) for value in values]) if part else None
+    return None
+
+
+def _outward_by_name(name: str, ros1: bool) -> Convert | None:
+    message_type = known_type(name)
+    return _outward(message_type, ros1) if message_type else None
+
+
+def _same(value: object) -> object:
+    return value
+
+
+def _to_array(base: str) -> Convert:
+    import numpy as np
+
+    dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
+
+    def convert(values: Any) -> Any:  # noqa: ANN401
+        return np.frombuffer(values, dtype) if isinstance(values, bytes) else np.asarray(values, dtype)
+
+    return convert
+
+
+@cache
+def _inward(message_type: type) -> Convert:
+    """What makes our message of the library's."""
+    hints = get_type_hints(message_type)
+    parts = tuple((field.name, _value(hints[field.name])) for field in dataclasses.fields(message_type))
+
+    def convert(found: object) -> object:
+        return message_type(**{name: part(getattr(found, name)) for name, part in parts})
+
+    return convert
+
+
+def _value(hint: Any) -> Convert:  # noqa: ANN401
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        return _inward(hint)
+    if hint is bytes:
+        return bytes
+    of = next((arg for arg in get_args(hint) if arg is not Ellipsis), None)
+    if of is None:
+        return _same
+    part = _value(of)
+    return lambda values: tuple(part(v) for v in (values.tolist() if hasattr(values, "tolist") else values))

@@ -1,0 +1,84 @@
+"""What goes out of a bus: each message once, with its encodings made when the first one asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+from kbot.messages.bus import Bus, Subscription
+from kbot.text import KbotError
+from kbot.wire.encoding import encode_cdr, encode_ros1
+from kbot.wire.types import ros_name
+
+
+class Packet:
+    """A message on its way out. What it is encoded to is kept, so that all who carry it share the bytes."""
+
+    def __init__(self, topic: str, message: object, nanoseconds: int) -> None:
+        """`nanoseconds`: when it was published, by the simulation's clock."""
+        self.topic = topic
+        self.message = message
+        self.nanoseconds = nanoseconds
+
+    @property
+    def type_name(self) -> str:
+        kind: type = type(self.message)
+        return ros_name(kind)
+
+    @cached_property
+    def cdr(self) -> bytes:
+        return encode_cdr(self.message)
+
+    @cached_property
+    def ros1(self) -> bytes:
+        return encode_ros1(self.message)
+
+
+Receiver = Callable[[Packet], None]
+
+
+class Feed:
+    """One subscription a topic, however many receive it. Used on the simulation's thread alone."""
+
+    def __init__(self, bus: Bus, now: Callable[[], int]) -> None:
+        """`now` tells the time in nanoseconds."""
+        self._bus, self._now = bus, now
+        self._receivers: dict[str, list[Receiver]] = {}
+        self._subscriptions: dict[str, Subscription] = {}
+        self._last: dict[str, Packet] = {}
+
+    def offered(self) -> dict[str, type]:
+        """Topics of the bus whose messages ROS has too, with their types."""
+        return {name: kind for name, kind in self._bus.topics.items() if _is_known(kind)}
+
+    def open(self, topic: str, receiver: Receiver) -> None:
+        """Hear a topic that is offered; on a latched one its last message comes at once."""
+        receivers = self._receivers.setdefault(topic, [])
+        receivers.append(receiver)
+        if topic not in self._subscriptions:
+            kind = self._bus.require(topic)
+            self._subscriptions[topic] = self._bus.subscribe(topic, kind, lambda m: self._hand_out(topic, m))
+        elif topic in self._last and self._bus.is_latched(topic):
+            receiver(self._last[topic])
+
+    def close(self, topic: str, receiver: Receiver) -> None:
+        """Hear it no more; a topic that nobody receives is not even made."""
+        receivers = self._receivers.get(topic, [])
+        if receiver in receivers:
+            receivers.remove(receiver)
+        if not receivers and topic in self._subscriptions:
+            self._subscriptions.pop(topic).close()
+            self._last.pop(topic, None)
+
+    def _hand_out(self, topic: str, message: object) -> None:
+        packet = self._last[topic] = Packet(topic, message, self._now())
+        for receiver in tuple(self._receivers[topic]):
+            receiver(packet)
+
+
+def _is_known(kind: type) -> bool:
+    try:
+        ros_name(kind)
+    except KbotError:
+        return False
+    return True

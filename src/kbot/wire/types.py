@@ -1,0 +1,86 @@
+"""Which ROS type each message is, and how ROS 1 and ROS 2 define it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from kbot.messages import types as messages
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+PACKAGES = (
+    "std_msgs",
+    "geometry_msgs",
+    "nav_msgs",
+    "sensor_msgs",
+    "tf2_msgs",
+    "rosgraph_msgs",
+    "builtin_interfaces",
+)
+"""Where a message's namesake is looked for."""
+
+OTHER_NAMES = {"ClockMessage": "Clock"}
+TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
+
+
+@cache
+def ros2_types() -> Typestore:
+    """The message types of ROS 2."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+@cache
+def ros1_types() -> Typestore:
+    """The message types of ROS 1; tf2's are not among those that the library ships."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg(TF_MESSAGE, "tf2_msgs/msg/TFMessage"))
+    return store
+
+
+@cache
+def ros_name(message_type: type) -> str:
+    """Name of a message's type as ROS 2 writes it: `nav_msgs/msg/Odometry`.
+
+    Raises:
+        KbotError: ROS has no such message.
+    """
+    name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
+    known = ros2_types().fielddefs
+    found = next((full for package in PACKAGES if (full := f"{package}/msg/{name}") in known), None)
+    if found is None:
+        raise KbotError(f"ROS has no message {name}, so it can neither be recorded nor sent")
+    return found
+
+
+@cache
+def _known() -> dict[str, type]:
+    found = [value for value in vars(messages).values() if isinstance(value, type)]
+    own = [value for value in found if value.__module__ == messages.__name__]
+    return {ros_name(value): value for value in own}
+
+
+def known_type(name: str) -> type | None:
+    """The message type of a ROS name, with or without `/msg/`; None where KBot has none."""
+    package, _, rest = name.partition("/")
+    return _known().get(f"{package}/msg/{rest.removeprefix('msg/')}")
+
+
+@cache
+def ros1_definition(name: str) -> tuple[str, str]:
+    """Full text and MD5 of a type's definition in ROS 1."""
+    text, md5 = ros1_types().generate_msgdef(name)
+    return text, md5
+
+
+@cache
+def ros2_definition(name: str) -> tuple[str, str]:
+    """Full text and RIHS01 hash of a type's definition in ROS 2."""
+    store = ros2_types()
+    return store.generate_msgdef(name, ros_version=2)[0], store.hash_rihs01(name)
