@@ -136,9 +136,7 @@ def _review(node: Node, reporter: Reporter) -> None:
                 edits.append(Edit(node.spans[key].span, value))
         fix = Fix(f'write type="{new}"{package}', tuple(edits), safe=True)
         reporter.finding(
-            Diagnostic(
-                "L053", Severity.ERROR, message, origin, f"ROS goes on without it: {fix.title}", fix=fix
-            )
+            Diagnostic("L053", Severity.ERROR, message, origin, "a ROS goes on without it", fix=fix)
         )
     elif node.package in NODES and node.type not in NODES[node.package]:
         hint = did_you_mean(node.type, NODES[node.package])
