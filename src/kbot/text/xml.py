@@ -283,18 +283,19 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
         nonlocal fresh
         if not stack:
             return
-        at = parser.CurrentByteIndex
         if fresh:
             fresh = False
             if not in_cdata and len(value) < 40 and value.isspace():
                 # nobody asks where a blank was written: equal ones share a node
                 blank = blanks.get(value)
                 if blank is None:
-                    blank = blanks[value] = Text(value, source, previous, at)
+                    blank = blanks[value] = Text(value, source, previous, parser.CurrentByteIndex)
                 children.append(blank)
                 return
-            children.append(CData(value, source, previous, at) if in_cdata else Text(value, source, previous, at))
+            kind = CData if in_cdata else Text
+            children.append(kind(value, source, previous, parser.CurrentByteIndex))
         else:  # the parser's buffer was full
+            at = parser.CurrentByteIndex
             last = children[-1]
             children[-1] = (CData if in_cdata else Text)(
                 last.value + value if isinstance(last, Text) else value, source, previous, at
@@ -353,13 +354,23 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
     return prefixes.problems
 
 
+_USUAL_TAGS = frozenset(
+    "robot link joint inertial visual collision origin geometry material mass inertia box cylinder sphere mesh "
+    "color parent child axis limit dynamics mimic gazebo sensor plugin transmission param hardware".split()
+)
+_USUAL_NAMES = frozenset(
+    "name value xyz rpy link type filename params default size radius length scale rgba lower upper effort "
+    "velocity ixx ixy ixz iyy iyz izz damping friction reference joint".split()
+)
+
+
 class _Prefixes:
     """Which names have a declared prefix. Names met once are known from then on."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.tags: set[str] = set()
-        self.names: set[str] = set()
+        self.tags = set(_USUAL_TAGS)
+        self.names = set(_USUAL_NAMES)
         self.problems: list[Diagnostic] = []
         self._refused: set[str] = set()
 

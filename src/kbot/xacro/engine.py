@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError
-from kbot.text.span import Origin, Source
+from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Document, Element
 from kbot.xacro import expressions, files, templates
@@ -82,16 +81,23 @@ def clear_cache() -> None:
 
 
 def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]) -> Expansion:
-    root, stopped = None, ()
-    with _deep_recursion(run.limits.nesting), _no_garbage_collection():
-        try:
-            document = files.parsed(source, run.limits.nesting)
-        except DescriptionError as error:
-            return Expansion(name, None, None, error.diagnostics, ())
-        try:
-            root = _walk(document, run, properties)
-        except LimitFault as fault:
-            stopped = (_stopped(fault, document),)
+    root, document = None, None
+    stopped: tuple[Diagnostic, ...] = ()
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, run.limits.nesting * _FRAMES_PER_LEVEL + 1000))
+    collecting = gc.isenabled()
+    gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
+    try:
+        document = files.parsed(source, run.limits.nesting)
+        root = _walk(document, run, properties)
+    except DescriptionError as error:
+        return Expansion(name, None, None, error.diagnostics, ())
+    except LimitFault as fault:
+        stopped = (_stopped(fault, name),)
+    finally:
+        sys.setrecursionlimit(before)
+        if collecting:
+            gc.enable()
     return Expansion(name, document, root, (*run.diagnostics(), *stopped), tuple(run.dependencies))
 
 
@@ -119,34 +125,6 @@ def _warn_of_unknown(run: Run, properties: Mapping[str, Value], overridden: set[
             run.warn_at("X207", f"the description defines no property '{name}' at its top level", None)
 
 
-def _stopped(fault: LimitFault, document: Document) -> Diagnostic:
-    origin = fault.origin or Origin(document.root.origin.span)
+def _stopped(fault: LimitFault, name: str) -> Diagnostic:
+    origin = fault.origin or Origin(Span(Source(name, ""), 0, 0))
     return Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint).diagnostic()
-
-
-@contextlib.contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """Build the tree without looking for cycles in it: a tenth of the time, and there are none."""
-    if not gc.isenabled():
-        yield
-        return
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-
-
-@contextlib.contextmanager
-def _deep_recursion(levels: int) -> Iterator[None]:
-    """Let Python functions call one another as deeply as the limits allow."""
-    before = sys.getrecursionlimit()
-    needed = levels * _FRAMES_PER_LEVEL + 1000
-    if needed <= before:
-        yield
-        return
-    sys.setrecursionlimit(needed)
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)

@@ -60,11 +60,13 @@ class Expander:
 
     def root(self, element: Element, scope: Scope) -> Element:
         """Expand a whole document."""
-        attributes = self._attributes(element, scope, None, made := element.made_by(None, element.tag, {}))
+        made = element.made_by(None, element.tag, {})
+        attributes = self._attributes(element, scope, None, made)
         target = element.attributes.get("xacro:targetNamespace")
         if target:
-            attributes["xmlns"] = target
-        made.attributes = attributes
+            attributes["xmlns"] = target if "$" not in target else self._attribute(
+                element, "xacro:targetNamespace", target, scope, None, made
+            )
         self.children(element.children, Place(scope, MacroTable(), None, attributes, made.children))
         return made
 
@@ -115,10 +117,14 @@ class Expander:
         run.depth = depth + 1
         if run.nodes < 0 or depth > run.limits.nesting:
             self._exceeded(node, place)
-        made = node.made_by(call, node.tag, {})
-        attributes = made.attributes = self._attributes(node, place.scope, call, made)
+        attributes: dict[str, str] = {}
+        made = Element(node.tag, attributes, node.source, node.start, node._close, call)
+        self._attributes(node, place.scope, call, made)
         if node.children:
-            self.children(node.children, Place(place.scope, place.macros, call, attributes, made.children))
+            around, place.attributes = place.attributes, attributes
+            out, place.out = place.out, made.children
+            self.children(node.children, place)
+            place.attributes, place.out = around, out
         run.depth = depth
         return made
 
@@ -146,13 +152,15 @@ class Expander:
         run.report(run.budget.exceeded(name, what), node, "", place.call)
 
     def _attributes(self, node: Element, scope: Scope, call: Call | None, made: Element) -> dict[str, str]:
-        """The attributes of an element, evaluated, without those that are xacro's."""
-        attributes = {}
+        """Give `made` the attributes of an element, evaluated, without those that are xacro's."""
+        attributes = made.attributes
         for name, value in node.attributes.items():
-            if ":" in name and (name.startswith("xacro:") or name == "xmlns:xacro"):
-                continue
             if "$" in value:
+                if name.startswith("xacro:"):
+                    continue
                 value = self._attribute(node, name, value, scope, call, made)
+            elif ":" in name and (name.startswith("xacro:") or name == "xmlns:xacro"):
+                continue
             attributes[name] = value
         return attributes
 
@@ -236,6 +244,8 @@ class Expander:
 
     def _check(self, node: Element, place: Place, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> None:
         """Refuse a tag without its attributes; warn of those that it does not have."""
+        if tuple(node.attributes) == required:
+            return
         attributes = node.attributes
         unknown = [
             name
@@ -326,8 +336,13 @@ class Expander:
 
     def _property(self, node: Element, place: Place, has_next: bool) -> None:
         self.gap.drop_comments(place.out, place.out, has_next)
-        self._check(node, place, ("name",), ("value", "default", "remove", "scope", "lazy_eval"))
         run, scope, attributes = self.run, place.scope, node.attributes
+        if tuple(attributes) == ("name", "value") and not self.overrides:
+            name = attributes["name"]
+            if is_identifier(name) and not name.startswith("__"):
+                scope.define(Binding(name, attributes["value"], LAZY, node, "value", place.call))
+                return
+        self._check(node, place, ("name",), ("value", "default", "remove", "scope", "lazy_eval"))
         name = self._evaluated(node, "name", place)
         if type(name) is not str or not is_identifier(name):
             raise self._at(node, "name", place, Fault("X126", f"'{name}' is no valid property name"),
@@ -671,7 +686,7 @@ class Expander:
             binding = Binding(name, parameter.default, READY, macro.body, "params", macro.call)
             known = scope.find(name) if parameter.forwarded else None
             try:
-                if parameter.forwarded and (known is not None or name in scope.names):
+                if parameter.forwarded and (known is not None or name in scope):
                     binding.value = scope.lookup(name)
                 elif parameter.default is not None:
                     binding.value = self._default(parameter.default, macro, scope)

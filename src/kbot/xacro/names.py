@@ -82,28 +82,43 @@ def has_attribute(value: Value, name: str) -> bool:
     return True
 
 
-def global_names(run: Run) -> dict[str, Value]:
-    """What names mean in one expansion, before any property is defined."""
-    xacro = {
-        "load_yaml": run.load_yaml,
-        "abs_filename": run.absolute,
-        "dotify": YamlDict,
-        "arg": run.argument,
-        "tokenize": tokenize,
-        "fatal": _fatal,
-        "message": _speaker(run, "message"),
-        "warning": _speaker(run, "warning"),
-        "error": _speaker(run, "error"),
-        "print_location": _locator(run),
-    }
-    namespaces = {"math": _MATH_NAMES, "python": _PYTHON_NAMES, "xacro": Names("xacro", xacro)}
-    names = {**_DIRECT, **_MATH, **namespaces}
-    for name, space in _DEPRECATED.items():
-        names[name] = _deprecated(run, name, space, namespaces[space].table[name])
-    return names
+GLOBAL: dict[str, Value] = {**_DIRECT, **_MATH, "math": _MATH_NAMES, "python": _PYTHON_NAMES}
+"""What names mean before any property is defined, but for those that need to know of the run."""
 
 
-FALLBACK: dict[str, Value] = {"hasattr": has_attribute, "None": None}
+def run_name(run: Run, name: str) -> Value:
+    """The meaning of a name that depends on the run.
+
+    Raises:
+        KeyError: it has none.
+    """
+    if name == "xacro":
+        return _xacro(run)
+    if name in FALLBACK:
+        return FALLBACK[name]
+    space = _DEPRECATED[name]
+    return _deprecated(run, name, space, (_PYTHON if space == "python" else _xacro(run).table)[name])
+
+
+def _xacro(run: Run) -> Names:
+    return Names(
+        "xacro",
+        {
+            "load_yaml": run.load_yaml,
+            "abs_filename": run.absolute,
+            "dotify": YamlDict,
+            "arg": run.argument,
+            "tokenize": tokenize,
+            "fatal": _fatal,
+            "message": _speaker(run, "message"),
+            "warning": _speaker(run, "warning"),
+            "error": _speaker(run, "error"),
+            "print_location": _locator(run),
+        },
+    )
+
+
+FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
 """Names of the documentation that the official implementation does not define."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
@@ -16,7 +16,6 @@ from kbot.xacro.bounds import Budget
 from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
 from kbot.xacro.limits import Limits
 from kbot.xacro.location import locate
-from kbot.xacro.names import global_names
 from kbot.xacro.packages import Packages
 from kbot.xacro.values import Value
 
@@ -66,7 +65,6 @@ class Run:
         """Warnings of the text being evaluated, which get their place when it is done."""
         self._known: dict[object, Problem] = {}
         self._errors = 0
-        self.names: dict[str, Any] = global_names(self)
 
     @property
     def file(self) -> str:

@@ -9,7 +9,7 @@ from kbot.text.suggest import nearest
 from kbot.text.xml import Element
 from kbot.xacro.bounds import Budget
 from kbot.xacro.faults import Fault, Problem, consequence
-from kbot.xacro.names import FALLBACK, KNOWN
+from kbot.xacro.names import GLOBAL, KNOWN, run_name
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value, literal
 
@@ -54,14 +54,13 @@ class Binding:
 class Scope:
     """Names of one file, macro call or namespace, before those of the scope around it."""
 
-    __slots__ = ("budget", "is_namespace", "names", "parent", "run", "values")
+    __slots__ = ("budget", "is_namespace", "parent", "run", "values")
 
     def __init__(self, run: Run, parent: Scope | None = None, is_namespace: bool = False) -> None:
         self.run = run
         self.parent = parent
         self.is_namespace = is_namespace
         self.budget: Budget = run.budget
-        self.names: dict[str, Value] = run.names
         self.values: dict[str, Binding] = {}
 
     def lookup(self, name: str) -> Value:
@@ -78,10 +77,8 @@ class Scope:
                 return binding.value if binding.state == READY else scope._resolve(binding)
             scope = scope.parent
         try:
-            return self.names[name]
+            return GLOBAL[name] if name in GLOBAL else run_name(self.run, name)
         except KeyError:
-            if name in FALLBACK:
-                return FALLBACK[name]
             raise self._undefined(name) from None
 
     def assign(self, name: str, value: Value) -> None:
@@ -119,7 +116,7 @@ class Scope:
         return None
 
     def __contains__(self, name: str) -> bool:
-        return self.find(name) is not None or name in self.names
+        return self.find(name) is not None or name in KNOWN
 
     def top(self) -> Scope:
         """The outermost scope."""
@@ -140,7 +137,7 @@ class Scope:
 
     def known(self) -> set[str]:
         """Every name that has a meaning here."""
-        names = set(self.names)
+        names = set(KNOWN)
         scope: Scope | None = self
         while scope is not None:
             names.update(name for name in scope.values if not name.startswith("*"))

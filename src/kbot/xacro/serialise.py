@@ -59,16 +59,13 @@ def escape_value(text: str) -> str:
 
 def _element(element: Element, indent: str, out: list[str]) -> None:
     attributes = element.attributes
-    special = _SPECIAL_VALUE.search
+    written = ""
     if attributes:
-        written = "".join(
-            [
-                f' {name}="{value if not special(value) else escape_value(value)}"'
-                for name, value in (sorted(attributes.items()) if len(attributes) > 1 else attributes.items())
-            ]
-        )
-    else:
-        written = ""
+        pairs = sorted(attributes.items()) if len(attributes) > 1 else attributes.items()
+        if _SPECIAL_VALUE.search("".join(attributes.values())):
+            written = "".join([f' {name}="{escape_value(value)}"' for name, value in pairs])
+        else:
+            written = "".join([f' {name}="{value}"' for name, value in pairs])
     children = element.children
     if not children:
         out.append(f"{indent}<{element.tag}{written}/>\n")

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.expressions import Frame, InvalidExpression, compiled
+from kbot.xacro.closures import Frame, InvalidExpression
+from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
 from kbot.xacro.packages import PackageNotFound
 from kbot.xacro.values import Value

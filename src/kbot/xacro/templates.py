@@ -6,7 +6,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from kbot.xacro.expressions import Closure, InvalidExpression, compiled
+from kbot.xacro.closures import InvalidExpression
+from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value
 
@@ -43,19 +44,20 @@ def pieces(text: str) -> list[Piece]:
     Raises:
         Fault: X101, a dollar sign that begins something and does not end it.
     """
-    found: list[Piece] = []
+    found = []
     at = 0
     for match in _PIECE.finditer(text):
-        if match.start() != at:
+        start, end = match.span()
+        if start != at:
             break
-        at = match.end()
-        if match["expression"] is not None:
-            found.append(Piece("expression", match["expression"], match.start(), at))
-        elif match["command"] is not None:
-            found.append(Piece("command", match["command"], match.start(), at))
+        at = end
+        kind = match.lastgroup
+        if kind == "plain":
+            found.append(Piece("text", match[0], start, end))
+        elif kind == "escaped":
+            found.append(Piece("text", match[0][1:], start, end))
         else:
-            content = match["plain"] if match["escaped"] is None else match["escaped"][1:]
-            found.append(Piece("text", content, match.start(), at))
+            found.append(Piece("expression" if kind == "expression" else "command", match[0][2:-1], start, end))
     if at != len(text):
         raise _unclosed(text, at)
     return found
