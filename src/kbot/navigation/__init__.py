@@ -1,0 +1,1 @@
+"""Goals, paths, and the controllers and planner that get a robot there."""

@@ -1,0 +1,1 @@
+"""What a robot perceives: lidar, IMU, encoders and the rest, with their noise and rates."""

@@ -1,0 +1,109 @@
+"""What of a world's solid shapes lies between two heights, seen from above."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+
+Points = NDArray[np.float64]
+
+_ROUND = 32
+"""Corners of the polygons that stand for circles; they lie outside the circle, by half a percent."""
+_MOST_VERTICES = 96
+
+
+def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points | None:
+    """Corners (n, 2) in m, counter-clockwise, of the convex outline of what lies between the heights.
+
+    None where nothing does, or the shape is without end (planes, height fields).
+    """
+    corners = _corners(shape)
+    if corners is None:
+        return None
+    points = pose.apply(corners)
+    z = points[:, 2]
+    if z.min() >= high or z.max() <= low:
+        return None
+    inside = [points[(z >= low) & (z <= high)]]
+    for height in (low, high):
+        above, below = points[z > height], points[z < height]
+        if len(above) and len(below):
+            share = (height - below[:, None, 2]) / (above[None, :, 2] - below[:, None, 2])
+            inside.append((below[:, None] + share[..., None] * (above[None] - below[:, None])).reshape(-1, 3))
+    return convex_outline(np.concatenate(inside)[:, :2])
+
+
+def _corners(shape: Shape) -> Points | None:
+    match shape:
+        case Box(size=size):
+            corners: Points = _signs() * (np.array(size) / 2)
+            return corners
+        case Cylinder(radius=radius, length=length):
+            ring = _ring(radius)
+            return np.concatenate([np.insert(ring, 2, z, axis=1) for z in (-length / 2, length / 2)])
+        case Sphere(radius=radius):
+            return _ball() * radius
+        case Ellipsoid(radii=radii):
+            return _ball() * np.array(radii)
+        case Capsule(radius=radius, length=length):
+            ball = _ball() * radius
+            return np.concatenate([ball + np.array((0.0, 0.0, z)) for z in (-length / 2, length / 2)])
+        case Mesh(vertices=vertices):
+            return _extreme(vertices)
+    return None
+
+
+def _signs() -> Points:
+    signs: Points = np.array(np.meshgrid((-1.0, 1.0), (-1.0, 1.0), (-1.0, 1.0))).reshape(3, -1).T
+    return signs
+
+
+def _ring(radius: float, count: int = _ROUND) -> Points:
+    angles = np.arange(count) * (2 * np.pi / count)
+    ring: Points = radius / np.cos(np.pi / count) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return ring
+
+
+def _ball() -> Points:
+    """Points whose hull holds the unit ball: rings at even latitudes."""
+    grown = 1.0 / np.cos(np.pi / 16)
+    rings = [
+        np.insert(_ring(np.cos(latitude) * grown), 2, np.sin(latitude) * grown, axis=1)
+        for latitude in np.linspace(-np.pi / 2, np.pi / 2, 9)
+    ]
+    return np.concatenate(rings)
+
+
+def _extreme(vertices: Points) -> Points:
+    """The vertices furthest out in many directions: all that matter for the hull of a fine mesh."""
+    if len(vertices) <= _MOST_VERTICES:
+        return vertices
+    index = np.arange(2 * _MOST_VERTICES) + 0.5
+    polar = np.arccos(1 - 2 * index / len(index))
+    around = np.pi * (1 + 5**0.5) * index
+    directions = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)])
+    chosen: Points = vertices[np.unique(np.argmax(vertices @ directions, axis=0))]
+    return chosen
+
+
+def convex_outline(points: Points) -> Points:
+    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise (Andrew's monotone chain)."""
+    ordered = sorted(set(map(tuple, points.tolist())))
+    if len(ordered) < 3:
+        return np.array(ordered)
+    halves = []
+    for run in (ordered, ordered[::-1]):
+        half: list[tuple[float, float]] = []
+        for p in run:
+            while len(half) > 1 and _turn(half[-2], half[-1], p) <= 0.0:
+                half.pop()
+            half.append(p)
+        halves += half[:-1]
+    return np.array(halves)
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,0 +1,77 @@
+"""An occupancy grid: which cells of the plane are free, taken, or unknown (nav_msgs/OccupancyGrid)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.text import KbotError
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+
+MOST_CELLS = 100_000_000
+"""A grid larger than this is taken for a mistake in its resolution."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyGrid:
+    """`cells` (rows along y, columns along x) of 0 free to 100 occupied, -1 unknown, as int8.
+
+    `resolution` is a cell's edge in m; `origin` the pose of the first cell's lower left corner in `frame`.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: PlanarPose = field(default_factory=PlanarPose)
+    frame: str = "map"
+
+    def __post_init__(self) -> None:
+        if self.cells.ndim != 2 or not self.cells.size:
+            raise KbotError(f"an occupancy grid has rows and columns, not the shape {self.cells.shape}")
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise KbotError(f"a grid's resolution is a length above 0 m, not {self.resolution}")
+
+    @property
+    def rows(self) -> int:
+        return int(self.cells.shape[0])
+
+    @property
+    def columns(self) -> int:
+        return int(self.cells.shape[1])
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Metres along the grid's own x and y."""
+        return self.columns * self.resolution, self.rows * self.resolution
+
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column that a point in m lies in; they may be outside the grid."""
+        c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
+        dx, dy = x - self.origin.x, y - self.origin.y
+        return (
+            math.floor((c * dy - s * dx) / self.resolution),
+            math.floor((c * dx + s * dy) / self.resolution),
+        )
+
+    def center(self, row: int, column: int) -> tuple[float, float]:
+        """The middle of a cell in m."""
+        ((x, y),) = self.centers(np.array([[row, column]])).tolist()
+        return x, y
+
+    def centers(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """The middles (n, 2) in m of cells (n, 2) given as row and column."""
+        along = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
+        c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
+        return along @ np.array([[c, s], [-s, c]]) + (self.origin.x, self.origin.y)
+
+    def contains(self, row: int, column: int) -> bool:
+        return 0 <= row < self.rows and 0 <= column < self.columns
+
+    def value(self, x: float, y: float) -> int:
+        """What stands at a point in m; outside the grid it is unknown."""
+        row, column = self.cell(x, y)
+        return int(self.cells[row, column]) if self.contains(row, column) else UNKNOWN

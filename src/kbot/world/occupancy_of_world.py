@@ -1,0 +1,82 @@
+"""A world as an occupancy grid: what a robot of some height would run into."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.text import KbotError
+from kbot.world.footprints import Points, footprint
+from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, OccupancyGrid
+from kbot.world.world import World
+
+RESOLUTION = 0.02
+HEIGHTS = (0.01, 0.25)
+"""What is lower is driven over, what is higher is driven under; metres."""
+MARGIN = 0.5
+"""Free ground around all that stands in a world."""
+
+
+def world_grid(
+    world: World,
+    resolution: float = RESOLUTION,
+    heights: tuple[float, float] = HEIGHTS,
+    around: Iterable[tuple[float, float]] = ((0.0, 0.0),),
+    margin: float = MARGIN,
+) -> OccupancyGrid:
+    """The world's solid things between two heights (m) as a grid; nothing in it is unknown.
+
+    A cell is occupied as soon as something reaches into it, so a wall thinner than a cell is not lost.
+    What is driven on (ground, ramps, stairs) is free. The grid reaches `margin` m beyond every thing and
+    beyond the points `around`; things that can move stand where they start.
+
+    Raises:
+        KbotError: a resolution that is none, heights out of order, or a world too large for it.
+    """
+    low, high = heights
+    if not (math.isfinite(resolution) and resolution > 0.0):
+        raise KbotError(f"a grid's resolution is a length above 0 m, not {resolution}")
+    if not low < high:
+        raise KbotError(f"the heights to map go up, unlike {low} to {high} m")
+    outlines = [
+        outline
+        for body in world.bodies
+        for part in body.parts
+        if part.solid and not part.ground
+        if (outline := footprint(part.shape, body.pose @ part.pose, low, high)) is not None
+    ]
+    corners = np.concatenate([*outlines, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
+    if not len(corners):
+        corners = np.zeros((1, 2))
+    # cells lie on whole multiples of the resolution, so that maps of one world lie on each other
+    first = np.floor((corners.min(axis=0) - margin) / resolution + 1e-9)
+    last = np.ceil((corners.max(axis=0) + margin) / resolution - 1e-9)
+    columns, rows = (int(n) for n in np.maximum(last - first, 1))
+    if rows * columns > MOST_CELLS:
+        raise KbotError(f"world '{world.name}' needs {rows} x {columns} cells of {resolution} m: too many")
+    x, y = (first * resolution).tolist()
+    cells = np.full((rows, columns), FREE, dtype=np.int8)
+    grid = OccupancyGrid(cells, resolution, PlanarPose(x, y))
+    for outline in outlines:
+        _fill(grid, outline)
+    return grid
+
+
+def _fill(grid: OccupancyGrid, outline: Points) -> None:
+    """Mark every cell that a convex outline reaches into: no edge of it parts the two (the separating
+    axis theorem; the axes of the cells are seen to by the range of cells looked at)."""
+    step = grid.resolution
+    local = (outline - (grid.origin.x, grid.origin.y)) / step
+    low = np.maximum(np.floor(local.min(axis=0) + 1e-6), 0).astype(int)
+    high = np.minimum(np.ceil(local.max(axis=0) - 1e-6), (grid.columns, grid.rows)).astype(int)
+    x = np.arange(low[0], high[0])[None, :] + 0.5
+    y = np.arange(low[1], high[1])[:, None] + 0.5
+    apart = np.zeros((y.size, x.size), dtype=bool)
+    for start, end in zip(local, np.roll(local, -1, axis=0), strict=True):
+        nx, ny = end[1] - start[1], start[0] - end[0]
+        reach = (abs(nx) + abs(ny)) / 2
+        apart |= nx * (x - start[0]) + ny * (y - start[1]) - reach >= -1e-6 * reach
+    grid.cells[low[1] : high[1], low[0] : high[0]][~apart] = OCCUPIED

@@ -1,0 +1,166 @@
+"""Grids of worlds against geometry, and map files against map_server's rules."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kbot.kinematics import PlanarPose, Transform
+from kbot.text import KbotError
+from kbot.world import Body, Box, Cylinder, Part, World, load_world
+from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from kbot.world.occupancy_files import read_map, write_map
+from kbot.world.occupancy_of_world import world_grid
+
+
+def _world(shape, pose, **part):
+    return World("test", (Body("thing", (Part(shape, **part),), pose),))
+
+
+def _at(x, y, z=0.5, yaw=0.0, pitch=0.0):
+    return Transform.from_xyz_rpy((x, y, z), (0.0, pitch, yaw))
+
+
+def test_a_box_takes_the_cells_it_reaches_into():
+    grid = world_grid(_world(Box((1.0, 0.5, 1.0)), _at(1.0, 0.25)), resolution=0.1)
+    assert (grid.cells == OCCUPIED).sum() == 10 * 5
+    assert grid.value(0.55, 0.05) == OCCUPIED
+    assert grid.value(0.45, 0.05) == FREE
+    assert grid.value(1.45, 0.45) == OCCUPIED
+    assert grid.value(1.45, 0.55) == FREE
+
+
+def test_a_turned_box_has_its_own_area():
+    grid = world_grid(_world(Box((1.0, 0.5, 1.0)), _at(0.3, 0.1, yaw=0.5)), resolution=0.01)
+    area = (grid.cells == OCCUPIED).sum() * 0.01**2
+    # what reaches into a cell beyond the edge adds at most about one cell along the outline
+    assert 0.5 < area < 0.5 + 3.0 * 0.01 * 1.2
+    for row, column in np.argwhere(grid.cells == OCCUPIED)[::7].tolist():
+        x, y = grid.center(row, column)
+        u = cos(0.5) * (x - 0.3) + sin(0.5) * (y - 0.1)
+        v = cos(0.5) * (y - 0.1) - sin(0.5) * (x - 0.3)
+        assert abs(u) <= 0.5 + 0.0071
+        assert abs(v) <= 0.25 + 0.0071
+
+
+def test_a_cylinder_has_a_circles_area():
+    grid = world_grid(_world(Cylinder(0.5, 1.0), _at(0.0, 0.0)), resolution=0.01)
+    area = (grid.cells == OCCUPIED).sum() * 0.01**2
+    assert pi * 0.25 < area < pi * 0.515**2
+
+
+def test_a_wall_thinner_than_a_cell_is_not_lost():
+    grid = world_grid(_world(Box((2.0, 0.002, 1.0)), _at(0.0, 0.033, yaw=0.4)), resolution=0.1)
+    # a line of 2 m at 0.4 rad crosses this many columns
+    columns = (grid.cells == OCCUPIED).any(axis=0).sum()
+    assert columns >= 2.0 * cos(0.4) / 0.1
+
+
+def test_only_what_stands_at_the_robots_height_counts():
+    beam = Box((1.0, 0.1, 0.1))
+    assert not (world_grid(_world(beam, _at(0, 0, z=0.5))).cells == OCCUPIED).any()
+    assert (world_grid(_world(beam, _at(0, 0, z=0.2))).cells == OCCUPIED).any()
+    assert not (world_grid(_world(beam, _at(0, 0, z=0.2), ground=True)).cells == OCCUPIED).any()
+    assert not (world_grid(_world(beam, _at(0, 0, z=0.2), solid=False)).cells == OCCUPIED).any()
+
+
+def test_a_leaning_plate_is_cut_at_the_heights():
+    # a plate 45 degrees up along x from the origin: between 0.1 and 0.3 m it covers x of 0.1 to 0.3
+    plate = _world(Box((2.0, 1.0, 0.001)), _at(0.0, 0.0, z=0.0, pitch=-pi / 4))
+    grid = world_grid(plate, resolution=0.01, heights=(0.1, 0.3))
+    columns = np.flatnonzero((grid.cells == OCCUPIED).any(axis=0)) * 0.01 + grid.origin.x
+    assert columns.min() == pytest.approx(0.1, abs=0.011)
+    assert columns.max() + 0.01 == pytest.approx(0.3, abs=0.011)
+
+
+def test_a_maze_is_closed_and_connected():
+    grid = world_grid(load_world("maze:size=5,seed=2"), resolution=0.02)
+    seen = np.zeros(grid.cells.shape, dtype=bool)
+    waiting = [grid.cell(0.0, 0.0)]
+    while waiting:
+        row, column = waiting.pop()
+        if grid.contains(row, column) and not seen[row, column] and grid.cells[row, column] == FREE:
+            seen[row, column] = True
+            waiting += [(row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)]
+    centers = [grid.cell(0.6 * x, 0.6 * y) for x in range(5) for y in range(5)]
+    assert all(seen[cell] for cell in centers)
+    assert not seen[0, 0]
+
+
+@pytest.mark.parametrize("picture", ["png", "pgm"])
+def test_a_map_comes_back_as_it_was_written(tmp_path, picture):
+    random = np.random.default_rng(3)
+    cells = random.choice(np.array([FREE, OCCUPIED, UNKNOWN], dtype=np.int8), (7, 11))
+    grid = OccupancyGrid(cells, 0.05, PlanarPose(-1.25, 2.5, 0.3))
+    image = write_map(grid, tmp_path / "map.yaml", picture)
+    assert image.name == f"map.{picture}"
+    back = read_map(tmp_path / "map.yaml")
+    assert np.array_equal(back.cells, cells)
+    assert (back.resolution, back.origin) == (0.05, PlanarPose(-1.25, 2.5, 0.3))
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([image.name, "map.yaml"])
+
+
+def test_the_picture_is_as_map_saver_draws_it(tmp_path):
+    grid = OccupancyGrid(np.array([[FREE, UNKNOWN], [OCCUPIED, FREE]], dtype=np.int8), 0.1)
+    write_map(grid, tmp_path / "map.yaml")
+    with Image.open(tmp_path / "map.png") as image:
+        # the first row of the grid is the lowest of the picture
+        assert np.asarray(image).tolist() == [[0, 254], [254, 205]]
+
+
+def _write_yaml(folder, text="", **keys):
+    settings = {"image": "m.png", "resolution": 0.1, "origin": [0, 0, 0], "occupied_thresh": 0.65,
+                "free_thresh": 0.25, **keys}  # fmt: skip
+    lines = [f"{key}: {value}" for key, value in settings.items() if value is not None]
+    (folder / "map.yaml").write_text(text or "\n".join(lines))
+    return folder / "map.yaml"
+
+
+def test_modes_negation_and_colour_read_as_map_server_says(tmp_path):
+    Image.fromarray(np.array([[0, 255, 128, 100]], dtype=np.uint8)).save(tmp_path / "m.png")
+    assert read_map(_write_yaml(tmp_path)).cells.tolist() == [[100, 0, -1, -1]]
+    assert read_map(_write_yaml(tmp_path, negate=1)).cells.tolist() == [[0, 100, -1, -1]]
+    assert read_map(_write_yaml(tmp_path, mode="raw")).cells.tolist() == [[0, -1, -1, 100]]
+    # 1 + floor(98 (p - 0.25) / 0.4) with p = 127/255 and 155/255
+    assert read_map(_write_yaml(tmp_path, mode="scale")).cells.tolist() == [[100, 0, 61, 88]]
+    Image.fromarray(np.array([[[255, 0, 0], [255, 255, 240]]], dtype=np.uint8)).save(tmp_path / "m.png")
+    assert read_map(_write_yaml(tmp_path)).cells.tolist() == [[100, 0]]
+
+
+@pytest.mark.parametrize(
+    ("keys", "word"),
+    [
+        ({"resolution": 0}, "resolution"),
+        ({"resolution": "wide"}, "resolution"),
+        ({"origin": [0, 0]}, "origin"),
+        ({"mode": "trinaary"}, "did you mean 'trinary'"),
+        ({"image": None}, "'image' is missing"),
+        ({"occupied_thresh": None, "ocupied_thresh": 0.5}, "did you mean 'ocupied_thresh'"),
+        ({"image": "n.png"}, "does not exist"),
+        ({"image": "map.yaml"}, "cannot be read"),
+    ],
+)
+def test_a_spoilt_map_is_one_clear_error(tmp_path, keys, word):
+    Image.fromarray(np.zeros((1, 1), dtype=np.uint8)).save(tmp_path / "m.png")
+    with pytest.raises(KbotError, match=word):
+        read_map(_write_yaml(tmp_path, **keys))
+
+
+def test_text_that_is_no_yaml_says_where(tmp_path):
+    with pytest.raises(KbotError, match=r"map\.yaml:2:\d+: not YAML"):
+        read_map(_write_yaml(tmp_path, "image: m.png\n]bad"))
+    with pytest.raises(KbotError, match="no map"):
+        read_map(_write_yaml(tmp_path, "just words"))
+    with pytest.raises(KbotError, match="does not exist"):
+        read_map(tmp_path / "gone.yaml")
+
+
+def test_what_cannot_be_written_is_said(tmp_path):
+    grid = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.1)
+    with pytest.raises(KbotError, match=r"\.yaml"):
+        write_map(grid, tmp_path / "map.txt")
+    with pytest.raises(KbotError, match="png or a pgm"):
+        write_map(grid, tmp_path / "map.yaml", "gif")
+    with pytest.raises(KbotError, match="cannot be written"):
+        write_map(grid, tmp_path / "none" / "map.yaml")
