@@ -4,4 +4,14 @@ from kbot.checks.config import Config, load_config
 from kbot.checks.registry import Finding, Rule, all_rules, find_rule, rule
 from kbot.checks.runner import check_file, check_text
 
-__all__ = ["Config", "Finding", "Rule", "all_rules", "check_file", "check_text", "find_rule", "load_config", "rule"]
+__all__ = [
+    "Config",
+    "Finding",
+    "Rule",
+    "all_rules",
+    "check_file",
+    "check_text",
+    "find_rule",
+    "load_config",
+    "rule",
+]

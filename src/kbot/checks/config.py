@@ -1,11 +1,11 @@
 """What is checked and how: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
 
-    [tool.kbot.check]
-    select = ["ALL"]                 # codes, prefixes of codes, or names of rules
-    ignore = ["S101", "I"]
-    per-file-ignores = { "vendor/*.xacro" = ["ALL"] }
-    baseline = "kbot-baseline.json"
-    arguments = [{ robot = "small" }, { robot = "large", arm = "true" }]
+[tool.kbot.check]
+select = ["ALL"]                 # codes, prefixes of codes, or names of rules
+ignore = ["S101", "I"]
+per-file-ignores = { "vendor/*.xacro" = ["ALL"] }
+baseline = "kbot-baseline.json"
+arguments = [{ robot = "small" }, { robot = "large", arm = "true" }]
 """
 
 from __future__ import annotations

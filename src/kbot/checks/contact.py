@@ -30,8 +30,8 @@ def _caster_place(caster: Caster) -> Origin:
 def not_on_ground(context: Context) -> Found:
     """A caster or wheel whose lowest point is not in the plane that the drive wheels stand on.
 
-    Why: 5 mm too high, it hangs: the robot tips onto it when it brakes, and its laser sweeps the floor. 5 mm too
-    low, it lifts the drive wheels, which spin in the air.
+    Why: 5 mm too high, it hangs: the robot tips onto it when it brakes, and its laser sweeps the floor. 5
+    mm too low, it lifts the drive wheels, which spin in the air.
 
     Example: a caster of radius 0.015 on a mount made for 0.0175.
 
@@ -51,7 +51,8 @@ def not_on_ground(context: Context) -> Found:
         if len(context.wheels.pairs) > 1 and abs(off) > max(1e-3, 0.02 * size):
             yield Finding(
                 wheel.joint.pose.origin or wheel.joint.origin,
-                f"{wheel.link}: its lowest point is {abs(off) * 1e3:.3g} mm {'above' if off > 0 else 'below'} that of "
+                f"{wheel.link}: its lowest point is {abs(off) * 1e3:.3g} mm "
+                f"{'above' if off > 0 else 'below'} that of "
                 "the other wheels",
                 related=(Related("the wheel it is compared with", axle.left.joint.origin),),
             )
@@ -65,15 +66,17 @@ def not_on_ground(context: Context) -> Found:
         if off > max(1e-3, 0.03 * size) and not (touching and not isinstance(caster.part.geometry, Sphere)):
             yield Finding(
                 _caster_place(caster),
-                f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground that the wheels stand on: the robot tips "
+                f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground that the wheels stand "
+                "on: the robot tips "
                 f"by {tilt:.2g} degrees until it touches",
                 "compute its height from the radii",
                 (Related("its shape", caster.part.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
-        elif off < -5e-4:
+        elif off < -1e-3:
             yield Finding(
                 _caster_place(caster),
-                f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground that the wheels stand on: it lifts them "
+                f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground that the wheels stand "
+                "on: it lifts them "
                 f"or tilts the robot by {tilt:.2g} degrees",
                 "compute its height from the radii",
                 (Related("its shape", caster.part.origin), Related("a drive wheel", axle.left.joint.origin)),
@@ -84,8 +87,9 @@ def not_on_ground(context: Context) -> Found:
 def footprint_off_ground(context: Context) -> Found:
     """`base_footprint` that does not lie in the plane that the wheels touch.
 
-    Why: REP 120 puts it on the ground. Navigation projects obstacles and poses onto it: the robot is drawn sunk
-    in or floating, a height filter lets the floor through as an obstacle, and spawned at z = 0 it falls or jumps.
+    Why: REP 120 puts it on the ground. Navigation projects obstacles and poses onto it: the robot is
+    drawn sunk in or floating, a height filter lets the floor through as an obstacle, and spawned at z = 0
+    it falls or jumps.
 
     Example: a joint from `base_footprint` to `base_link` at z = 0 where the axle is 35 mm above the ground.
 
@@ -98,13 +102,14 @@ def footprint_off_ground(context: Context) -> Found:
     if ground is None or frame is None or "base_footprint" in context.unsure:
         return
     off = frame.translation[2] - ground
-    if abs(off) > 1e-3:
+    if abs(off) > 1.5e-3:
         joint = next(iter(context.robot.child_joints["base_footprint"]), None)
         place = joint.pose.origin or joint.origin if joint else context.robot.links["base_footprint"].origin
         wheel = context.wheels.pairs[0].left
         yield Finding(
             place,
-            f"base_footprint lies {abs(off) * 1e3:.4g} mm {'above' if off > 0 else 'below'} the plane that the wheels "
+            f"base_footprint lies {abs(off) * 1e3:.4g} mm {'above' if off > 0 else 'below'} the plane "
+            "that the wheels "
             "touch",
             "put it on the ground (REP 120)",
             (Related("a drive wheel", wheel.joint.pose.origin or wheel.joint.origin),),
@@ -116,7 +121,8 @@ def base_off_axle(context: Context) -> Found:
     """The base frame of a two-wheeled robot is not under the middle of its axle.
 
     Why: turning on the spot, the base goes round a circle instead of standing still. Differential drive
-    odometry reckons with the axle's middle: unless it accounts for the offset, each turn adds an error of that size.
+    odometry reckons with the axle's middle: unless it accounts for the offset, each turn adds an error of
+    that size.
 
     Example: wheels 20 mm ahead of `base_footprint`.
 
@@ -141,7 +147,8 @@ def base_off_axle(context: Context) -> Found:
         for _, origin in at_both(pair, pose_origin):
             yield Finding(
                 origin,
-                f"{name} is {away * 1e3:.4g} mm {where} the middle of the axle: turning on the spot it goes round a "
+                f"{name} is {away * 1e3:.4g} mm {where} the middle of the axle: turning on the spot it "
+                "goes round a "
                 f"circle of {away * 1e3:.4g} mm radius",
                 f"put {name} under the middle of the axle, or let odometry account for it",
                 (Related(name, context.robot.links[name].origin),),
@@ -152,8 +159,8 @@ def base_off_axle(context: Context) -> Found:
 def below_ground(context: Context) -> Found:
     """A shape that reaches below the ground that the wheels stand on.
 
-    Why: a collision there carries the robot in the wheels' place, or is thrown out of the ground at the first step;
-    a visual is hidden in part.
+    Why: a collision there carries the robot in the wheels' place, or is thrown out of the ground at the
+    first step; a visual is hidden in part.
 
     Example: a marker cube of `base_footprint`, half of it below.
 
@@ -178,7 +185,8 @@ def below_ground(context: Context) -> Found:
             if part is not None and depth > (1e-3 if what == "collision" else 2e-4):
                 yield Finding(
                     part.origin,
-                    f"{link.name}: its {what} reaches {depth * 1e3:.3g} mm below the ground that the wheels stand on",
+                    f"{link.name}: its {what} reaches {depth * 1e3:.3g} mm below the ground that the "
+                    "wheels stand on",
                     severity=severity,
                 )
                 break
@@ -188,8 +196,9 @@ def below_ground(context: Context) -> Found:
 def tips_over(context: Context) -> Found:
     """A centre of mass outside the polygon of the contacts, or so near its edge that driving tips the robot.
 
-    Why: outside, the robot falls over standing still. Inside, it tips when it accelerates or brakes by more than
-    g x (distance to the edge) / (height): a controller's default of 1 m/s^2 is enough for a tall robot.
+    Why: outside, the robot falls over standing still. Inside, it tips when it accelerates or brakes by
+    more than g x (distance to the edge) / (height): a controller's default of 1 m/s^2 is enough for a
+    tall robot.
 
     Example: two wheels, a caster behind them, and a battery in front of the axle.
 
@@ -201,9 +210,7 @@ def tips_over(context: Context) -> Found:
     if ground is None or context.unsure:
         return
     points: list[Point] = [(w.center[0], w.center[1]) for w in context.wheels.wheels]
-    points += [
-        (c.center[0], c.center[1]) for c in context.wheels.casters if abs(c.bottom - ground) < 0.01
-    ]
+    points += [(c.center[0], c.center[1]) for c in context.wheels.casters if abs(c.bottom - ground) < 0.01]
     hull = convex_hull(points)
     weighed = _center_of_mass(context)
     if len(hull) < 3 or weighed is None:
@@ -218,7 +225,8 @@ def tips_over(context: Context) -> Found:
     if margin < -1e-3:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass ({mass:.3g} kg) lies {-margin * 1e3:.3g} mm outside the contacts, {direction}: the robot "
+            f"the centre of mass ({mass:.3g} kg) lies {-margin * 1e3:.3g} mm outside the contacts, "
+            f"{direction}: the robot "
             "falls over standing still",
             "move the mass over the wheels and casters",
             tuple(Related(f"'{c.link}' bears it", _caster_place(c)) for c in context.wheels.casters[:2]),
@@ -226,7 +234,8 @@ def tips_over(context: Context) -> Found:
     elif _GRAVITY * margin / height < 0.5:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass lies {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, {direction}, at a height of "
+            f"the centre of mass lies {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, "
+            f"{direction}, at a height of "
             f"{height * 1e3:.3g} mm: the robot tips over at {_GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
             "move the mass, or add a caster on that side",
         )
@@ -294,8 +303,8 @@ def _margin(hull: Sequence[Point], p: Point) -> tuple[float, Point]:
 def two_contacts(context: Context) -> Found:
     """A robot that stands on its two drive wheels alone.
 
-    Why: it falls forwards or backwards until its chassis touches the ground, and drags it along: the drive wheels
-    lose load, and the heading wanders. (A robot that balances by control ignores this.)
+    Why: it falls forwards or backwards until its chassis touches the ground, and drags it along: the
+    drive wheels lose load, and the heading wanders. (A robot that balances by control ignores this.)
 
     Example: two wheels on a plate, and a caster without `<collision>`.
 
@@ -315,7 +324,9 @@ def two_contacts(context: Context) -> Found:
         if any(isinstance(c.geometry, Mesh) for c in link.collisions):
             return  # what it touches the ground with is not known here
         for part in context.bodies[name].collisions:
-            if lowest(part, context.frames[name]) < rig.ground + 0.25 * max(w.radius or 0.0 for w in rig.wheels):
+            if lowest(part, context.frames[name]) < rig.ground + 0.25 * max(
+                w.radius or 0.0 for w in rig.wheels
+            ):
                 return
     pair = rig.pairs[0]
     yield Finding(
@@ -329,8 +340,8 @@ def two_contacts(context: Context) -> Found:
 def caster_scrubs(context: Context) -> Found:
     """A caster that cannot follow a turn: fixed, or rolling about one axis, with the default friction.
 
-    Why: in a turn it must move sideways. It scrubs, and its friction works against the wheels: measured on KBot's
-    size, ten turns on the spot end 218 degrees short.
+    Why: in a turn it must move sideways. It scrubs, and its friction works against the wheels: measured
+    on KBot's size, ten turns on the spot end 218 degrees short.
 
     Example: `<joint name="caster_wheel_joint" type="continuous"> <axis xyz="0 1 0"/>` for a ball.
 
@@ -388,7 +399,13 @@ def _of_unknown_size(context: Context) -> Found:
             continue
         axis = context.frames[link].direction(joint.axis)
         above, below = movable_above(context.robot, joint.parent), context.robot.child_joints[link]
-        if is_caster(joint) and above is None and not below and abs(axis[2]) < 0.5 and not _slides(context, link):
+        if (
+            is_caster(joint)
+            and above is None
+            and not below
+            and abs(axis[2]) < 0.5
+            and not _slides(context, link)
+        ):
             yield Finding(
                 joint.axis_origin,
                 f"{link}: it rolls about one axis alone, and scrubs sideways in every turn",

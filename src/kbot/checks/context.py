@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from kbot.checks.bodies import Body, body_of, frame_of
 from kbot.checks.config import Config
-from kbot.checks.fixing import copy_as_collision, insert_child, set_value
 from kbot.checks.drivers import Driver, find_drivers
+from kbot.checks.fixing import copy_as_collision, insert_child, set_value
 from kbot.checks.rig import Rig, find_rig
 from kbot.checks.sources import SourceFile, read_sources
 from kbot.checks.spatial import Frame

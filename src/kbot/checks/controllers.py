@@ -42,7 +42,8 @@ def plugin_joint_unknown(context: Context) -> Found:
                 if word.text and word.text not in joints:
                     yield Finding(
                         word.origin,
-                        f"{driver.name}: its {side} joint '{word.text}' is no joint of this robot: the robot does not "
+                        f"{driver.name}: its {side} joint '{word.text}' is no joint of this robot: the "
+                        "robot does not "
                         "move",
                         did_you_mean(word.text, joints),
                     )
@@ -79,7 +80,8 @@ def control_joint_unknown(context: Context) -> Found:
             if name and name not in joints and "$" not in name:
                 yield Finding(
                     element.attribute_origin("name"),
-                    f"<ros2_control> '{extension.attributes.get('name', '')}': '{name}' is no joint of this robot",
+                    f"<ros2_control> '{extension.attributes.get('name', '')}': '{name}' is no joint of "
+                    "this robot",
                     did_you_mean(name, joints),
                 )
 
@@ -134,7 +136,8 @@ def transmission_joint_unknown(context: Context) -> Found:
                 if name and name not in joints and "$" not in name:
                     yield Finding(
                         element.attribute_origin("name"),
-                        f"transmission '{holder.attributes.get('name', '')}': '{name}' is no joint of this robot",
+                        f"transmission '{holder.attributes.get('name', '')}': '{name}' is no joint of "
+                        "this robot",
                         did_you_mean(name, joints),
                     )
 
@@ -174,13 +177,21 @@ def separation_differs(context: Context) -> Found:
         if len(pairs) > 1 and true <= told <= 2.5 * true:
             continue  # a skid-steer robot is given the track it turns with, which is wider
         if abs(told - true) > max(0.01 * true, 5e-4):
-            yield Finding(word.origin, f"{driver.name}: " + _apart(told, true), "compute it from the joints", related)
+            yield Finding(
+                word.origin, f"{driver.name}: " + _apart(told, true), "compute it from the joints", related
+            )
     for name, value, origin in _properties(context, _SEPARATION):
-        if all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0])) and abs(value - true / 2) > 0.01 * true:
+        if (
+            all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0]))
+            and abs(value - true / 2) > 0.01 * true
+        ):
             if any(_conventions(p)[0] and abs(value - p.separation) < 0.01 * value for p in pairs):
                 continue
             yield Finding(
-                origin, f"property '{name}': " + _apart(value, true), "compute it from what places the joints", related
+                origin,
+                f"property '{name}': " + _apart(value, true),
+                "compute it from what places the joints",
+                related,
             )
 
 
@@ -234,7 +245,8 @@ def radius_differs(context: Context) -> Found:
             true = radii[0]
             yield Finding(
                 word.origin,
-                f"{driver.name}: it reckons with a wheel radius of {told:.4g} m, the wheels have {true:.4g}: distances "
+                f"{driver.name}: it reckons with a wheel radius of {told:.4g} m, the wheels have "
+                f"{true:.4g}: distances "
                 f"are {(told / true - 1.0) * 100.0:+.0f} % off",
                 "use the property that makes the wheels",
                 related,
@@ -270,7 +282,8 @@ def plugin_frame_unknown(context: Context) -> Found:
 
 @rule("D122", "two-publishers", Severity.WARNING, "robot")
 def two_publishers(context: Context) -> Found:
-    """Two that publish or drive the same: a second drive plugin for the same joints, or wheel transforms from a plugin.
+    """Two that publish or drive the same: a second drive plugin for the same joints, or wheel transforms
+    from a plugin.
 
     Why: both send, and the last wins: the wheels flicker between two angles, commands are obeyed by half.
     robot_state_publisher publishes every joint's transform already.
@@ -334,6 +347,7 @@ def no_velocity_interface(context: Context) -> Found:
                 has = f"it has {', '.join(commands)}" if commands else "it has none"
                 yield Finding(
                     joint.attribute_origin("name"),
-                    f"{joint.attributes.get('name')}: a drive wheel needs a velocity command interface; {has}",
+                    f"{joint.attributes.get('name')}: a drive wheel needs a velocity command "
+                    f"interface; {has}",
                     'add <command_interface name="velocity"/>',
                 )

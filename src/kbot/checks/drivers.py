@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.model import Robot
@@ -66,7 +65,7 @@ def find_drivers(robot: Robot, packages: Packages) -> Iterator[Driver]:
 
 
 def drive_kind(plugin: Element) -> str:
-    """"classic", "gz" or "skid" for a plugin that drives wheels, else an empty text."""
+    """ "classic", "gz" or "skid" for a plugin that drives wheels, else an empty text."""
     file = plugin.attributes.get("filename", "").lower()
     name = plugin.attributes.get("name", "").lower()
     if "skid_steer" in file:
@@ -108,7 +107,9 @@ def _plugin_driver(plugin: Element, kind: str) -> Driver:
     diameter = next((words[t] for t in ("wheelDiameter", "wheel_diameter") if t in words), None)
     radius = diameter or words.get("wheel_radius")
     size = radius.number if radius else None
-    base = next((words[t] for t in ("robotBaseFrame", "robot_base_frame", "child_frame_id") if t in words), None)
+    base = next(
+        (words[t] for t in ("robotBaseFrame", "robot_base_frame", "child_frame_id") if t in words), None
+    )
     states = next(
         (w for t in ("publishWheelJointState",) if (w := words.get(t)) and w.text in ("true", "1")), None
     )

@@ -114,5 +114,9 @@ def copy_as_collision(visual: Element) -> Fix:
     indent = line[: len(line) - len(line.lstrip())]
     end = "\r\n" if b"\r\n" in source.data else "\n"
     inner = [e.whole.text for e in visual.elements() if e.tag in ("origin", "geometry")]
-    text = end.join(["", f"{indent}<collision>", *(f"{indent}  {piece}" for piece in inner), f"{indent}</collision>"])
-    return Fix("copy the visual as collision", (Edit(Span(source, visual.end, visual.end), text),), safe=False)
+    text = end.join(
+        ["", f"{indent}<collision>", *(f"{indent}  {piece}" for piece in inner), f"{indent}</collision>"]
+    )
+    return Fix(
+        "copy the visual as collision", (Edit(Span(source, visual.end, visual.end), text),), safe=False
+    )

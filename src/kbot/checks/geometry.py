@@ -7,7 +7,7 @@ from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import held
 from kbot.checks.spatial import Vector, dot, norm, subtract
-from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
+from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, Sphere, Visual
 from kbot.text import Related, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -25,7 +25,8 @@ def no_collision(context: Context) -> Found:
 
     Mend: add a `<collision>`, of a simple shape.
 
-    Fix: unsafe: the visual's origin and geometry are copied into a `<collision>` when they are a simple shape.
+    Fix: unsafe: the visual's origin and geometry are copied into a `<collision>` when they are a simple
+    shape.
     """
     robot = context.robot
     if not any(link.collisions for link in robot.links.values()):
@@ -38,7 +39,8 @@ def no_collision(context: Context) -> Found:
             continue
         yield Finding(
             link.origin,
-            f"{link.name}: joint '{joint.name}' moves it, and it has a visual and no collision: it touches nothing",
+            f"{link.name}: joint '{joint.name}' moves it, and it has a visual and no collision: it "
+            "touches nothing",
             "add a <collision> of a simple shape",
             (Related("what is seen of it", link.visuals[0].origin),),
             fix=context.copy_visual(link.visuals[0].origin),
@@ -49,8 +51,8 @@ def no_collision(context: Context) -> Found:
 def size_not_positive(context: Context) -> Found:
     """A shape with a size that is zero or negative, or a mesh with a scale of zero.
 
-    Why: physics engines refuse it or divide by it; rviz shows nothing. A negative mesh scale mirrors the mesh and
-    turns its surface inside out, which is left alone here.
+    Why: physics engines refuse it or divide by it; rviz shows nothing. A negative mesh scale mirrors the
+    mesh and turns its surface inside out, which is left alone here.
 
     Example: `<cylinder radius="0" length="0.1"/>`
 
@@ -59,10 +61,15 @@ def size_not_positive(context: Context) -> Found:
     Fix: none.
     """
     for link in context.sure_links:
-        for shape in (*link.visuals, *link.collisions):
+        for shape in shapes_of(link):
             bad = _bad_size(shape.geometry)
             if bad:
                 yield Finding(shape.geometry.origin, f"{link.name}: {bad}: the shape has no volume")
+
+
+def shapes_of(link: Link) -> tuple[Visual | Collision, ...]:
+    """What is seen of a link, then what it touches with."""
+    return (*link.visuals, *link.collisions)
 
 
 def _bad_size(geometry: Geometry) -> str:
@@ -112,16 +119,18 @@ def undefined_material(context: Context) -> Found:
                 yield Finding(
                     material.origin,
                     f"{link.name}: the material '{material.name}' is defined nowhere",
-                    did_you_mean(material.name, defined) or f'add <material name="{material.name}"> with a <color>',
+                    did_you_mean(material.name, defined)
+                    or f'add <material name="{material.name}"> with a <color>',
                 )
 
 
 @rule("G109", "shapes-differ", Severity.WARNING, "robot")
 def shapes_differ(context: Context) -> Found:
-    """A collision that differs from what is seen by more than a fifth: the extents of the two, both plain shapes.
+    """A collision that differs from what is seen by more than a fifth: the extents of the two, both plain
+    shapes.
 
-    Why: the robot is stopped by what is not seen, or goes through what is. For a wheel, the radius seen is not the
-    radius it rolls on: odometry is wrong by the ratio.
+    Why: the robot is stopped by what is not seen, or goes through what is. For a wheel, the radius seen
+    is not the radius it rolls on: odometry is wrong by the ratio.
 
     Example: visual `<cylinder radius="0.035" …/>`, collision `<cylinder radius="0.35" …/>`.
 
@@ -170,8 +179,8 @@ def _middle(ends: tuple[Vector, Vector]) -> Vector:
 def collides_at_rest(context: Context) -> Found:
     """Two links of plain shapes that lie in each other with all joints at zero, joined by no joint.
 
-    Why: simulators that check self-collision push them apart at the first step: the robot jumps, or its wheels
-    rub. MoveIt calls the start state in collision.
+    Why: simulators that check self-collision push them apart at the first step: the robot jumps, or its
+    wheels rub. MoveIt calls the start state in collision.
 
     Example: a caster's ball that reaches into the battery box.
 

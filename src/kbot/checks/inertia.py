@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
+from kbot.checks.geometry import shapes_of
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import eigenvalues
 from kbot.model import Inertial, Joint, Link, Mesh
@@ -114,13 +115,14 @@ def not_positive_definite(context: Context) -> Found:
             continue
         tensor = tensor_of(inertial)
         low, _, high = eigenvalues(tensor)
-        if all(v == 0.0 for row in tensor for v in row) or low > 1e-12 * abs(high):
+        if all(v == 0.0 for row in tensor for v in row) or low > 1e-9 * abs(high):
             continue
         if low >= 0.0 and not _moves(context, link):
             continue
         yield Finding(
             inertial.inertia_origin,
-            f"{link.name}: the tensor is not positive definite: its smallest principal moment is {low:.4g} kg m^2",
+            f"{link.name}: the tensor is not positive definite: its smallest principal moment is "
+            f"{low:.4g} kg m^2",
             solid_hint(context, link, inertial),
         )
 
@@ -147,7 +149,7 @@ def triangle_inequality(context: Context) -> Found:
         if not is_finite(inertial):
             continue
         low, middle, high = eigenvalues(tensor_of(inertial))
-        if low > 0.0 and high > (low + middle) * 1.01:
+        if low > 1e-9 * high and high > (low + middle) * 1.01:
             yield Finding(
                 inertial.inertia_origin,
                 f"{link.name}: principal moments {low:.4g}, {middle:.4g}, {high:.4g} kg m^2: the largest is "
@@ -176,7 +178,7 @@ def no_inertial(context: Context) -> Found:
         link = robot.links[joint.child]
         if link.inertial is not None or _weight_below(context, joint.child):
             continue
-        if not any(robot.links[l].inertial for l in robot.links):
+        if not any(other.inertial for other in robot.links.values()):
             continue
         yield Finding(
             link.origin,
@@ -217,27 +219,31 @@ def placeholder_tensor(context: Context) -> Found:
     for key, group in groups.items():
         if len(group) < 3 or not all(map(math.isfinite, key)) or not any(key[1:]):
             continue
-        shapes = {_outline(context, link) for link, _ in group}
+        alike = key[1] == key[4] == key[6]
+        shapes = {_outline(context, link, alike) for link, _ in group}
         if len(shapes - {None}) < 3:
             continue
         (link, inertial), *others = group
-        names = ", ".join(l.name for l, _ in others[:6]) + (" …" if len(others) > 6 else "")
+        names = ", ".join(other.name for other, _ in others[:6]) + (" …" if len(others) > 6 else "")
         yield Finding(
             inertial.inertia_origin,
-            f"{link.name}: the same mass {key[0]:g} kg and tensor (ixx {key[1]:g} kg m^2) as on {names}, whose "
+            f"{link.name}: the same mass {key[0]:g} kg and tensor (ixx {key[1]:g} kg m^2) as on "
+            f"{names}, whose "
             "shapes differ: a placeholder?",
             solid_hint(context, link, inertial),
-            tuple(Related(l.name, i.inertia_origin) for l, i in others[:6]),
+            tuple(Related(other.name, its.inertia_origin) for other, its in others[:6]),
         )
 
 
-def _outline(context: Context, link: Link) -> tuple[float, ...] | str | None:
+def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] | str | None:
     """What tells one link's size from another's: extents to a millimetre, or the meshes' names."""
     body = context.bodies[link.name]
     bounds = body.bounds()
     if bounds is not None and body.complete:
-        return tuple(round(h - l, 3) for l, h in zip(*bounds, strict=True))
-    meshes = sorted({s.geometry.uri for s in (*link.visuals, *link.collisions) if isinstance(s.geometry, Mesh)})
+        return tuple(round(end - start, 3) for start, end in zip(*bounds, strict=True))
+    if not by_name:
+        return None
+    meshes = sorted({s.geometry.uri for s in shapes_of(link) if isinstance(s.geometry, Mesh)})
     return ";".join(meshes) or None
 
 
@@ -261,7 +267,8 @@ def root_inertia(context: Context) -> Found:
         return
     yield Finding(
         link.inertial.origin,
-        f"{link.name}: the root link has an inertial of {link.inertial.mass:g} kg, which KDL ignores with a warning",
+        f"{link.name}: the root link has an inertial of {link.inertial.mass:g} kg, which KDL ignores "
+        "with a warning",
         "put an empty link above it, joined by a fixed joint",
     )
 

@@ -152,7 +152,9 @@ def axis_missing(context: Context) -> Found:
                 joint.origin,
                 f"{joint.name}: a {joint.type} joint without <axis> has the axis x, 1 0 0",
                 'write <axis xyz="…"/>, even where it is 1 0 0',
-                fix=context.insert_into(joint.origin, '<axis xyz="1 0 0"/>', "write the axis the joint has", safe=True),
+                fix=context.insert_into(
+                    joint.origin, '<axis xyz="1 0 0"/>', "write the axis the joint has", safe=True
+                ),
             )
 
 
@@ -197,7 +199,8 @@ def axis_not_unit(context: Context) -> Found:
             by = " ".join(f"{v / length:.10g}" for v in joint.axis)
             yield Finding(
                 joint.axis_origin,
-                f"{joint.name}: the axis is {length:.4g} long, not 1: a turn of 1 rad may come out as {length:.4g} rad",
+                f"{joint.name}: the axis is {length:.4g} long, not 1: a turn of 1 rad may come out as "
+                f"{length:.4g} rad",
                 f'<axis xyz="{by}"/>',
                 fix=context.replace_plain(joint.axis_origin, by, "make the axis of length 1", safe=True),
             )
@@ -225,7 +228,8 @@ def angle_in_degrees(context: Context) -> Found:
             radians = " ".join(f"{math.radians(v):.10g}" for v in values)
             yield Finding(
                 element.attribute_origin("rpy"),
-                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns (it ends at "
+                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns (it "
+                "ends at "
                 f"{turned:.1f} degrees): degrees where radians are meant?",
                 f'as degrees it is rpy="{radians}"',
                 fix=context.replace_plain(
@@ -255,7 +259,8 @@ def limit_in_degrees(context: Context) -> Found:
         if 2.0 * _FULL_TURN < worst < 1e4:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns: degrees where radians are meant?",
+                f"{joint.name}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns: degrees where radians "
+                "are meant?",
                 f"as degrees it is {math.radians(worst):.4f} rad",
             )
 
@@ -425,7 +430,8 @@ def zero_out_of_limits(context: Context) -> Found:
         if low <= high and not low - 1e-6 <= 0.0 <= high + 1e-6:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: 0 lies outside {low:.4g}..{high:.4g} {_unit(joint)}, where every tool starts it",
+                f"{joint.name}: 0 lies outside {low:.4g}..{high:.4g} {_unit(joint)}, where every tool "
+                "starts it",
             )
 
 

@@ -152,9 +152,14 @@ def _wheel(
         return None
     frame = frames[joint.child]
     axis = unit(frame.direction(joint.axis)) or (0.0, 0.0, 0.0)
+    steers = joint.type is JointType.REVOLUTE and abs(axis[2]) > 0.7
+    if joint.type is JointType.PRISMATIC or steers or _is_steered(robot, joint):
+        return None
     round_part = _round_part(bodies, list(held(robot, joint.child)), frames, frame)
     if round_part is None:
-        shapes = any(robot.links[name].visuals or robot.links[name].collisions for name in held(robot, joint.child))
+        shapes = any(
+            robot.links[name].visuals or robot.links[name].collisions for name in held(robot, joint.child)
+        )
         if not (named or (called and turns and shapes)):
             return None
         return Wheel(joint, joint.child, frame.translation, axis, None, None, None)
@@ -164,6 +169,12 @@ def _wheel(
     if not named and not isinstance(part.geometry, Cylinder | Sphere) and not called:
         return None
     return Wheel(joint, joint.child, center, axis, radius, width, part)
+
+
+def _is_steered(robot: Robot, joint: Joint) -> bool:
+    """Whether a joint above turns the wheel's axle, as a car's steering and a caster's swivel do."""
+    above = movable_above(robot, joint.parent)
+    return above is not None and above.type in (JointType.REVOLUTE, JointType.CONTINUOUS)
 
 
 def _round_part(
@@ -193,7 +204,7 @@ def _round_part(
 
 
 def side_of(name: str) -> str:
-    """"left" or "right" where a name says so, else an empty text."""
+    """ "left" or "right" where a name says so, else an empty text."""
     match = _SIDE.search(name)
     if not match:
         return ""
@@ -217,7 +228,12 @@ def _pairs(wheels: list[Wheel], named: Mapping[str, str]) -> list[Pair]:
     left_over = dict(by_joint)
     for wheel in wheels:
         partner = by_joint.get(_mirrored_name(wheel.joint.name) or "")
-        if partner and partner is not wheel and wheel.joint.name in left_over and partner.joint.name in left_over:
+        if (
+            partner
+            and partner is not wheel
+            and wheel.joint.name in left_over
+            and partner.joint.name in left_over
+        ):
             del left_over[wheel.joint.name], left_over[partner.joint.name]
             is_left = side_of(wheel.joint.name) == "left"
             pairs.append(Pair(wheel, partner) if is_left else Pair(partner, wheel))

@@ -69,9 +69,7 @@ def check_text(
     return tuple(sorted(wanted, key=lambda d: _place(d, path)))
 
 
-def examine(
-    source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
-) -> Context:
+def examine(source: Source, arguments: Mapping[str, str], packages: Packages, config: Config) -> Context:
     """Expand and read a description, keeping all that is wrong, ready for the rules."""
     from kbot.model.read import read_robot
     from kbot.xacro import expand_text
@@ -102,8 +100,10 @@ def _not_said_before(said: list[Diagnostic], new: tuple[Diagnostic, ...]) -> lis
         for d in new
         if not places
         or not d.origin
-        or not (d.code in ("U012", "U013") and ("${" in d.message or "$(" in d.message))
-        and not any(_overlap(p, d.origin.span) for p in places)
+        or (
+            not (d.code in ("U012", "U013") and ("${" in d.message or "$(" in d.message))
+            and not any(_overlap(p, d.origin.span) for p in places)
+        )
     ]
 
 

@@ -13,7 +13,9 @@ from kbot.model import Box, Capsule, Cylinder, JointType, Sphere
 from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
 
-_CAMERAS = frozenset({"camera", "depth", "depth_camera", "rgbd_camera", "rgbd", "multicamera", "wideanglecamera"})
+_CAMERAS = frozenset(
+    {"camera", "depth", "depth_camera", "rgbd_camera", "rgbd", "multicamera", "wideanglecamera"}
+)
 _LIDARS = frozenset({"ray", "gpu_ray", "lidar", "gpu_lidar"})
 _FRAME_TAGS = ("frameName", "frame_name", "frame_id", "gz_frame_id", "ignition_frame_id", "optical_frame_id")
 _OUTSIDE = frozenset({"odom", "map", "world", "earth"})
@@ -48,7 +50,11 @@ def camera_no_optical_frame(context: Context) -> Found:
     Fix: none.
     """
     for _, link, sensor in sensors(context):
-        if sensor.attributes.get("type") not in _CAMERAS or link not in context.robot.links or link in context.unsure:
+        if (
+            sensor.attributes.get("type") not in _CAMERAS
+            or link not in context.robot.links
+            or link in context.unsure
+        ):
             continue
         names = [e.text.strip() for e in _frames_of(sensor)]
         if any("optical" in n for n in (*names, link)):
@@ -57,7 +63,8 @@ def camera_no_optical_frame(context: Context) -> Found:
             continue
         yield Finding(
             sensor.origin,
-            f"{sensor.attributes.get('name', 'camera')}: '{link}' has no optical frame beneath it: images would be "
+            f"{sensor.attributes.get('name', 'camera')}: '{link}' has no optical frame beneath it: "
+            "images would be "
             "taken with x forward for z forward",
             'add a link joined by <origin rpy="${-pi/2} 0 ${-pi/2}"/> and name it as the sensor\'s frame',
             (Related(f"'{link}'", context.robot.links[link].origin),),
@@ -87,19 +94,27 @@ def lidar_sees_robot(context: Context) -> Found:
     Fix: none.
     """
     for _, link, sensor in sensors(context):
-        if sensor.attributes.get("type") not in _LIDARS or link not in context.frames or link in context.unsure:
+        if (
+            sensor.attributes.get("type") not in _LIDARS
+            or link not in context.frames
+            or link in context.unsure
+        ):
             continue
         scan = next((e for e in sensor.descendants() if e.tag in ("ray", "lidar")), None)
         if scan is None:
             continue
-        low, high = _value(scan, ("horizontal", "min_angle"), -math.pi), _value(scan, ("horizontal", "max_angle"), math.pi)
+        low, high = (
+            _value(scan, ("horizontal", "min_angle"), -math.pi),
+            _value(scan, ("horizontal", "max_angle"), math.pi),
+        )
         near, far = _value(scan, ("range", "min"), 0.0), _value(scan, ("range", "max"), 10.0)
         hit = _own_body(context, link, sensor, (low, high), (near, far))
         if hit is not None:
             name, distance, share, origin = hit
             yield Finding(
                 sensor.origin,
-                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.0f} % of its beams end on '{name}', the "
+                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.0f} % of its beams end on "
+                f"'{name}', the "
                 f"nearest {distance * 1e3:.3g} mm away",
                 "raise it, narrow its angles, or set its least range beyond the body",
                 (Related(f"the collision of '{name}'", origin),),
@@ -143,7 +158,9 @@ def _own_body(
                 continue
             for part in body.collisions:
                 shape = context.frames[name].then(part.frame)
-                t = _ray(shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half)
+                t = _ray(
+                    shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half
+                )
                 if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
                     best = (t, name, part.origin)
         if best is not None:
@@ -233,8 +250,8 @@ def sensor_frame_unknown(context: Context) -> Found:
 def sensor_frame_lumped(context: Context) -> Found:
     """A sensor on a link that is lost when the description is made into SDF, its fixed joint being lumped.
 
-    Why: Gazebo merges a link on a fixed joint into its parent. The sensor lives on, its frame does not: gz stamps
-    its messages with `robot/base_link/lidar`, which is no frame of tf.
+    Why: Gazebo merges a link on a fixed joint into its parent. The sensor lives on, its frame does not:
+    gz stamps its messages with `robot/base_link/lidar`, which is no frame of tf.
 
     Example: a gz lidar on `laser_frame`, without `<gz_frame_id>`.
 
@@ -263,7 +280,8 @@ def sensor_frame_lumped(context: Context) -> Found:
             continue
         yield Finding(
             sensor.origin,
-            f"{sensor.attributes.get('name', 'sensor')}: '{link}' is merged into '{joint.parent}' in SDF, and its "
+            f"{sensor.attributes.get('name', 'sensor')}: '{link}' is merged into '{joint.parent}' in "
+            "SDF, and its "
             "messages carry a frame that tf does not know",
             f"add <gz_frame_id>{link}</gz_frame_id>",
             (Related(f"the fixed joint '{joint.name}'", joint.origin),),

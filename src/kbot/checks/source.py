@@ -42,8 +42,8 @@ def _named(file: SourceFile, tag: str) -> Iterator[tuple[str, Element]]:
 def unused_property(context: Context) -> Found:
     """A property that nothing uses.
 
-    Why: whoever changes it thinks that the robot changes. A `wheel_separation` that no joint is placed by says one
-    thing while the wheels stand at another.
+    Why: whoever changes it thinks that the robot changes. A `wheel_separation` that no joint is placed by
+    says one thing while the wheels stand at another.
 
     Example: `<xacro:property name="wheel_separation" value="0.15"/>`, and nowhere `${wheel_separation}`.
 
@@ -164,7 +164,8 @@ def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str]:
 def redefined_after_use(context: Context) -> Found:
     """A property that is given another value after it was used.
 
-    Why: what stands above has the old value, what stands below the new one: two wheels of one robot with two radii.
+    Why: what stands above has the old value, what stands below the new one: two wheels of one robot with
+    two radii.
 
     Example: `radius` 0.035, a wheel, `radius` 0.04, another wheel.
 
@@ -185,7 +186,8 @@ def redefined_after_use(context: Context) -> Found:
                     if name in used_after[name] and name not in words:
                         yield Finding(
                             element.origin,
-                            f"the property '{name}' was {before.attributes['value']} where it was used before, and is "
+                            f"the property '{name}' was {before.attributes['value']} where it was used "
+                            "before, and is "
                             f"{value} from here on",
                             "give the second its own name",
                             (Related("the first value", before.origin),),
@@ -204,7 +206,8 @@ def redefined_after_use(context: Context) -> Found:
 def macro_without_prefix(context: Context) -> Found:
     """A macro called without `xacro:`.
 
-    Why: it is copied into the result as it stands, and URDF readers ignore it: the part is missing, and nothing says so.
+    Why: it is copied into the result as it stands, and URDF readers ignore it: the part is missing, and
+    nothing says so.
 
     Example: `<wheel prefix="left" reflect="1"/>`
 
@@ -266,8 +269,8 @@ def argument_before_default(context: Context) -> Found:
 def odd_boolean(context: Context) -> Found:
     """A truth value in a form that xacro takes for a text: `'False '`, `TRUE`, `no`.
 
-    Why: xacro knows `true`, `True`, `false` and `False`. Any other text that is not empty counts as true in an
-    expression: `${not flag}` of `'False '` is false, and the part that was switched off stays on.
+    Why: xacro knows `true`, `True`, `false` and `False`. Any other text that is not empty counts as true
+    in an expression: `${not flag}` of `'False '` is false, and the part that was switched off stays on.
 
     Example: `<xacro:property name="has_camera" value="False "/>`
 
@@ -277,7 +280,11 @@ def odd_boolean(context: Context) -> Found:
     """
     for file in context.sources:
         for element in file.elements:
-            if not element.tag.startswith("xacro:") or element.tag in ("xacro:if", "xacro:unless", "xacro:include"):
+            if not element.tag.startswith("xacro:") or element.tag in (
+                "xacro:if",
+                "xacro:unless",
+                "xacro:include",
+            ):
                 continue
             for name, value in element.attributes.items():
                 if name == "name" or value in _TRUTHS or value.strip().lower() not in ("true", "false"):
@@ -295,8 +302,8 @@ def odd_boolean(context: Context) -> Found:
 def leftover(context: Context) -> Found:
     """`${…}`, `$(…)` or a `xacro:` tag that is left in the result.
 
-    Why: readers take it as it stands: a name of `${prefix}_link`, a number that is none. It comes of `$$`, of a file
-    that is no xacro to those who load it, or of a value that holds one.
+    Why: readers take it as it stands: a name of `${prefix}_link`, a number that is none. It comes of
+    `$$`, of a file that is no xacro to those who load it, or of a value that holds one.
 
     Example: `<link name="$${prefix}base"/>`
 
@@ -314,12 +321,17 @@ def leftover(context: Context) -> Found:
         for name, value in element.attributes.items():
             if "$" in value and ("${" in value or "$(" in value):
                 origin = element.attribute_origin(name)
-                if not any(origin.span.start <= at <= origin.span.end for at in failed) and element.start not in failed:
+                if (
+                    not any(origin.span.start <= at <= origin.span.end for at in failed)
+                    and element.start not in failed
+                ):
                     yield Finding(origin, f"'{value}' is left in the result as it stands")
         for child in element.children:
             if not isinstance(child, Element | Comment) and ("${" in child.value or "$(" in child.value):
                 if not _failed_in(element, failed):
-                    yield Finding(element.origin, f"'{child.value.strip()[:60]}' is left in the result as it stands")
+                    yield Finding(
+                        element.origin, f"'{child.value.strip()[:60]}' is left in the result as it stands"
+                    )
 
 
 def _failed_in(element: Element, failed: set[int]) -> bool:

@@ -46,8 +46,6 @@ class SourceFile:
         return tuple(_macro(e) for e in self.elements if e.tag == "xacro:macro" and "name" in e.attributes)
 
 
-
-
 def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile, ...]:
     """The entry and those of its dependencies that are XML; files that cannot be read are left out."""
     files = []

@@ -179,6 +179,7 @@ def frame_reserved(context: Context) -> Found:
             if not any(j.is_movable for j in robot.child_joints.get(name, ())):
                 yield Finding(
                     element.attribute_origin("name"),
-                    f"the link '{name}' takes a frame that REP 105 gives to localisation: it will have two publishers",
+                    f"the link '{name}' takes a frame that REP 105 gives to localisation: it will have "
+                    "two publishers",
                     "begin the tree at base_footprint or base_link",
                 )

@@ -56,7 +56,15 @@ CHILDREN: dict[str, tuple[str, ...]] = {
 
 TOLERATED: dict[str, frozenset[str]] = {
     "link": frozenset(
-        {"gazebo", "sensor", "contact", "self_collision_checking", "collision_checking", "turnGravityOff", "xacro"}
+        {
+            "gazebo",
+            "sensor",
+            "contact",
+            "self_collision_checking",
+            "collision_checking",
+            "turnGravityOff",
+            "xacro",
+        }
     ),
     "joint": frozenset({"gazebo", "hardwareInterface", "disable_fixed_joint_lumping", "sensor"}),
     "collision": frozenset({"material", "contact_coefficients", "surface", "verbose", "max_contacts"}),
@@ -69,5 +77,7 @@ TOLERATED: dict[str, frozenset[str]] = {
 FOREIGN_ATTRIBUTES: dict[str, frozenset[str]] = {
     "robot": frozenset({"format"}),
     "mesh": frozenset({"convexdecomposition", "use_mesh_materials"}),
-    "dynamics": frozenset({"spring_stiffness", "spring_reference", "armature", "rotor_inertia", "gear_ratio"}),
+    "dynamics": frozenset(
+        {"spring_stiffness", "spring_reference", "armature", "rotor_inertia", "gear_ratio"}
+    ),
 }

@@ -118,8 +118,8 @@ def _words(wheel: Wheel) -> str:
 def wheels_drive_backwards(context: Context) -> Found:
     """Both wheels' axes point along -y.
 
-    Why: a positive speed then drives the robot backwards. diff_drive controllers take positive for forwards: the
-    robot runs from its goal, while its odometry says that it comes nearer.
+    Why: a positive speed then drives the robot backwards. diff_drive controllers take positive for
+    forwards: the robot runs from its goal, while its odometry says that it comes nearer.
 
     Example: `<axis xyz="0 -1 0"/>`
 
@@ -132,7 +132,8 @@ def wheels_drive_backwards(context: Context) -> Found:
             for wheel, origin in at_both(pair, _axis_origin):
                 yield Finding(
                     origin,
-                    f"{wheel.joint.name}: its axis, as its partner's, points along -y of the base: a positive speed "
+                    f"{wheel.joint.name}: its axis, as its partner's, points along -y of the base: a "
+                    "positive speed "
                     "drives backwards",
                     "let both axes point along +y",
                 )
@@ -163,7 +164,8 @@ def wheel_axis_askew(context: Context) -> Found:
                     angle = math.degrees(math.acos(min(1.0, abs(dot(round_, wheel.axis)))))
                     yield Finding(
                         _axis_origin(wheel.joint),
-                        f"{wheel.joint.name}: it turns about an axis {angle:.3g} degrees from that of its own "
+                        f"{wheel.joint.name}: it turns about an axis {angle:.3g} degrees from that of "
+                        "its own "
                         "cylinder: the wheel tumbles",
                         related=(Related("the cylinder", wheel.part.origin),) if wheel.part else (),
                     )
@@ -172,7 +174,8 @@ def wheel_axis_askew(context: Context) -> Found:
                 angle = math.degrees(math.acos(min(1.0, abs(wheel.axis[1]))))
                 yield Finding(
                     _axis_origin(wheel.joint),
-                    f"{wheel.joint.name}: its axis lies {angle:.3g} degrees from the base's y axis: the wheel drags "
+                    f"{wheel.joint.name}: its axis lies {angle:.3g} degrees from the base's y axis: "
+                    "the wheel drags "
                     "sideways",
                 )
 
@@ -230,8 +233,8 @@ def wheels_not_mirrored(context: Context) -> Found:
 def wheel_in_chassis(context: Context) -> Found:
     """A drive wheel that lies within a shape of the link that carries it.
 
-    Why: simulators leave out contacts between a link and its child, so that it goes unnoticed there; seen, the
-    wheel is hidden; once the wheel's joint is two links away, both push each other apart.
+    Why: simulators leave out contacts between a link and its child, so that it goes unnoticed there;
+    seen, the wheel is hidden; once the wheel's joint is two links away, both push each other apart.
 
     Example: a chassis box 20 cm wide with wheels 15 cm apart and no wheel wells.
 
@@ -248,7 +251,9 @@ def wheel_in_chassis(context: Context) -> Found:
             body = context.bodies[joint.parent]
             at = frame.local(wheel.center)
             for part in body.collisions or body.visuals:
-                if isinstance(part.geometry, Box | Cylinder) and _within(part.frame.local(at), part.half, part.geometry):
+                if isinstance(part.geometry, Box | Cylinder) and _within(
+                    part.frame.local(at), part.half, part.geometry
+                ):
                     yield Finding(
                         joint.pose.origin or joint.origin,
                         f"{wheel.link}: the wheel's middle lies within a shape of '{joint.parent}'",
@@ -282,14 +287,17 @@ def wheel_cannot_turn(context: Context) -> Found:
         for wheel in (pair.left, pair.right):
             joint = wheel.joint
             if joint.type is JointType.FIXED and (driven or turning):
-                yield Finding(joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _MEND)
+                yield Finding(
+                    joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _MEND
+                )
             elif joint.type is JointType.REVOLUTE and joint.limit:
                 low, high = joint.limit.lower or 0.0, joint.limit.upper or 0.0
                 if high - low < 1e4:
                     way = (high - low) * (wheel.radius or 0.0)
                     yield Finding(
                         joint.origin,
-                        f"{joint.name}: a drive wheel with limits {low:.4g}..{high:.4g} rad stops after {way:.3g} m",
+                        f"{joint.name}: a drive wheel with limits {low:.4g}..{high:.4g} rad stops "
+                        f"after {way:.3g} m",
                         _MEND,
                         (Related("the limits", joint.limit.origin),),
                     )
@@ -331,7 +339,8 @@ def wheel_effort_small(context: Context) -> Found:
         slope = math.degrees(math.asin(min(1.0, sum(efforts) / (mass * _GRAVITY * max(radii)))))
         yield Finding(
             limit.origin if limit else wheels[0].joint.origin,
-            f"{len(wheels)} wheels with {sum(efforts):.3g} N m together carry {mass:.4g} kg up {slope:.2g} degrees at "
+            f"{len(wheels)} wheels with {sum(efforts):.3g} N m together carry {mass:.4g} kg up "
+            f"{slope:.2g} degrees at "
             f"most; 5 degrees need {needed:.3g} N m",
             "write the motors' torque",
         )
@@ -341,8 +350,8 @@ def wheel_effort_small(context: Context) -> Found:
 def wheel_mesh_collision(context: Context) -> Found:
     """A drive wheel that touches the ground with a mesh.
 
-    Why: a mesh is a polygon: the wheel rumbles from edge to edge, its rolling radius changes with its angle, and
-    each contact costs as much as a hundred plain ones.
+    Why: a mesh is a polygon: the wheel rumbles from edge to edge, its rolling radius changes with its
+    angle, and each contact costs as much as a hundred plain ones.
 
     Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
 
@@ -366,12 +375,14 @@ def wheel_mesh_collision(context: Context) -> Found:
 def wheel_undriven(context: Context) -> Found:
     """A drive wheel that nothing drives: no plugin, controller, transmission, nor limit of effort or speed.
 
-    Why: on the screen the robot moves; in a simulator nothing ever turns the wheel, or what does turns it with
-    unbounded torque: it reaches any speed within one step, and slips or tips.
+    Why: on the screen the robot moves; in a simulator nothing ever turns the wheel, or what does turns it
+    with unbounded torque: it reaches any speed within one step, and slips or tips.
 
-    Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description without plugins.
+    Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description
+    without plugins.
 
-    Mend: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or ros2_control.
+    Mend: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
+    ros2_control.
 
     Fix: none.
     """
@@ -387,11 +398,11 @@ def wheel_undriven(context: Context) -> Found:
             joint = wheel.joint
             if joint.name in driven or joint.limit is not None or joint.type is not JointType.CONTINUOUS:
                 continue
-            lacks = "no effort or velocity limit" + (", no damping or friction" if joint.dynamics is None else "")
+            lacks = "no effort or velocity limit" + (
+                ", no damping or friction" if joint.dynamics is None else ""
+            )
             yield Finding(
                 joint.origin,
                 f"{joint.name}: no plugin, controller or transmission drives it, and it has {lacks}",
                 'add <limit effort="…" velocity="…"/> and what drives the wheel',
             )
-
-
