@@ -92,3 +92,37 @@ def test_a_state_of_another_robot_is_refused(sim, ball):
 def test_what_is_random_follows_the_seed(kbot_robot):
     draws = [Simulation(kbot_robot, seed=seed).random.random() for seed in (1, 1, 2)]
     assert draws[0] == draws[1] != draws[2]
+
+
+def test_a_robot_can_be_put_elsewhere(sim):
+    sim.cmd_vel(0.2, 0.3)
+    sim.run(1.0)
+    before = sim.odometry.pose
+    sim.set_pose(2.0, -1.0, 7.0)
+    truth = sim.ground_truth.pose
+    assert (truth.x, truth.y, truth.yaw) == pytest.approx((2.0, -1.0, 7.0))
+    assert sim.odometry.pose == before
+    with pytest.raises(KbotError, match="finite"):
+        sim.set_pose(float("nan"), 0.0, 0.0)
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+    assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-4)
+
+
+def test_a_changed_robot_goes_on_where_the_old_one_stood(sim):
+    from kbot.model.load import load_robot
+
+    sim.cmd_vel(0.2, 0.5)
+    sim.run(3.0)
+    larger = load_robot("kbot", {"wheel_radius": "0.045"}).require()
+    other = sim.with_robot(larger)
+    assert other.time == sim.time
+    assert other.joint_positions == pytest.approx(sim.joint_positions)
+    for mine, theirs in ((other.ground_truth, sim.ground_truth), (other.odometry, sim.odometry)):
+        a, b = mine.pose, theirs.pose
+        assert (a.x, a.y, a.yaw) == pytest.approx((b.x, b.y, b.yaw))
+    other.run(1.0)
+    assert other.twist.x == pytest.approx(0.2)
+    assert other.link_pose("base_link").translation[2] == pytest.approx(0.05, abs=1e-4)
+    off = other.odometry.pose.yaw - other.ground_truth.pose.yaw
+    assert abs(off) < 1e-3

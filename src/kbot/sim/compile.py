@@ -26,6 +26,7 @@ def compile_model(
     Raises:
         DescriptionError: the world or a robot cannot be simulated; every reason at its line.
     """
+    _keep_quiet()
     findings = Findings()
     spec = mujoco.MjSpec()
     _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
@@ -38,6 +39,13 @@ def compile_model(
     except ValueError as error:
         raise DescriptionError([_refused(str(error), plans)]) from None
     return model, tuple(findings.diagnostics)
+
+
+def _keep_quiet() -> None:
+    """The engine would write a log file into the working directory; the simulation speaks for itself."""
+    config = mujoco.MjLogConfig.get()
+    config.logto_file = config.logto_console = False
+    config.set()
 
 
 def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:  # noqa: ANN401

@@ -65,10 +65,17 @@ class TwistController:
         w = _within(angular, self.limits.angular_velocity)
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius
         if fastest > self.wheel_speed:
-            v, w = v * self.wheel_speed / fastest, w * self.wheel_speed / fastest
+            v, w = self._slowed(v, w)
         self.target = (v, w)
         self.deadline = deadline
         return self.twist != self.target
+
+    def _slowed(self, v: float, w: float) -> Twist2:
+        """The same curve at the wheels' greatest speed; also for numbers near the largest there are."""
+        size = max(abs(v), abs(w))
+        v, w = v / size, w / size
+        share = self.wheel_speed * self._radius / (abs(v) + abs(w) * self._half_track)
+        return v * share, w * share
 
     def advance(self) -> tuple[float, float, bool]:
         """The left and right wheel speeds (rad/s, forwards positive) for the next period, and whether they

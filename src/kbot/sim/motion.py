@@ -40,6 +40,11 @@ class WheelOdometry:
             self._separation, left, right,
         )  # fmt: skip
 
+    def start_at(self, pose: PlanarPose, left: float, right: float) -> None:
+        """Go on from a pose of the base, at these wheel angles."""
+        axle = pose @ self._axle_in_base
+        self.state = (axle.x, axle.y, axle.yaw, left, right)
+
     def pose(self, left: float, right: float) -> PlanarPose:
         """The base's pose at these wheel angles, which may be further on than the last update."""
         x, y, yaw, last_left, last_right = self.state

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import mujoco
@@ -70,6 +69,7 @@ class SimulatedRobot:
         }
         root = mujoco.mj_name2id(model, joint, prefix)
         self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
+        self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
         driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
         self.holds = JointHolds(model, data, prefix, [name for name in self._joints if name not in driven])
         self._servos: WheelServos | None = None
@@ -243,24 +243,39 @@ class SimulatedRobot:
             raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
         return self._bodies[link]
 
-    def set_position(self, joint: str, position: float) -> None:
-        """Put a joint somewhere at once, its speed left as it is; for the start of a run."""
-        self._qpos[self._joints[joint][0]] = position
-
-    def place(self, pose: PlanarPose, joints: Mapping[str, float]) -> None:
-        """See `Simulation.place`. The engine's frames must be up to date."""
-        for joint, position in joints.items():
-            self._require_joint(joint)
-            self.set_position(joint, position)
-        if self.root_qpos >= 0:
-            there, here = _upright(pose), _upright(self.ground_truth.pose)
-            root = there @ here.inverse() @ self.link_pose(self.robot.root)
-            x, y, z, w = root.quaternion_xyzw
-            self._data.qpos[self.root_qpos : self.root_qpos + 7] = [*root.translation, w, x, y, z]
-            self._is_left = self._yaw() >= 0.0
-            self._turns = round((pose.yaw - self._yaw()) / (2.0 * math.pi))
+    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+        """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
+        `height`; commands go on. The engine's frames must be up to date."""
+        if self.root_qpos < 0:
+            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
+        root_from_base = self.base_from_root.inverse()
+        upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
+        bx, by, _ = upright.apply(root_from_base.translation).tolist()
+        qx, qy, qz, qw = upright.quaternion_xyzw
+        for index, value in enumerate((x - bx, y - by, height, qw, qx, qy, qz)):
+            self._qpos[self.root_qpos + index] = value
+        for index in range(6):
+            self._qvel[self._root_dof + index] = 0.0
         if self._servos is not None:
             self._servos.settle()
+        self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
+
+    def take_over(self, other: SimulatedRobot) -> None:
+        """Go on as another robot did: its odometry and what it was told. Joints have been set before."""
+        if self._odometry is not None and self._servos is not None:
+            self._servos.settle()
+            self._odometry.start_at(other.odometry.pose, *self._servos.angles())
+        mine, theirs = self._controller, other._controller
+        if mine is not None and theirs is not None:
+            self.command(*theirs.target, theirs.deadline)
+
+    def set_position(self, joint: str, position: float) -> None:
+        """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
+        self._require_joint(joint)
+        self._qpos[self._joints[joint][0]] = position
+
+    def restart_odometry(self) -> None:
+        """Reckon from zero, from where the robot and its wheels are now."""
         if self._odometry is not None and self._servos is not None:
             self._odometry.reset(*self._servos.angles())
 
@@ -288,11 +303,6 @@ class SimulatedRobot:
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
         self.holds.engage_only(engaged)
-
-
-def _upright(pose: PlanarPose) -> Transform:
-    """A pose on the ground as a transform."""
-    return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
 
 
 def _base(robot: Robot) -> str:

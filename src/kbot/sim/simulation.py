@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mujoco
@@ -68,11 +68,14 @@ class Simulation:
         self.clock = Clock()
         self.bus = Bus()
         self.random = np.random.default_rng(seed)
+        self.journal: Callable[[str, dict[str, Any]], None] | None = None
+        """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
         drive = find_drive(robot)
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
         self._robot = SimulatedRobot(robot.name, robot, drive, limits or DriveLimits(), timestep)
         self._robots = {robot.name: self._robot}
         self._step_ns = timestep * 1e9
+        self._limits = limits
         self._slewing: list[SimulatedRobot] = []
         self._build(robot, drive)
         self._topics = RobotTopics(self.bus, self._robot, self.command)
@@ -146,6 +149,7 @@ class Simulation:
         self._robot.reset()
         self.random = np.random.default_rng(self.seed)
         self._start_at(0)
+        self._note("reset")
 
     def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
         """After a reset: stand elsewhere, at rest, the base at `pose` in the world at the height it starts
@@ -154,9 +158,13 @@ class Simulation:
         Raises:
             KbotError: an unknown joint.
         """
-        self._refresh()
-        self._robot.place(pose, joints or {})
+        for joint, position in (joints or {}).items():
+            self._robot.set_position(joint, position)
+        if self._robot.root_qpos >= 0:
+            self.set_pose(pose.x, pose.y, pose.yaw)
+        self._robot.restart_odometry()
         self._fresh = -1
+        self._note("place", x=pose.x, y=pose.y, yaw=pose.yaw, joints=dict(joints or {}))
 
     def _start_at(self, steps: int) -> None:
         self._steps = steps
@@ -226,6 +234,11 @@ class Simulation:
     def _command(self, robot: SimulatedRobot, linear: float, angular: float, deadline: int | None) -> None:
         if robot.command(linear, angular, deadline) and robot not in self._slewing:
             self._slewing.append(robot)
+        self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
+
+    def _note(self, what: str, **numbers: object) -> None:
+        if self.journal is not None:
+            self.journal(what, numbers)
 
     def set_joint(self, joint: str, position: float) -> None:
         """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.
@@ -234,10 +247,46 @@ class Simulation:
             KbotError: no such joint, one that drives or follows another, or a number that is not finite.
         """
         self._robot.hold(joint, position)
+        self._note("hold", joint=joint, position=position)
 
     def release_joint(self, joint: str) -> None:
         """Let a held joint move freely again. Raises KbotError for an unknown joint."""
         self._robot.release(joint)
+        self._note("release", joint=joint)
+
+    def set_pose(self, x: float, y: float, yaw: float) -> None:
+        """Put the robot somewhere else, standing still on level ground: metres and radians in the world.
+        Its odometry does not learn of it.
+
+        Raises:
+            KbotError: a number is not finite, or the robot is fixed to the world.
+        """
+        if not all(math.isfinite(value) for value in (x, y, yaw)):
+            raise KbotError(f"a pose is three finite numbers, not {x}, {y}, {yaw}")
+        self._refresh()
+        self._robot.stand_at(x, y, yaw, float(self._model.qpos0[self._robot.root_qpos + 2]))
+        self._fresh = -1
+        self._note("set_pose", x=x, y=y, yaw=yaw)
+
+    def with_robot(self, robot: Robot) -> Simulation:
+        """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
+        positions, odometry and command.
+
+        Raises:
+            DescriptionError: the changed robot cannot be simulated; this one is left as it is.
+        """
+        other = Simulation(robot, self.world, self.seed, self.timestep, self.contacts, self._limits)
+        held = self.joint_positions
+        for joint in robot.movable_joints:
+            lower, upper = limits(joint)
+            if joint.name in held and lower <= held[joint.name] <= upper:
+                other._robot.set_position(joint.name, held[joint.name])
+        if other._robot.root_qpos >= 0 and self._robot.root_qpos >= 0:
+            pose = self.ground_truth.pose
+            other.set_pose(pose.x, pose.y, pose.yaw)
+        other._robot.take_over(self._robot)
+        other._start_at(self._steps)
+        return other
 
     # what can be read
 
@@ -319,6 +368,7 @@ class Simulation:
         self._robot.restore(state.robots[self._robot.name])
         self.random.bit_generator.state = state.random
         self._start_at(state.steps)
+        self._note("restore")
 
     def state_sha256(self) -> str:
         """Digest of the engine's state; equal runs have equal ones."""

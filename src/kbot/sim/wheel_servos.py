@@ -41,6 +41,12 @@ class WheelServos:
         for _, _, command, _, forward, _, _ in self._right:
             ctrl[command] = right * forward
 
+    def settle(self) -> None:
+        """Stand still where the wheels are now, as if they had never been told to turn."""
+        for position, speed, _, state, _, _, _ in self._all:
+            self._qvel[speed] = 0.0
+            self._act[state] = self._qpos[position]
+
     def angles(self) -> tuple[float, float]:
         """Mean angle of each side's wheels in rad."""
         qpos = self._qpos
@@ -50,11 +56,6 @@ class WheelServos:
         for position, _, _, _, forward, _, _ in self._right:
             right += qpos[position] * forward
         return left / self._left_count, right / self._right_count
-
-    def settle(self) -> None:
-        """Take the wheels' present angles for those they are meant to be at."""
-        for position, _, _, state, _, _, _ in self._all:
-            self._act[state] = self._qpos[position]
 
     def unwind(self) -> None:
         """A blocked wheel's servo must not store up the way it did not go."""

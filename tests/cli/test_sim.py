@@ -1,0 +1,135 @@
+"""`kbot sim` without a page: what it prints and how it ends."""
+
+import json
+
+import pytest
+
+from kbot.cli.main import run
+
+
+def simulate(capsys, *words):
+    status = run(["sim", *words])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def report_of(capsys, *words):
+    status, out, err = simulate(capsys, *words, "--headless", "--json")
+    assert status == 0, err
+    return json.loads(out)
+
+
+def test_the_report_has_what_is_promised(capsys):
+    report = report_of(capsys, "kbot", "--duration", "2", "--cmd-vel", "0.2,0")
+    assert set(report) == {
+        "pose", "odometry", "distance_m", "steps", "simulated_s", "wall_s", "real_time_factor", "state_sha256",
+    }  # fmt: skip
+    assert set(report["pose"]) == set(report["odometry"]) == {"x", "y", "yaw"}
+    assert report["steps"] == 1000
+    assert report["simulated_s"] == 2.0
+    assert report["pose"]["x"] == pytest.approx(report["odometry"]["x"], abs=1e-5)
+    assert report["distance_m"] == pytest.approx(report["pose"]["x"], abs=1e-6)
+
+
+def test_equal_runs_have_equal_digests_and_others_do_not(capsys):
+    words = ("kbot", "--duration", "1", "--cmd-vel", "0.2,0.5")
+    first, second = (report_of(capsys, *words)["state_sha256"] for _ in range(2))
+    other = report_of(capsys, "kbot", "--duration", "1", "--cmd-vel", "0.2,0.4")["state_sha256"]
+    assert first == second != other
+
+
+def test_arguments_change_the_robot(capsys):
+    """Wheels twice as large under the same command: the same way, half as many turns of the wheel."""
+    large = report_of(capsys, "kbot", "wheel_radius:=0.07", "--duration", "2", "--cmd-vel", "0.2,0")
+    assert large["pose"]["x"] == pytest.approx(0.2 * 2 - 0.2**2 / 2, abs=0.01)
+
+
+def test_a_report_for_people(capsys):
+    status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--cmd-vel", "0.2,0.5")
+    assert status == 0
+    assert "times real time" in out
+    assert "odometry" in out
+    assert err == ""
+
+
+def test_a_script_drives(capsys, tmp_path):
+    script = tmp_path / "drive.py"
+    script.write_text("def drive(sim):\n    sim.cmd_vel(0.2, 0)\n    sim.run(3)\n    assert sim.time == 3\n")
+    report = report_of(capsys, "kbot", "--script", str(script))
+    assert report["simulated_s"] == 3.0
+
+
+def test_a_script_whose_assertion_fails_ends_with_one_and_says_the_values(capsys, tmp_path):
+    script = tmp_path / "drive.py"
+    script.write_text(
+        "LIMIT = 2.5\n\ndef drive(sim):\n    sim.cmd_vel(0.2, 0)\n    sim.run(1)\n"
+        "    pose = sim.ground_truth.pose\n    assert pose.x > LIMIT, 'too short'\n"
+    )
+    status, out, err = simulate(capsys, "kbot", "--headless", "--script", str(script), "--json")
+    assert status == 1
+    failure = json.loads(out)["failure"]
+    assert (failure["line"], failure["time_s"], failure["message"]) == (7, 1.0, "too short")
+    assert failure["values"]["LIMIT"] == "2.5"
+    assert f"{script}:7: at 1.000 s this did not hold: pose.x > LIMIT: too short" in err
+    assert "pose.x = 0.1" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("def drve(sim): pass\n", "has no function drive(sim)"),
+        ("def drive(sim:\n", "this is no Python"),
+        ("def drive(sim):\n    sim.cmd_vel(0.1, 0)\n    1 / 0\n", ":3: ZeroDivisionError"),
+        ("def drive(sim):\n    sim.run(-1)\n", "time to run"),
+    ],
+)
+def test_a_script_that_cannot_be_used_ends_with_two(capsys, tmp_path, text, message):
+    script = tmp_path / "drive.py"
+    script.write_text(text)
+    status, out, err = simulate(capsys, "kbot", "--headless", "--script", str(script))
+    assert status == 2
+    assert message in err
+    assert out == ""
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("nowhere.xacro", "--headless"), "nowhere.xacro does not exist"),
+        (("kbot", "--headless", "--cmd-vel", "0.2"), "--cmd-vel is two numbers"),
+        (("kbot", "--headless", "--cmd-vel", "0.2,fast"), "--cmd-vel is two numbers"),
+        (("kbot", "--headless", "--cmd-vel", "nan,0"), "two finite numbers"),
+        (("kbot", "--headless", "--cmd-vel", "0,inf"), "two finite numbers"),
+        (("kbot", "--headless", "--duration", "nan"), "--duration is a finite number"),
+        (("kbot", "--headless", "--duration", "-1"), "--duration is a finite number"),
+        (("kbot", "--headless", "--duration", "soon"), "not a valid float"),
+        (("kbot", "--headless", "--world", "bokses"), "did you mean 'boxes'"),
+        (("kbot", "--headless", "--world", "maze:size=x"), "whole number"),
+        (("kbot", "--headless", "--seed", "-1"), "--seed"),
+        (("kbot", "--headless", "--contacts", "magic"), "--contacts"),
+        (("kbot", "--duration", "1"), "--duration goes with --headless"),
+        (("kbot", "--cmd-vel", "1,0"), "--cmd-vel goes with --headless"),
+        (("kbot", "--headless", "--script", "none.py"), "none.py does not exist"),
+        (("kbot", "wheel_radius=0.04", "--headless"), "write wheel_radius:=0.04"),
+    ],
+)
+def test_bad_input_is_one_clear_message_and_status_two(capsys, words, message):
+    status, out, err = simulate(capsys, *words)
+    assert status == 2
+    assert message in err
+    assert out == ""
+    assert "Traceback" not in err
+
+
+def test_a_robot_without_wheels_says_why_it_cannot_drive(capsys, tmp_path):
+    file = tmp_path / "ball.urdf"
+    inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
+    file.write_text(
+        f'<robot name="ball"><link name="ball"><inertial><mass value="1"/>{inertia}</inertial>'
+        '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>'
+    )
+    assert report_of(capsys, str(file), "--duration", "1")["steps"] == 500
+    status, _, err = simulate(capsys, str(file), "--headless", "--cmd-vel", "0.1,0")
+    assert status == 2
+    assert "robot 'ball' cannot drive: the robot has no joint that moves" in err

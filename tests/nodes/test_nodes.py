@@ -1,0 +1,150 @@
+"""The two standard nodes: what they hear, what they say, and when."""
+
+import json
+from math import cos, pi, sin
+
+import pytest
+
+from kbot.messages import Bus, Clock, Header, JointState, String, TFMessage, Time
+from kbot.model.load import load_robot, load_robot_text
+from kbot.nodes import JointStatePublisher, RobotStatePublisher
+from kbot.text import KbotError
+
+MS = 1_000_000
+
+ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/><link name="tip"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+ <origin xyz="0 0 0.5"/><limit lower="-1" upper="2" effort="1" velocity="1"/>
+ <safety_controller soft_lower_limit="-0.5" soft_upper_limit="1.5" k_position="1" k_velocity="1"/></joint>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><axis xyz="0 0 1"/>
+ <origin xyz="1 0 0"/><limit lower="-4" upper="4" effort="1" velocity="1"/>
+ <mimic joint="shoulder" multiplier="-2" offset="0.25"/></joint>
+<joint name="tip" type="fixed"><parent link="lower"/><child link="tip"/><origin xyz="0.5 0 0"/></joint>
+<joint name="slide" type="prismatic"><parent link="base"/><child link="slider"/><axis xyz="1 0 0"/>
+ <limit lower="0.2" upper="0.6" effort="1" velocity="1"/></joint><link name="slider"/></robot>"""
+
+
+@pytest.fixture
+def arm():
+    return load_robot_text(ARM, "arm.urdf").require()
+
+
+def listen(bus, topic, kind):
+    heard = []
+    bus.subscribe(topic, kind, heard.append)
+    return heard
+
+
+def test_fixed_frames_are_said_once_and_to_who_comes_later(arm):
+    bus, clock = Bus(), Clock()
+    RobotStatePublisher(arm, bus, clock, description="<robot/>")
+    static = listen(bus, "/tf_static", TFMessage)
+    (transform,) = static[0].transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("lower", "tip")
+    assert transform.transform.translation.x == 0.5
+    assert listen(bus, "/robot_description", String) == [String("<robot/>")]
+
+
+def test_joint_states_turn_into_transforms_with_mimics_followed(arm):
+    bus, clock = Bus(), Clock()
+    RobotStatePublisher(arm, bus, clock)
+    heard = listen(bus, "/tf", TFMessage)
+    stamp = Time(1, 0)
+    bus.publish("/joint_states", JointState(Header(stamp), ("shoulder", "unknown"), (0.5, 9.0)))
+    found = {t.child_frame_id: t for t in heard[0].transforms}
+    assert set(found) == {"upper", "lower", "slider"}
+    assert found["upper"].header.stamp == stamp
+    rotation = found["upper"].transform.rotation
+    assert (rotation.z, rotation.w) == pytest.approx((sin(0.25), cos(0.25)))
+    rotation = found["lower"].transform.rotation
+    elbow = -2 * 0.5 + 0.25
+    assert (rotation.z, rotation.w) == pytest.approx((sin(elbow / 2), cos(elbow / 2)))
+
+
+def test_faster_messages_are_thinned_to_the_frequency(arm):
+    bus, clock = Bus(), Clock()
+    RobotStatePublisher(arm, bus, clock, frequency=50.0)
+    heard = listen(bus, "/tf", TFMessage)
+    for ms in range(0, 100, 10):
+        stamp = Time.from_nanoseconds(ms * MS)
+        bus.publish("/joint_states", JointState(Header(stamp), ("shoulder",), (0.0,)))
+    assert len(heard) == 5
+
+
+def test_a_prefix_stands_before_every_frame(arm):
+    bus, clock = Bus(), Clock()
+    RobotStatePublisher(arm, bus, clock, frame_prefix="a/", use_tf_static=False)
+    heard = listen(bus, "/tf", TFMessage)
+    bus.publish("/joint_states", JointState(Header(), ("shoulder",), (0.0,)))
+    assert {t.child_frame_id for t in heard[0].transforms} == {"a/upper", "a/lower", "a/slider", "a/tip"}
+
+
+def test_joints_are_said_at_the_rate_in_the_order_they_were_written(arm):
+    bus, clock = Bus(), Clock()
+    JointStatePublisher(arm, bus, clock, rate=10.0)
+    heard = listen(bus, "/joint_states", JointState)
+    for ms in range(20, 1001, 20):
+        clock.advance_to(ms * MS)
+    assert len(heard) == 10
+    assert heard[0].name == ("shoulder", "elbow", "slide")
+    assert heard[0].position == pytest.approx((0.0, 0.25, 0.4))
+    assert (heard[0].velocity, heard[0].effort) == ((), ())
+
+
+def test_positions_are_held_within_the_narrower_limits(arm):
+    publisher = JointStatePublisher(arm, Bus(), Clock())
+    publisher.set("shoulder", 9.0)
+    assert publisher.positions["shoulder"] == 1.5
+    wide = JointStatePublisher(arm, Bus(), Clock(), use_smallest_joint_limits=False)
+    wide.set("shoulder", 9.0)
+    assert wide.positions["shoulder"] == 2.0
+
+
+def test_a_source_is_taken_over(arm):
+    bus, clock = Bus(), Clock()
+    JointStatePublisher(arm, bus, clock, source_list=["/arm/joint_states"])
+    heard = listen(bus, "/joint_states", JointState)
+    bus.publish("/arm/joint_states", JointState(Header(), ("slide",), (0.3,), (0.1,)))
+    clock.advance_to(100 * MS)
+    assert heard[0].position[2] == 0.3
+    assert heard[0].velocity == (0.0, 0.0, 0.1)
+
+
+def test_a_continuous_joint_turns_between_minus_and_plus_pi():
+    publisher = JointStatePublisher(load_robot("kbot").require(), Bus(), Clock())
+    assert publisher.ranges["left_wheel_joint"] == (-pi, pi)
+
+
+@pytest.mark.parametrize(
+    ("joint", "position", "message"),
+    [
+        ("elbow", 0.0, "follows 'shoulder'"),
+        ("sholder", 0.0, "did you mean 'shoulder'"),
+        ("shoulder", float("nan"), "finite"),
+    ],
+)
+def test_what_cannot_be_set_is_said(arm, joint, position, message):
+    with pytest.raises(KbotError, match=message):
+        JointStatePublisher(arm, Bus(), Clock()).set(joint, position)
+
+
+def test_the_frames_are_those_of_a_real_ros(shared):
+    """What a real Noetic's robot_state_publisher said for the corrected chapter at four joint positions."""
+    chapter = shared / "chapter"
+    robot = load_robot(chapter / "corrected" / "kbot.urdf").require()
+    for case in json.loads((chapter / "ros_reference" / "tf_transforms.json").read_text()):
+        bus = Bus()
+        RobotStatePublisher(robot, bus, Clock())
+        moving, static = listen(bus, "/tf", TFMessage), listen(bus, "/tf_static", TFMessage)
+        joints = case["joint_positions"]
+        bus.publish("/joint_states", JointState(Header(), tuple(joints), tuple(joints.values())))
+        for said, wanted in ((moving, case["tf"]), (static, case["tf_static"])):
+            found = {t.child_frame_id: t for t in said[0].transforms}
+            assert set(found) == {frame["child"] for frame in wanted}
+            for frame in wanted:
+                transform = found[frame["child"]]
+                place, turn = transform.transform.translation, transform.transform.rotation
+                assert transform.header.frame_id == frame["parent"]
+                assert (place.x, place.y, place.z) == pytest.approx(frame["translation"], abs=1e-12)
+                same = sum(a * b for a, b in zip((turn.x, turn.y, turn.z, turn.w), frame["rotation_xyzw"]))
+                assert abs(same) == pytest.approx(1.0, abs=1e-12)
