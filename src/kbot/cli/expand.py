@@ -12,7 +12,8 @@ from kbot.cli.output import report
 from kbot.text.errors import KbotError
 from kbot.text.files import write_text
 from kbot.xacro import Packages, expand
-from kbot.xacro.result import Expansion
+from kbot.xacro.run import Log
+from kbot.xacro.scope import Scope
 
 
 @click.command(
@@ -24,7 +25,9 @@ from kbot.xacro.result import Expansion
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
-@click.option("-o", "output", metavar="FILE", help="Write to FILE; where there are errors it is left as it is.")
+@click.option(
+    "-o", "output", metavar="FILE", help="Write to FILE; where there are errors it is left as it is."
+)
 @click.option("--deps", is_flag=True, help="Print the files that FILE depends on, and nothing else.")
 @click.option("--plain", is_flag=True, help="Leave the banner out.")
 @click.option("--source-map", metavar="JSON", help="Write where everything came from.")
@@ -32,7 +35,9 @@ from kbot.xacro.result import Expansion
 @click.option("--root-dir", metavar="DIR", default=os.curdir, help="Resolve relative paths in DIR.")
 @click.option("-q", "quiet", is_flag=True, help="No warnings.")
 @click.option("-v", "verbose", count=True, help="Say more; thrice logs properties.")
-@click.option("--verbosity", type=int, metavar="LEVEL", help="0 quiet, 1 warnings, 3 log top-level properties, 4 all.")
+@click.option(
+    "--verbosity", type=int, metavar="LEVEL", help="0 quiet, 1 warnings, 3 log top-level properties, 4 all."
+)
 @package_path_option
 def command(
     words: tuple[str, ...],
@@ -51,7 +56,7 @@ def command(
     file, arguments = one_file(words)
     level = 0 if quiet else verbosity if verbosity is not None else max(1, verbose)
     expansion = expand(
-        _path(file),
+        robot_path(file),
         _official(arguments),
         packages=Packages(package_path),
         root_dir=root_dir,
@@ -62,17 +67,19 @@ def command(
         sys.stderr.flush()
         click.get_current_context().exit(2)
     if source_map:
-        _write(source_map, expansion.source_map.to_json(plain))
+        from kbot.xacro.source_map import SourceMap
+
+        _write(source_map, SourceMap(expansion, plain=plain).to_json())
     if deps:
         _write(output, " ".join(expansion.dependencies))
     else:
         _write(output, expansion.plain_text if plain else expansion.text)
 
 
-def _path(file: str) -> str:
+def robot_path(file: str) -> str:
+    """The path of FILE, where `kbot` means the robot that ships with KBot."""
     if file != "kbot":
         return file
-    from kbot.model.load import resolve_robot_path
 
     return str(resolve_robot_path(file))
 
@@ -98,14 +105,9 @@ def _write(path: str | None, text: str) -> None:
     write_text(path, text)
 
 
-def _log(level: int):  # type: ignore[no-untyped-def]
-    from kbot.xacro.scope import Scope
-
+def _log(level: int) -> Log:
     def log(what: str, scope: Scope, name: str, value: object) -> None:
         if level > 3 or scope.parent is None:
             sys.stderr.write(f"{' ' * scope.depth}{what} {name}: {value} ({scope.run.file})\n")
 
     return log
-
-
-__all__ = ["Expansion", "command"]

@@ -29,7 +29,9 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     name = os.fspath(path)
     try:
         with open(name, "rb", buffering=0) as stream:  # noqa: PTH123 - no pathlib: this is read thousands of times
-            data = stream.read(max_bytes + 1) if os.fstat(stream.fileno()).st_size > max_bytes else stream.read()
+            data = (
+                stream.read(max_bytes + 1) if os.fstat(stream.fileno()).st_size > max_bytes else stream.read()
+            )
     except FileNotFoundError:
         folder, _, last = name.rpartition("/")
         siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []  # noqa: PTH112, PTH208

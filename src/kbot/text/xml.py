@@ -71,7 +71,18 @@ class Instruction(CData):
 class Element:
     """An element: its name as written, attributes in order, children, and where it came from."""
 
-    __slots__ = ("_close", "attributes", "call", "children", "fed", "is_plain", "moved", "source", "start", "tag")
+    __slots__ = (
+        "_close",
+        "attributes",
+        "call",
+        "children",
+        "fed",
+        "is_plain",
+        "moved",
+        "source",
+        "start",
+        "tag",
+    )
 
     def __init__(
         self,
@@ -355,12 +366,68 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
 
 
 _USUAL_TAGS = frozenset(
-    "robot link joint inertial visual collision origin geometry material mass inertia box cylinder sphere mesh "
-    "color parent child axis limit dynamics mimic gazebo sensor plugin transmission param hardware".split()
+    [
+        "robot",
+        "link",
+        "joint",
+        "inertial",
+        "visual",
+        "collision",
+        "origin",
+        "geometry",
+        "material",
+        "mass",
+        "inertia",
+        "box",
+        "cylinder",
+        "sphere",
+        "mesh",
+        "color",
+        "parent",
+        "child",
+        "axis",
+        "limit",
+        "dynamics",
+        "mimic",
+        "gazebo",
+        "sensor",
+        "plugin",
+        "transmission",
+        "param",
+        "hardware",
+    ]
 )
 _USUAL_NAMES = frozenset(
-    "name value xyz rpy link type filename params default size radius length scale rgba lower upper effort "
-    "velocity ixx ixy ixz iyy iyz izz damping friction reference joint".split()
+    [
+        "name",
+        "value",
+        "xyz",
+        "rpy",
+        "link",
+        "type",
+        "filename",
+        "params",
+        "default",
+        "size",
+        "radius",
+        "length",
+        "scale",
+        "rgba",
+        "lower",
+        "upper",
+        "effort",
+        "velocity",
+        "ixx",
+        "ixy",
+        "ixz",
+        "iyy",
+        "iyz",
+        "izz",
+        "damping",
+        "friction",
+        "reference",
+        "joint",
+    ]
 )
 
 

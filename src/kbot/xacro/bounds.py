@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from kbot.xacro.faults import Fault, LimitFault
@@ -71,7 +71,8 @@ class Budget:
         """Count everything within nested lists and dictionaries, shared parts as often as they show."""
         if not isinstance(value, _SIZED) or isinstance(value, range):
             return
-        left, pending, path = self.steps, [iter((value,))], 0
+        left, path = self.steps, 0
+        pending: list[Iterator[Value]] = [iter((value,))]
         while pending:
             item = next(pending[-1], pending)
             if item is pending:
@@ -227,7 +228,9 @@ def call(budget: Budget, function: Value, args: list[Value], named: dict[str, Va
     return budget.checked(function(*args, **named))
 
 
-def _method(budget: Budget, owner: Value, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
+def _method(
+    budget: Budget, owner: Value, function: Value, args: list[Value], named: dict[str, Value]
+) -> Value:
     name = function.__name__
     _measure(budget, owner)
     if isinstance(owner, str | bytes):
@@ -257,7 +260,7 @@ def _guarded(budget: Budget, function: Value) -> Value:
 Guard = Callable[[Budget, Any, list[Value], dict[str, Value]], Value]
 
 
-def _calls_back(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _calls_back(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     for arg in args:
         budget.weigh(arg)
     args = [_guarded(budget, a) if callable(a) and not isinstance(a, type(None)) else a for a in args]
@@ -265,13 +268,13 @@ def _calls_back(budget: Budget, function: Any, args: list[Value], named: dict[st
     return function(*args, **named)
 
 
-def _weighed(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _weighed(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     for arg in args:
         budget.weigh(arg)
     return function(*args, **named)
 
 
-def _range(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _range(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     result = range(*args, **named)
     try:
         size = len(result)
@@ -281,31 +284,31 @@ def _range(budget: Budget, function: Any, args: list[Value], named: dict[str, Va
     return result
 
 
-def _type(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _type(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if len(args) != 1 or named:
         raise Fault("X191", "type() makes no new types here", "give it one argument")
     return type(args[0])
 
 
-def _refused(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _refused(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     raise Fault("X191", f"{function.__name__}() is refused: it leads to Python's internals")
 
 
-def _factorial(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _factorial(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     for n in args:
         if isinstance(n, int) and n > 1:
             budget.bits(n * math.log2(n))
     return function(*args, **named)
 
 
-def _combinations(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _combinations(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if args and all(isinstance(n, int) for n in args):
         n, k = abs(args[0]), abs(args[-1])
         budget.bits(min(n, k) * n.bit_length())
     return function(*args, **named)
 
 
-def _product(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _product(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if function is math.prod and args:
         args = [list(args[0]), *args[1:]]
     factors = args[0] if function is math.prod and args else args
@@ -313,7 +316,7 @@ def _product(budget: Budget, function: Any, args: list[Value], named: dict[str, 
     return function(*args, **named)
 
 
-def _sum(budget: Budget, function: Any, args: list[Value], named: dict[str, Value]) -> Value:
+def _sum(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if args:
         items = list(args[0])
         lengths = sum(len(item) for item in items if isinstance(item, _SIZED))
@@ -351,7 +354,7 @@ def _format(budget: Budget, owner: str, args: list[Value], named: dict[str, Valu
     import string
 
     class Formatter(string.Formatter):
-        def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:
+        def get_field(self, field_name: str, args: Value, kwargs: Value) -> Value:
             first, _, _ = field_name.partition(".")
             first = first.partition("[")[0]
             value = self.get_value(int(first) if first.isdigit() else first, args, kwargs)
@@ -362,7 +365,7 @@ def _format(budget: Budget, owner: str, args: list[Value], named: dict[str, Valu
                     value = value[int(name) if name.isdigit() else name]
             return value, first
 
-        def format_field(self, value: Any, format_spec: str) -> str:
+        def format_field(self, value: Value, format_spec: str) -> str:
             return format_value(budget, value, format_spec)
 
     for value in (*args, *named.values()):
@@ -383,23 +386,26 @@ def format_value(budget: Budget, value: Value, spec: str) -> str:
 
 
 def _padded(name: str) -> Callable[[Budget, Any, list[Value], dict[str, Value]], Any]:
-    def padded(budget: Budget, owner: Any, args: list[Value], named: dict[str, Value]) -> Any:
+    def padded(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> Value:
         widths = [v for v in (*args, *named.values()) if isinstance(v, int)]
         width = max(map(abs, widths), default=8)
-        budget.length(width * (owner.count("\t" if isinstance(owner, str) else b"\t") + 1)
-                      if name == "expandtabs" else width)
+        budget.length(
+            width * (owner.count("\t" if isinstance(owner, str) else b"\t") + 1)
+            if name == "expandtabs"
+            else width
+        )
         return getattr(owner, name)(*args, **named)
 
     return padded
 
 
-def _replace(budget: Budget, owner: Any, args: list[Value], named: dict[str, Value]) -> Any:
+def _replace(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if len(args) >= 2 and all(isinstance(a, str | bytes) for a in args[:2]):
         budget.length(len(owner) + (owner.count(args[0]) * len(args[1])))
     return owner.replace(*args, **named)
 
 
-def _join(budget: Budget, owner: Any, args: list[Value], named: dict[str, Value]) -> Any:
+def _join(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if len(args) == 1 and not isinstance(args[0], str | bytes):
         items = list(args[0])
         budget.charge(len(items))
@@ -408,7 +414,7 @@ def _join(budget: Budget, owner: Any, args: list[Value], named: dict[str, Value]
     return owner.join(*args, **named)
 
 
-def _translate(budget: Budget, owner: Any, args: list[Value], named: dict[str, Value]) -> Any:
+def _translate(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if args and isinstance(args[0], dict):
         longest = max((len(v) for v in args[0].values() if isinstance(v, str)), default=1)
         budget.length(len(owner) * max(longest, 1))

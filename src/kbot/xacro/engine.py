@@ -7,14 +7,14 @@ import os
 import sys
 from collections.abc import Mapping
 
-from kbot.text.diagnostic import Diagnostic
+from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Document, Element
 from kbot.xacro import expressions, files, templates
 from kbot.xacro.expander import Expander
-from kbot.xacro.faults import LimitFault, Problem, Severity
+from kbot.xacro.faults import LimitFault, Problem
 from kbot.xacro.limits import DEFAULT, Limits
 from kbot.xacro.packages import Packages
 from kbot.xacro.result import Expansion
@@ -82,6 +82,7 @@ def clear_cache() -> None:
 
 def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]) -> Expansion:
     root, document = None, None
+    scope, expander = Scope(run), Expander(run, dict(properties))
     stopped: tuple[Diagnostic, ...] = ()
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, run.limits.nesting * _FRAMES_PER_LEVEL + 1000))
@@ -89,7 +90,9 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
     try:
         document = files.parsed(source, run.limits.nesting)
-        root = _walk(document, run, properties)
+        if document.diagnostics:
+            run.adopt(document.diagnostics, None)
+        root = _walk(document, expander, scope, properties)
     except DescriptionError as error:
         return Expansion(name, None, None, error.diagnostics, ())
     except LimitFault as fault:
@@ -98,18 +101,16 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
         sys.setrecursionlimit(before)
         if collecting:
             gc.enable()
-    return Expansion(name, document, root, (*run.diagnostics(), *stopped), tuple(run.dependencies))
+    return Expansion(
+        name, document, root, (*run.diagnostics(), *stopped), tuple(run.dependencies), scope, expander.macros
+    )
 
 
-def _walk(document: Document, run: Run, properties: Mapping[str, Value]) -> Element:
-    if document.diagnostics:
-        run.adopt(document.diagnostics, None)
-    scope = Scope(run)
+def _walk(document: Document, expander: Expander, scope: Scope, properties: Mapping[str, Value]) -> Element:
     for name, value in properties.items():
         scope.values[name] = Binding(name, value, READY, None, "", None)
-    expander = Expander(run, dict(properties))
     root = expander.root(document.root, scope)
-    _warn_of_unknown(run, properties, expander.overridden)
+    _warn_of_unknown(expander.run, properties, expander.overridden)
     return root
 
 

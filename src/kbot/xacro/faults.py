@@ -26,7 +26,10 @@ class Problem:
     def also(self, message: str, origin: Origin) -> None:
         """Add a place, unless it is the problem's own or known already."""
         span = origin.span
-        if self.origin is None or (span.source, span.start) != (self.origin.span.source, self.origin.span.start):
+        if self.origin is None or (span.source, span.start) != (
+            self.origin.span.source,
+            self.origin.span.start,
+        ):
             self.related.setdefault((span.file, span.start, message), Related(message, origin))
 
     def diagnostic(self) -> Diagnostic:

@@ -11,6 +11,8 @@ from kbot.text.xml import Document, Element, Text
 from kbot.xacro.serialise import banner, serialise
 
 if TYPE_CHECKING:
+    from kbot.xacro.macros import MacroTable
+    from kbot.xacro.scope import Scope
     from kbot.xacro.source_map import SourceMap
 
 
@@ -30,11 +32,16 @@ class Expansion:
         document: Element | None,
         diagnostics: tuple[Diagnostic, ...],
         dependencies: tuple[str, ...],
+        scope: Scope | None = None,
+        macros: MacroTable | None = None,
     ) -> None:
         self.path = path
         self.document = document
         self.diagnostics = diagnostics
         self.dependencies = dependencies
+        self.scope = scope
+        """The names of the top level as they were at the end."""
+        self.macros = macros
         self._before: list[Text] = source.before if source else []
         self._after: list[Text] = source.after if source else []
 

@@ -190,8 +190,10 @@ class Scope:
 
     def _undefined(self, name: str) -> Fault:
         close = nearest(name, self.known())
-        hint = "did you mean " + " or ".join(f"'{n}'" for n in close) + "?" if close else (
-            f'define it before: <xacro:property name="{name}" value="…"/>'
+        hint = (
+            "did you mean " + " or ".join(f"'{n}'" for n in close) + "?"
+            if close
+            else (f'define it before: <xacro:property name="{name}" value="…"/>')
         )
         fault = Fault("X103", f"the property '{name}' is not defined", hint, key=("undefined", name))
         fault.near = bool(close)

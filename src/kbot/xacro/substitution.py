@@ -96,7 +96,9 @@ def _find(run: Run, words: list[str]) -> str:
     try:
         return run.packages.find(words[0])
     except PackageNotFound as error:
-        fault = Fault("X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name))
+        fault = Fault(
+            "X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name)
+        )
         fault.missing_file = True
         raise fault from None
 
@@ -106,7 +108,9 @@ def _env(run: Run, words: list[str]) -> str:
         raise Fault("X111", f"$(env VARIABLE) takes one name, not {len(words)}")
     value = os.environ.get(words[0])
     if value is None:
-        hint = did_you_mean(words[0], os.environ) or f"set it, or give a default: $(optenv {words[0]} default)"
+        hint = (
+            did_you_mean(words[0], os.environ) or f"set it, or give a default: $(optenv {words[0]} default)"
+        )
         raise Fault("X113", f"the environment variable '{words[0]}' is not set", hint)
     return value
 

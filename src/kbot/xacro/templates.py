@@ -57,7 +57,9 @@ def pieces(text: str) -> list[Piece]:
         elif kind == "escaped":
             found.append(Piece("text", match[0][1:], start, end))
         else:
-            found.append(Piece("expression" if kind == "expression" else "command", match[0][2:-1], start, end))
+            found.append(
+                Piece("expression" if kind == "expression" else "command", match[0][2:-1], start, end)
+            )
     if at != len(text):
         raise _unclosed(text, at)
     return found
@@ -68,7 +70,8 @@ def _unclosed(text: str, at: int) -> Fault:
     mark = match[0] if match else text[at]
     closing = {"{": "}", "(": ")"}.get(mark[-1])
     if closing:
-        fault = Fault("X101", f"'{mark}' is never closed", f"close it with '{closing}', or write '${mark}' for the text")
+        hint = f"close it with '{closing}', or write '${mark}' for the text"
+        fault = Fault("X101", f"'{mark}' is never closed", hint)
     else:
         fault = Fault("X101", f"'{mark}' begins neither '${{' nor '$('")
     fault.part = (at, at + len(mark))
@@ -152,7 +155,6 @@ def _evaluator(piece: Piece) -> Evaluator:
         fault.part = (piece.start, piece.end)
         raise
 
-
     def guarded(scope: Scope) -> Value:
         try:
             return closure(scope)
@@ -172,6 +174,7 @@ def _text(content: str, scope: Scope) -> str:
 
 
 def invalid(error: InvalidExpression, piece: Piece | None = None) -> Fault:
+    """The fault of a syntax error."""
     fault = Fault("X102", f"invalid expression: {error}")
     if piece is not None:
         fault.part = (piece.start, piece.end)
@@ -191,7 +194,7 @@ def expression(content: str, scope: Scope) -> Value:
     return _guarded(closure, content, scope)
 
 
-def _guarded(closure: Closure, content: str, scope: Scope) -> Value:
+def _guarded(closure: Evaluator, content: str, scope: Scope) -> Value:
     try:
         return closure(scope)
     except EXPRESSION_ERRORS as error:
@@ -199,6 +202,7 @@ def _guarded(closure: Closure, content: str, scope: Scope) -> Value:
 
 
 def failed(error: Exception, content: str) -> Fault:
+    """The fault of an expression that raised an error."""
     wanted = getattr(error, "wanted", None)
     hint = ""
     if wanted:

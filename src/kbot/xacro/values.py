@@ -13,7 +13,7 @@ Value = Any
 class YamlList(list[Any]):
     """A list from YAML: its items give dotted access too."""
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: Value) -> Value:
         return wrap(super().__getitem__(index))
 
     def __iter__(self) -> Iterator[Any]:
@@ -24,14 +24,14 @@ class YamlList(list[Any]):
 class YamlDict(dict[Any, Any]):
     """A dictionary from YAML: `data.key` is `data['key']`, and a missing key has the same error."""
 
-    def __getitem__(self, key: Any) -> Any:
+    def __getitem__(self, key: Value) -> Value:
         try:
             return wrap(super().__getitem__(key))
         except KeyError:
             raise AttributeError(f"The yaml dictionary has no key '{key}'") from None
 
 
-def wrap(item: Any) -> Any:
+def wrap(item: Value) -> Value:
     """An item as it is seen from an expression."""
     if isinstance(item, dict):
         return YamlDict(item)

@@ -62,7 +62,7 @@ class _NotPlain(Exception):
     """The text holds more of YAML than `_plain_data` reads."""
 
 
-def _plain_data(text: str, evaluate: Callable[[str], Value]) -> Any:
+def _plain_data(text: str, evaluate: Callable[[str], Value]) -> Value:
     """The data of a text of mappings, lists and scalars: what nearly every parameter file is.
 
     It is built from the parser's events, which takes half the time of going through its nodes.
@@ -81,7 +81,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value]) -> Any:
         parser.dispose()
 
 
-def _build(next_event: Callable[[], Any], yaml: Any, evaluate: Callable[[str], Value]) -> Any:
+def _build(next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value]) -> Value:
     documents: list[Any] = []
     current: Any = documents
     key: Any = None
@@ -135,7 +135,7 @@ _WORDS: dict[str, bool | None] = {
 } | {"~": None, "": None}
 
 
-def _scalar(event: Any, evaluate: Callable[[str], Value]) -> Value:
+def _scalar(event: Value, evaluate: Callable[[str], Value]) -> Value:
     text: str = event.value
     if event.anchor:
         raise _NotPlain
@@ -163,14 +163,18 @@ def _resolved(text: str) -> Value:
 
     if text in ("<<", "="):
         raise _NotPlain
-    return yaml.safe_load(f"- {text}")[0] if "\n" not in text and "#" not in text and ": " not in text else _not_plain()
+    return (
+        yaml.safe_load(f"- {text}")[0]
+        if "\n" not in text and "#" not in text and ": " not in text
+        else _not_plain()
+    )
 
 
 def _not_plain() -> Value:
     raise _NotPlain
 
 
-def _any_data(text: str, evaluate: Callable[[str], Value]) -> Any:
+def _any_data(text: str, evaluate: Callable[[str], Value]) -> Value:
     """The data of any YAML text, by the library's own loader."""
     import yaml
 
@@ -189,7 +193,7 @@ def _any_data(text: str, evaluate: Callable[[str], Value]) -> Any:
         loader.dispose()
 
 
-def _is_tree(data: Any) -> bool:
+def _is_tree(data: Value) -> bool:
     """Whether the data, aliases counted as often as they show, is of a size to work with."""
     left, level = _MAX_NODES, [data]
     for _ in range(100):
@@ -208,7 +212,7 @@ def _is_tree(data: Any) -> bool:
     return False
 
 
-def _copied(data: Any) -> Any:
+def _copied(data: Value) -> Value:
     """A copy, so that nobody changes what is remembered."""
     if type(data) is dict:
         return {key: _copied(value) if type(value) in (dict, list) else value for key, value in data.items()}

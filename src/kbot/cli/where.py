@@ -1,0 +1,128 @@
+"""`kbot where`: which lines made a link, a joint, or a line of the result."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import click
+
+from kbot.cli.arguments import examples, package_path_option, split_arguments
+from kbot.cli.expand import robot_path
+from kbot.cli.output import print_json, report
+from kbot.text.errors import KbotError
+from kbot.text.span import Span
+from kbot.text.suggest import did_you_mean
+from kbot.xacro import Packages, expand
+from kbot.xacro.definitions import Definition, definitions
+from kbot.xacro.result import Expansion
+from kbot.xacro.scope import Binding
+from kbot.xacro.source_map import Trace, expressions
+
+_PLACE = re.compile(r"(\d+)(?::(\d+))?")
+
+
+@click.command(
+    "where",
+    epilog=examples(
+        "kbot where kbot left_wheel              a link, joint, material, property or macro",
+        "kbot where robot.xacro 120:15           line 120, column 15 of what `kbot expand` writes",
+    ),
+)
+@click.argument("words", nargs=-1, metavar="FILE NAME|LINE[:COLUMN] [name:=value ...]")
+@package_path_option
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> None:
+    """Say where NAME, or what stands at LINE:COLUMN of the expanded FILE, was written."""
+    names, arguments = split_arguments(words)
+    if len(names) != 2:
+        raise KbotError("a FILE and a NAME (or LINE:COLUMN) are expected")
+    file, name = names
+    expansion = expand(robot_path(file), arguments, packages=Packages(package_path)).require()
+    report(d for d in expansion.diagnostics if d.is_error)
+    found: list[Trace] | list[Definition] = _traces(expansion, name)
+    if not found:
+        found = definitions(expansion, name)
+    if not found:
+        known = {*expansion.source_map.names(), *(d.name for d in definitions(expansion))}
+        hint = did_you_mean(name, known)
+        raise KbotError(f"nothing in {file} is named '{name}'" + (f"; {hint}" if hint else ""))
+    if as_json:
+        print_json({"found": [_as_json(entry) for entry in found]})
+    else:
+        click.echo("\n".join(_as_text(entry) for entry in found))
+
+
+def _traces(expansion: Expansion, name: str) -> list[Trace]:
+    match = _PLACE.fullmatch(name)
+    if match:
+        trace = expansion.source_map.at(int(match[1]), int(match[2] or 1))
+        if trace is None:
+            raise KbotError(f"nothing was expanded to line {match[1]}, column {match[2] or 1}")
+        return [trace]
+    found = expansion.source_map.find(name)
+    # <mimic joint=…>, <parent link=…> and the like have no name of their own, so these are all of it
+    return [trace for trace in found if trace.element.tag in ("link", "joint", "material")] or found
+
+
+def _as_text(entry: Trace | Definition) -> str:
+    lines = [f"{entry.origin}: {entry.title if isinstance(entry, Definition) else entry.name}"]
+    for call in entry.origin.stack:
+        what = f"from macro '{call.name}', called" if call.kind == "macro" else f"from {call.name}, included"
+        lines.append(f"  {what} at {call.span}")
+    if isinstance(entry, Trace):
+        line, column = entry.output.source.line_column(entry.output.start)
+        lines.append(f"  is line {line}, column {column} of the result")
+        lines += [f"  computed by {span.text} at {span}" for span in _expressions(entry)]
+        lines += _fed(entry.fed_by or _all_fed(entry), "  ")
+    return "\n".join(lines)
+
+
+def _expressions(entry: Trace) -> list[Span]:
+    if entry.attribute is not None:
+        return list(entry.expressions)
+    names = entry.element.attributes
+    return [span for name in names for span in expressions(entry.element.attribute_origin(name).span)]
+
+
+def _all_fed(entry: Trace) -> tuple[Binding, ...]:
+    fed = entry.element.fed or {}
+    return tuple({id(binding): binding for some in fed.values() for binding in some}.values())
+
+
+def _fed(bindings: Iterable[Binding], indent: str, depth: int = 0) -> list[str]:
+    lines = []
+    for binding in dict.fromkeys(bindings):
+        origin = binding.origin
+        if origin is not None:
+            lines.append(f"{indent}with {binding.name} = {binding.value} from {origin}")
+            if depth < 5:
+                lines += _fed(binding.fed, indent + "  ", depth + 1)
+    return lines
+
+
+def _as_json(entry: Trace | Definition) -> dict[str, object]:
+    line, column = entry.origin.span.source.line_column(entry.origin.span.start)
+    result: dict[str, object] = {
+        "name": entry.title if isinstance(entry, Definition) else entry.name,
+        "file": entry.origin.span.file,
+        "line": line,
+        "column": column,
+        "stack": [
+            {
+                "kind": call.kind,
+                "name": call.name,
+                "file": call.span.file,
+                "line": call.span.line,
+                "column": call.span.column,
+            }
+            for call in entry.origin.stack
+        ],
+    }
+    if isinstance(entry, Trace):
+        result["expressions"] = [str(span) for span in _expressions(entry)]
+        bindings = entry.fed_by or _all_fed(entry)
+        result["bindings"] = [
+            {"name": b.name, "value": str(b.value), "at": str(b.origin)} for b in bindings if b.origin
+        ]
+    return result

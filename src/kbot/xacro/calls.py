@@ -1,0 +1,213 @@
+"""`xacro:macro`, `xacro:call`, and every tag that is a macro's name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kbot.text.span import Call, Span
+from kbot.text.suggest import did_you_mean
+from kbot.text.xml import Element
+from kbot.xacro.faults import Fault
+from kbot.xacro.location import locate, name_span
+from kbot.xacro.macros import Macro, MacroTable, Parameter, parse_parameters
+from kbot.xacro.place import Node, Place
+from kbot.xacro.properties import compute
+from kbot.xacro.scope import FAILED, READY, Binding, Scope
+from kbot.xacro.templates import evaluate
+from kbot.xacro.values import Value
+
+if TYPE_CHECKING:
+    from kbot.xacro.expander import Expander
+
+
+def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Remember a macro."""
+    walk.gap.drop_comments(place.out, place.out, has_next)
+    walk.check(node, place, ("name",), ("params",))
+    name = node.attributes["name"]
+    if name == "call" or "." in name:
+        hint = "a dot stands between a namespace and a macro" if "." in name else "it is a tag of xacro's own"
+        origin = locate(node, "name", place.call, None)
+        raise Fault("X131", f"no macro can be named '{name}'", hint, origin=origin)
+    if name.startswith("xacro:"):
+        origin = locate(node, "name", place.call, None)
+        walk.run.warn_at(
+            "X209", f"the macro name '{name}' has the prefix 'xacro:'", origin, "leave it out here"
+        )
+        name = name[6:]
+    macro = Macro(name, node, (), place.call)
+    macro.is_plain = not any("$" in v or k.startswith("xmlns:") for k, v in node.attributes.items())
+    try:
+        macro.parameters = parse_parameters(node.attributes.get("params", ""))
+    except ValueError as error:
+        macro.problem = walk.run.report(Fault("X131", str(error)), node, "params", place.call)
+    place.macros.own[name] = macro
+
+
+def call_by_name(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Call the macro whose name is computed."""
+    if not node.attributes.get("macro"):
+        raise Fault("X120", "<xacro:call> has no attribute 'macro'")
+    name = walk.run.budget.text(walk.evaluated(node, "macro", place))
+    attributes = {key: value for key, value in node.attributes.items() if key != "macro"}
+    renamed = node.made_by(node.call, f"xacro:{name}", attributes)
+    renamed.children = node.children
+    call_macro(walk, renamed, place, has_next)
+
+
+def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Expand a macro's body in the place of the call."""
+    run = walk.run
+    macro, macros, outer = _find(walk, node, place)
+    if macro.problem is not None:
+        raise Fault("X131", "", problem=macro.problem)
+    run.macro_depth += 1
+    if run.macro_depth > run.limits.macro_calls:
+        raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself without end")
+    local = Scope(run, outer)
+    missing = {parameter.name: parameter for parameter in macro.parameters}
+    for name in node.attributes:
+        if name in missing:
+            del missing[name]
+            binding = Binding(name, None, READY, node, name, place.call)
+            compute(walk, binding, node, name, place)
+            local.define(binding)
+        else:
+            _unknown_parameter(walk, node, name, macro, place)
+    if node.children or any(name[0] == "*" for name in missing):
+        _fill_blocks(walk, node, macro, missing, local, place)
+    if missing:
+        _fill_defaults(walk, node, macro, missing, local, place)
+    attributes: dict[str, str] = {}
+    if not macro.is_plain:  # evaluated with every call: namespaces are lifted from them
+        scratch = macro.body.made_by(None, macro.body.tag, {})
+        attributes = walk.attributes(macro.body, local, macro.call, scratch)
+    call = Call("macro", macro.name, Span(node.source, node.start, node.tag_end), place.call)
+    content: list[Node] = []
+    walk.children(macro.body.children, Place(local, MacroTable(macros), call, attributes, content))
+    if attributes:
+        walk.lift(attributes, place, node)
+    walk.replace(content, place, has_next)
+    run.macro_depth -= 1
+
+
+def _find(walk: Expander, node: Element, place: Place) -> tuple[Macro, MacroTable, Scope]:
+    """The macro a tag calls, and the macros and names its body sees."""
+    name = node.tag[6:]
+    macros, scope = place.macros, place.scope
+    found = macros.find(name)
+    if found is None and "." in name:
+        *spaces, last = name.split(".")
+        for space in spaces:
+            table, binding = macros.find(space), scope.find(space)
+            if not isinstance(table, MacroTable) or binding is None or not isinstance(binding.value, Scope):
+                raise _unknown(name, place)
+            macros, scope = table, binding.value
+        found = macros.find(last)
+    if not isinstance(found, Macro):
+        raise _unknown(name, place)
+    return found, macros, scope
+
+
+def _unknown(name: str, place: Place) -> Fault:
+    from kbot.xacro.expander import HANDLERS
+
+    near = did_you_mean(name, [*place.macros.names(), *(tag[6:] for tag in HANDLERS)])
+    hint = near or f'define it before: <xacro:macro name="{name}">, or include the file that does'
+    fault = Fault("X121", f"there is no macro '{name}'", hint, key=("macro", name))
+    fault.near = bool(near)
+    return fault
+
+
+def _unknown_parameter(walk: Expander, node: Element, name: str, macro: Macro, place: Place) -> None:
+    names = [p.name for p in macro.parameters if not p.is_block]
+    listed = f"its parameters are {', '.join(names)}" if names else "it has none"
+    hint = did_you_mean(name, [n for n in names if n not in node.attributes]) or listed
+    message = f"the macro '{macro.name}' has no parameter '{name}'"
+    fault = Fault("X122", message, hint, origin=name_span(node, name, place.call))
+    walk.run.report(fault, node, name, place.call)
+
+
+def _fill_blocks(
+    walk: Expander,
+    node: Element,
+    macro: Macro,
+    missing: dict[str, Parameter],
+    local: Scope,
+    place: Place,
+) -> None:
+    """Evaluate what stands within a call, and hand its elements to the block parameters in order."""
+    content: list[Node] = []
+    walk.children(node.children, place.within({}, content))
+    blocks = [child for child in content if isinstance(child, Element)]
+    wanted = [name for name in missing if name[0] == "*"]
+    for name, block in zip(wanted, blocks, strict=False):
+        local.define(Binding(name, block, READY, block, "", place.call))
+    absent = wanted[len(blocks) :]
+    if absent:
+        names = ", ".join(f"'{name.lstrip('*')}'" for name in absent)
+        hint = f"write {len(wanted)} element{'s' * (len(wanted) > 1)} within the call"
+        fault = Fault("X124", f"the macro '{macro.name}' misses the block {names}", hint)
+        problem = walk.run.report(fault, node, "", place.call)
+        for name in absent:
+            walk.poison(name.lstrip("*"), local, node, place, problem)
+    elif len(blocks) > len(wanted):
+        extra = blocks[len(wanted)]
+        message = f"the macro '{macro.name}' has no use for the block <{extra.tag}>"
+        fault = Fault("X125", message, f"it takes {len(wanted) or 'none'}")
+        walk.run.report(fault, extra, "", place.call)
+    for name in wanted:
+        del missing[name]
+
+
+def _fill_defaults(
+    walk: Expander,
+    node: Element,
+    macro: Macro,
+    missing: dict[str, Parameter],
+    local: Scope,
+    place: Place,
+) -> None:
+    """Give the parameters left their defaults, evaluated in the scope of the call."""
+    absent = [name for name, parameter in missing.items() if not parameter.is_optional]
+    for name, parameter in missing.items():
+        if not parameter.is_optional:
+            continue
+        binding = Binding(name, None, READY, macro.body, "params", macro.call)
+        try:
+            binding.value = _default(parameter, macro, node, place)
+        except Fault as fault:
+            binding.problem = walk.run.report(fault, macro.body, "params", place.call)
+            binding.state = FAILED
+        local.define(binding)
+    if absent:
+        names = ", ".join(f"'{name}'" for name in absent)
+        message = f"the macro '{macro.name}' misses the parameter{'s' * (len(absent) > 1)} {names}"
+        unknown = [name for name in node.attributes if name not in local.values]
+        if unknown and did_you_mean(absent[0], unknown):  # said already, and said better
+            problem = walk.run.problems[-1]
+        else:
+            problem = walk.run.report(Fault("X123", message), node, "", place.call)
+        for name in absent:
+            walk.poison(name, local, node, place, problem)
+
+
+def _default(parameter: Parameter, macro: Macro, node: Element, place: Place) -> Value:
+    scope, name = place.scope, parameter.name
+    if parameter.forwarded and name in scope:
+        try:
+            return scope.lookup(name)
+        except Fault as fault:
+            fault.origin = node.origin
+            raise
+    if parameter.default is None:
+        message = f"there is no '{name}' to forward to the macro '{macro.name}'"
+        hint = f"give it: {name}=…, or define the property before"
+        raise Fault("X133", message, hint, origin=locate(node, "", place.call, None))
+    try:
+        return evaluate(parameter.default, scope)
+    except Fault as fault:
+        if fault.part is not None:
+            start = macro.body.attributes["params"].find(parameter.default)
+            fault.part = (fault.part[0] + start, fault.part[1] + start)
+        raise

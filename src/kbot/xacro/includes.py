@@ -1,0 +1,99 @@
+"""`xacro:include`: files, patterns of files, namespaces."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from typing import TYPE_CHECKING
+
+from kbot.text.errors import DescriptionError
+from kbot.text.span import Call, Span
+from kbot.text.xml import Element
+from kbot.xacro.faults import Fault
+from kbot.xacro.files import parsed
+from kbot.xacro.location import locate
+from kbot.xacro.macros import MacroTable
+from kbot.xacro.place import Node, Place
+from kbot.xacro.scope import READY, Binding, Scope
+
+if TYPE_CHECKING:
+    from kbot.xacro.expander import Expander
+
+_PATTERN = re.compile(r"[*[?]")
+
+
+def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Expand what other files hold in the place of the tag."""
+    run, attributes = walk.run, node.attributes
+    walk.check(node, place, ("filename",), ("ns", "optional"))
+    inner: list[Node] = []
+    target = place.within({}, inner)
+    if attributes.get("ns"):
+        name = run.budget.text(walk.evaluated(node, "ns", place))
+        target.macros, target.scope = MacroTable(), Scope(run, place.scope, is_namespace=True)
+        place.macros.own[name] = target.macros
+        place.scope.define(Binding(name, target.scope, READY, node, "ns", place.call))
+    optional = "optional" in attributes and walk.truth(attributes["optional"], node, "optional", place)
+    if next(node.elements(), None) is not None:
+        run.warn_at("X208", "what stands within <xacro:include> is ignored", node.origin)
+    try:
+        name = run.absolute(run.budget.text(walk.evaluated(node, "filename", place)))
+    except Fault as fault:
+        run.incomplete = run.incomplete or fault.problem
+        raise
+    content: list[Node] = []
+    for file in _files(walk, name, node, place):
+        _include_file(walk, file, node, place, target, optional)
+        content.extend(inner)
+        walk.gap.spliced(inner, content)
+        inner = target.out = []
+    walk.replace(content, place, has_next)
+
+
+def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
+    names = [name]
+    if _PATTERN.search(name):
+        names = sorted(glob.glob(name))  # noqa: PTH207 - pathlib has other patterns
+        if not names:
+            origin = locate(node, "filename", place.call, None)
+            walk.run.warn_at("X204", f"no file matches '{name}'", origin)
+    walk.run.dependencies.update(dict.fromkeys(names))
+    return names
+
+
+def _include_file(
+    walk: Expander, file: str, node: Element, place: Place, target: Place, optional: bool
+) -> None:
+    run = walk.run
+    if len(run.files) > run.limits.includes:
+        around = " -> ".join(os.path.basename(f) for f in run.files[-3:])  # noqa: PTH119
+        raise run.budget.exceeded("includes", f"files include one another without end: {around}")
+    target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
+    try:
+        document = parsed(run.read(file), run.limits.nesting)
+    except DescriptionError as error:
+        _unreadable(walk, error, node, place, optional, call)
+        return
+    run.files.append(file)
+    if document.diagnostics:
+        run.adopt(document.diagnostics, call)
+    root = document.root
+    target.attributes = walk.attributes(root, target.scope, call, root.made_by(call, root.tag, {}))
+    walk.children(root.children, target)
+    walk.lift(target.attributes, place, node)
+    run.files.pop()
+
+
+def _unreadable(
+    walk: Expander, error: DescriptionError, node: Element, place: Place, optional: bool, call: Call
+) -> None:
+    run, cause = walk.run, error.diagnostics[0]
+    if not cause.code.startswith("F"):
+        problem = run.adopt(error.diagnostics, call)
+    elif optional:
+        return
+    else:
+        fault = Fault("X117", f"cannot include: {cause.message}", cause.hint)
+        problem = run.report(fault, node, "filename", place.call)
+    run.incomplete = run.incomplete or problem

@@ -1,0 +1,50 @@
+"""Where the walk over a description is, and what the tags' modules are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from kbot.text.span import Call
+from kbot.text.xml import Element, Text
+from kbot.xacro.macros import MacroTable
+from kbot.xacro.scope import Scope
+
+if TYPE_CHECKING:
+    from kbot.xacro.expander import Expander
+
+Node = Element | Text
+
+
+class Place:
+    """Whose names are seen, what brought the walk here, and where the result goes.
+
+    `attributes` and `parent` are those of the element whose children are being made; `parent` is
+    None within a xacro tag, whose attributes nobody will see.
+    """
+
+    __slots__ = ("attributes", "call", "macros", "out", "parent", "scope")
+
+    def __init__(
+        self,
+        scope: Scope,
+        macros: MacroTable,
+        call: Call | None,
+        attributes: dict[str, str],
+        out: list[Node],
+        parent: Element | None = None,
+    ) -> None:
+        self.scope = scope
+        self.macros = macros
+        self.call = call
+        self.attributes = attributes
+        self.out = out
+        self.parent = parent
+
+    def within(self, attributes: dict[str, str], out: list[Node]) -> Place:
+        """The same place with a result of its own, as within a xacro tag."""
+        return Place(self.scope, self.macros, self.call, attributes, out)
+
+
+Handler = Callable[["Expander", Element, Place, bool], None]
+"""What does a tag: the expander, the tag, the place, and whether anything follows the tag."""

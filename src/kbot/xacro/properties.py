@@ -1,0 +1,121 @@
+"""`xacro:property` and `xacro:arg`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kbot.text.xml import Element
+from kbot.xacro.expressions import is_identifier
+from kbot.xacro.faults import Fault
+from kbot.xacro.location import locate, name_span
+from kbot.xacro.place import Place
+from kbot.xacro.scope import FAILED, LAZY, READY, Binding, Scope
+
+if TYPE_CHECKING:
+    from kbot.xacro.expander import Expander
+
+_OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
+
+
+def declare_argument(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Give an argument its default, where it was not given."""
+    walk.check(node, place, ("name", "default"))
+    run, name = walk.run, node.attributes["name"]
+    run.declared.add(name)
+    if name not in run.arguments:
+        try:
+            run.arguments[name] = run.budget.text(walk.evaluated(node, "default", place))
+        except Fault as fault:
+            if fault.problem is None:
+                raise
+            run.failed_arguments[name] = fault.problem
+    walk.gap.drop_comments(place.out, place.out, has_next)
+
+
+def define_property(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+    """Define, or remove, a property or a block."""
+    walk.gap.drop_comments(place.out, place.out, has_next)
+    scope, attributes = place.scope, node.attributes
+    if tuple(attributes) == ("name", "value") and not walk.overrides:
+        name = attributes["name"]
+        if is_identifier(name) and not name.startswith("__"):  # nearly every property is like this
+            scope.define(Binding(name, attributes["value"], LAZY, node, "value", place.call))
+            return
+    walk.check(node, place, ("name",), _OPTIONAL)
+    name = _name(walk, node, place)
+    remove = "remove" in attributes and _flag(walk, node, "remove", place)
+    if ("value" in attributes) + ("default" in attributes) + remove > 1:
+        raise Fault("X127", f"value, default and remove exclude one another (property '{name}')")
+    if remove and name in scope:
+        scope.remove(name)
+        return
+    if "default" in attributes:
+        if "scope" in attributes:
+            origin = name_span(node, "scope", place.call)
+            walk.run.warn_at("X210", "a default is always of the local scope", origin)
+        if name in scope:
+            return
+    _bind(walk, name, node, place)
+
+
+def _bind(walk: Expander, name: str, node: Element, place: Place) -> None:
+    attributes, scope = node.attributes, place.scope
+    source = "default" if "default" in attributes else "value"
+    lazy = "lazy_eval" not in attributes or _flag(walk, node, "lazy_eval", place)
+    target = scope
+    if attributes.get("scope") == "global":
+        target, lazy = scope.top(), False
+    elif attributes.get("scope") == "parent":
+        target, lazy = _parent(node, scope, place), False
+    if source not in attributes:
+        binding = Binding(f"**{name}", node, READY, node, "name", place.call)
+    elif target.parent is None and name in walk.overrides:
+        walk.overridden.add(name)
+        binding = Binding(name, walk.overrides[name], READY, node, source, place.call)
+    else:
+        binding = Binding(name, attributes[source], LAZY, node, source, place.call)
+        if not lazy:
+            compute(walk, binding, node, source, place)
+    target.define(binding)
+
+
+def compute(walk: Expander, binding: Binding, node: Element, attribute: str, place: Place) -> None:
+    """Give a binding the value of an attribute, evaluated at once."""
+    used = walk.run.used
+    used.clear()
+    try:
+        binding.value = walk.evaluated(node, attribute, place)
+        binding.state = READY
+        if used:
+            binding.fed = tuple(used)
+    except Fault as fault:
+        binding.problem = fault.problem
+        binding.state = FAILED
+
+
+def _name(walk: Expander, node: Element, place: Place) -> str:
+    name = walk.evaluated(node, "name", place)
+    if type(name) is not str or not is_identifier(name):
+        message = f"'{name}' is no valid property name"
+        hint = "letters, digits and underscores, no digit first, no word of Python's"
+    elif name.startswith("__"):
+        message, hint = f"the property name '{name}' begins with two underscores", "take one away"
+    else:
+        return name
+    raise Fault("X126", message, hint, origin=locate(node, "name", place.call, None))
+
+
+def _flag(walk: Expander, node: Element, name: str, place: Place) -> bool:
+    return walk.truth(walk.evaluated(node, name, place), node, name, place)
+
+
+def _parent(node: Element, scope: Scope, place: Place) -> Scope:
+    """The scope of the caller, namespaces left out."""
+    target = scope.parent
+    if target is None:
+        origin = locate(node, "scope", place.call, None)
+        raise Fault("X132", "there is no scope around this one", 'leave scope="parent" out', origin=origin)
+    if not scope.is_namespace:
+        while target.is_namespace and target.parent is not None:
+            target = target.parent
+    return target

@@ -1,0 +1,217 @@
+"""Where every element, attribute and line of an expansion was written, and what it was computed from.
+
+The map is made when it is first asked for: the text of the expansion is parsed again, which gives
+every element its place in the result, and the two trees are walked side by side.
+"""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from kbot.text.errors import DescriptionError
+from kbot.text.span import Call, Origin, Source, Span
+from kbot.text.xml import Element, parse_document
+from kbot.xacro.faults import Fault
+from kbot.xacro.location import within
+from kbot.xacro.templates import pieces
+
+if TYPE_CHECKING:
+    from kbot.xacro.result import Expansion
+    from kbot.xacro.scope import Binding
+
+VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """One element or attribute of the result.
+
+    output        its place in the expansion's text
+    origin        where it was written, and the calls that brought it
+    expressions   the spans of the `${…}` and `$(…)` that its value was computed from
+    fed_by        the properties and parameters that these looked up, each with its own origin
+    """
+
+    element: Element
+    attribute: str | None
+    output: Span
+    origin: Origin
+    expressions: tuple[Span, ...] = ()
+    fed_by: tuple[Binding, ...] = ()
+
+    @property
+    def name(self) -> str:
+        if self.attribute is not None:
+            return f"{self.element.tag}@{self.attribute}"
+        name = self.element.attributes.get("name")
+        return f"{self.element.tag} '{name}'" if name else self.element.tag
+
+
+class SourceMap:
+    """Traces of an expansion, by place in the result and by name."""
+
+    def __init__(self, expansion: Expansion, *, plain: bool = False) -> None:
+        self._expansion = expansion
+        self._text = Source("", expansion.plain_text if plain else expansion.text)
+        self._pairs: list[tuple[Element, Element]] = []
+        if expansion.document is not None:
+            try:
+                written = parse_document(self._text).root
+            except DescriptionError:
+                return
+            self._pairs = [
+                (expansion.document, written),
+                *zip(expansion.document.descendants(), written.descendants(), strict=True),
+            ]
+        self._starts = [written.start for _, written in self._pairs]
+
+    def elements(self) -> Iterator[Trace]:
+        """Every element of the result, in order."""
+        for element, written in self._pairs:
+            yield Trace(element, None, written.whole, element.origin)
+
+    def attributes(self, element: Element) -> Iterator[Trace]:
+        """The attributes of an element of the result, in order."""
+        written = next((w for e, w in self._pairs if e is element), None)
+        if written is not None:
+            yield from self._attributes(element, written)
+
+    def at(self, line: int, column: int = 1) -> Trace | None:
+        """What stands at a place of the result (both 1-based): an attribute, or the innermost element."""
+        offset = self._text.offset(line, column)
+        at = bisect_right(self._starts, offset) - 1
+        if column == 1 and at + 1 < len(self._starts):
+            # the start of a line stands for the first tag on it
+            first = self._starts[at + 1]
+            at += self._text.line_column(first)[0] == line
+        while at >= 0:
+            element, written = self._pairs[at]
+            if offset < written.end:
+                for trace in self._attributes(element, written):
+                    if trace.output.start <= offset < trace.output.end:
+                        return trace
+                return Trace(element, None, written.whole, element.origin)
+            at -= 1
+        return None
+
+    def find(self, name: str, tag: str | None = None) -> list[Trace]:
+        """Elements of the result with a name: links, joints, materials, or whatever `tag` says."""
+        return [
+            trace
+            for trace in self.elements()
+            if trace.element.attributes.get("name") == name and tag in (None, trace.element.tag)
+        ]
+
+    def names(self) -> list[str]:
+        """Every name in the result."""
+        return sorted({e.attributes["name"] for e, _ in self._pairs if "name" in e.attributes})
+
+    def _attributes(self, element: Element, written: Element) -> Iterator[Trace]:
+        fed = element.fed or {}
+        for name, (start, value) in written.attribute_spans().items():
+            origin = element.attribute_origin(name)
+            output = Span(self._text, start.start, value.end + 1)
+            yield Trace(element, name, output, origin, expressions(origin.span), fed.get(name, ()))
+
+    def to_json(self) -> str:
+        """The whole map in the format that `docs/source-map.md` describes."""
+        return json.dumps(_Writer(self).document(), ensure_ascii=False, separators=(",", ":")) + "\n"
+
+
+def expressions(span: Span) -> tuple[Span, ...]:
+    """The spans of the expressions and commands in a value as it was written."""
+    text = span.text
+    if "$" not in text:
+        return ()
+    try:
+        found = [piece for piece in pieces(text) if piece.kind != "text"]
+    except Fault:
+        return ()
+    return tuple(within(span, text, piece.start, piece.end) for piece in found)
+
+
+class _Writer:
+    """Numbers files, calls and bindings as they are met."""
+
+    def __init__(self, source_map: SourceMap) -> None:
+        self.map = source_map
+        self.files: dict[str, int] = {}
+        self.calls: dict[int, int] = {}
+        self.bindings: dict[int, int] = {}
+        self.call_list: list[dict[str, Any]] = []
+        self.binding_list: list[dict[str, Any]] = []
+
+    def document(self) -> dict[str, Any]:
+        elements = [self.element(element, written) for element, written in self.map._pairs]
+        return {
+            "version": VERSION,
+            "files": list(self.files),
+            "calls": self.call_list,
+            "bindings": self.binding_list,
+            "elements": elements,
+        }
+
+    def element(self, element: Element, written: Element) -> dict[str, Any]:
+        entry: dict[str, Any] = {
+            "tag": element.tag,
+            "output": self.output(written.whole),
+            "source": self.span(element.origin.span),
+            "call": self.call(element.call),
+            "attributes": {},
+        }
+        if "name" in element.attributes:
+            entry["name"] = element.attributes["name"]
+        for trace in self.map._attributes(element, written):
+            about: dict[str, Any] = {
+                "output": self.output(trace.output),
+                "source": self.span(trace.origin.span),
+            }
+            if trace.expressions:
+                about["expressions"] = [self.span(span) for span in trace.expressions]
+            if trace.fed_by:
+                about["bindings"] = [self.binding(binding) for binding in trace.fed_by]
+            entry["attributes"][trace.attribute] = about
+        return entry
+
+    def output(self, span: Span) -> list[int]:
+        return [*span.source.line_column(span.start), *span.source.line_column(span.end)]
+
+    def span(self, span: Span) -> list[int]:
+        return [self.files.setdefault(span.file, len(self.files)), *self.output(span)]
+
+    def call(self, call: Call | None) -> int | None:
+        if call is None:
+            return None
+        number = self.calls.get(id(call))
+        if number is None:
+            caller = self.call(call.caller)
+            number = self.calls[id(call)] = len(self.call_list)
+            self.call_list.append(
+                {"kind": call.kind, "name": call.name, "source": self.span(call.span), "caller": caller}
+            )
+        return number
+
+    def binding(self, binding: Binding) -> int:
+        number = self.bindings.get(id(binding))
+        if number is None:
+            number = self.bindings[id(binding)] = len(self.binding_list)
+            entry: dict[str, Any] = {"name": binding.name, "value": _shown(binding.value)}
+            self.binding_list.append(entry)
+            origin = binding.origin
+            entry["source"] = self.span(origin.span) if origin else None
+            entry["call"] = self.call(binding.call)
+            entry["bindings"] = [self.binding(inner) for inner in binding.fed]
+        return number
+
+
+def _shown(value: object) -> str | float | bool | None:
+    """A value as JSON can hold it, and not too much of it."""
+    if isinstance(value, bool | int | str) or value is None:
+        return value if not isinstance(value, str) or len(value) < 200 else value[:197] + "…"
+    if isinstance(value, float):
+        return value if value == value and abs(value) != float("inf") else str(value)
+    return f"<{type(value).__name__}>"
