@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 
-from kbot.text import Diagnostic, Edit, Fix, Source, Span
+from kbot.text import Diagnostic, Edit, Fix, Span
 
 _SPLIT_ROOT = re.compile(rb"<robot\s*>(\s*)<(xmlns:xacro\s*=)")
 
 
-def improved(diagnostic: Diagnostic, entry: Source) -> Diagnostic:
+def improved(diagnostic: Diagnostic) -> Diagnostic:
     """A diagnostic from below with the hint and the fix that a view of the whole file gives."""
     if diagnostic.code != "P001" or diagnostic.origin is None:
         return diagnostic
@@ -19,7 +19,8 @@ def improved(diagnostic: Diagnostic, entry: Source) -> Diagnostic:
         span = Span(diagnostic.origin.span.source, split.start(), split.start(2))
         return _with(
             diagnostic,
-            'the root element is broken in two: write <robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="…">',
+            "the root element is broken in two: write "
+            '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="…">',
             Fix("join the root element", (Edit(span, "<robot "),), safe=True),
         )
     if "declaration" in diagnostic.message and "start" in diagnostic.message:

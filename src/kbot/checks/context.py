@@ -105,11 +105,12 @@ class Context:
         return {(e.source.path, e.start): e for e in self.root.descendants()}
 
     def element_at(self, origin: Origin) -> Element | None:
-        """The element of the result whose start tag holds a place; None when a macro made it.
+        """The element of the result whose start tag holds a place, for fixes.
 
-        For fixes: what a macro wrote is not edited for the sake of one of its calls.
+        One that a macro made is edited in the macro's body; where not every call of the macro has the
+        finding, the runner takes the fix away.
         """
-        if self.document is None or any(c.kind == "macro" for c in origin.stack):
+        if self.document is None:
             return None
         span = origin.span
         at = span.source.data.rfind(b"<", 0, span.start + 1)
@@ -117,7 +118,7 @@ class Context:
 
     def replace_plain(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
         """A fix that writes another value between an attribute's quotes, where it holds no expression."""
-        if any(c.kind == "macro" for c in origin.stack) or "$" in origin.span.text:
+        if "$" in origin.span.text:
             return None
         edits = set_value(origin.span, text)
         return Fix(title, edits, safe) if edits else None
@@ -144,7 +145,7 @@ class Context:
         return copy_as_collision(visual)
 
     def insert_into(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
-        """A fix that adds a first child to the element that a macro did not make."""
+        """A fix that adds a first child to the element at a place."""
         element = self.element_at(origin)
         return insert_child(element, text, title, safe) if element is not None else None
 

@@ -125,6 +125,8 @@ def _one_of(group: list[Diagnostic]) -> Diagnostic:
     first = group[0]
     if len(group) == 1:
         return first
+    if any(d.fix != first.fix for d in group):
+        first = replace(first, fix=None)
     related = list(first.related)
     for other in group[1 : _SHOWN + 1]:
         calls = _macros(other.origin.call) if other.origin else []

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kbot.checks.below import improved
 from kbot.checks.config import Config, load_config
 from kbot.checks.context import Context
 from kbot.checks.merge import said_once
@@ -57,7 +58,11 @@ def check_text(
     config = config or load_config(str(Path(path).parent))
     packages = (packages or Finder()).beside(path)
     source = Source(path, text)
-    if path.endswith(LAUNCH):
+    if Path(path).name == "package.xml":
+        from kbot.checks.manifest import check_manifest
+
+        found, sources = check_manifest(source), [source]
+    elif path.endswith(LAUNCH):
         from kbot.checks.launches import check_launch
 
         found, sources = check_launch(source, arguments or {}, packages), [source]
@@ -85,7 +90,7 @@ def examine(source: Source, arguments: Mapping[str, str], packages: Packages, co
 
 def findings(context: Context) -> list[Diagnostic]:
     """What the floors below said and what the rules say; the same fault in a macro once."""
-    found = [better(d, context) for d in context.problems]
+    found = [improved(d) for d in context.problems]
     for rule in all_rules().values():
         if rule.needs != "below" and context.has(rule.needs):
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
@@ -109,13 +114,6 @@ def _not_said_before(said: list[Diagnostic], new: tuple[Diagnostic, ...]) -> lis
 
 def _overlap(a: Span, b: Span) -> bool:
     return a.file == b.file and a.start < b.end and b.start < a.end
-
-
-def better(diagnostic: Diagnostic, context: Context) -> Diagnostic:
-    """A diagnostic from below with what only a whole view of the file can add."""
-    from kbot.checks.below import improved
-
-    return improved(diagnostic, context.entry)
 
 
 def _place(diagnostic: Diagnostic, path: str) -> tuple[bool, str, int, str]:

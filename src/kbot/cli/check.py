@@ -2,19 +2,45 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import click
 
-from kbot.checks import check_file
+from kbot.checks import Config, all_rules, check_file, check_text, load_config
+from kbot.checks.baseline import without_known
+from kbot.checks.baseline import write_baseline as keep_baseline
+from kbot.checks.fixes import fixed, unified_diff
+from kbot.checks.formats import github, junit, relative, sarif
+from kbot.checks.package import entry_points
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, print_json
 from kbot.model.load import resolve_robot_path
-from kbot.text import Diagnostic
+from kbot.text import DescriptionError, Diagnostic, KbotError, read_source, write_text
 from kbot.text.render import count, render_text, to_json
 from kbot.xacro import Packages
 
+_FORMATS = ("text", "json", "sarif", "github", "junit")
 _UNUSABLE = ("P002", "P005", "U001")
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One file to check with one set of arguments."""
+
+    path: str
+    arguments: Mapping[str, str]
+    config: Config
+    packages: Packages
+
+    def check(self) -> tuple[Diagnostic, ...]:
+        return check_file(self.path, self.arguments, self.packages, self.config)
+
+    def check_text(self, text: str) -> tuple[Diagnostic, ...]:
+        return check_text(text, self.path, self.arguments, self.packages, self.config)
 
 
 @click.command(
@@ -22,33 +48,158 @@ _UNUSABLE = ("P002", "P005", "U001")
     epilog=examples(
         "kbot check robot.xacro",
         "kbot check robot.xacro wheel_radius:=0.04 --json",
+        "kbot check my_robot_description            every entry point of a package or folder",
+        "kbot check robot.xacro --fix               mend what can be mended safely",
+        "kbot check robot.xacro --unsafe-fixes --diff",
+        "kbot check . --output-format github        annotate a pull request",
+        "kbot rule I111                             what a code means, and how to mend it",
     ),
 )
-@click.argument("words", nargs=-1, metavar="FILE... [name:=value ...]")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object with 'findings' on stdout.")
+@click.argument("words", nargs=-1, metavar="FILE|PACKAGE|FOLDER... [name:=value ...]")
+@click.option("--json", "as_json", is_flag=True, help="Short for --output-format json.")
+@click.option("--output-format", type=click.Choice(_FORMATS), help="How findings are written.")
+@click.option("--select", metavar="CODES", multiple=True, help="Only these codes, or beginnings of codes.")
+@click.option("--ignore", metavar="CODES", multiple=True, help="Not these codes, or beginnings of codes.")
+@click.option("--fix", is_flag=True, help="Apply the safe fixes to the files.")
+@click.option("--unsafe-fixes", is_flag=True, help="Apply the unsafe ones too.")
+@click.option("--diff", is_flag=True, help="Show what the fixes would change, and change nothing.")
+@click.option("--baseline", metavar="FILE", help="Leave out the findings that FILE knows.")
+@click.option("--write-baseline", metavar="FILE", help="Write today's findings to FILE, and end.")
+@click.option("--statistics", is_flag=True, help="How often each rule was broken.")
 @package_path_option
-def command(words: tuple[str, ...], as_json: bool, package_path: tuple[str, ...]) -> int:
-    """Say what is wrong with the xacro, URDF or launch FILEs.
+def command(
+    words: tuple[str, ...],
+    as_json: bool,
+    output_format: str | None,
+    select: tuple[str, ...],
+    ignore: tuple[str, ...],
+    fix: bool,
+    unsafe_fixes: bool,
+    diff: bool,
+    baseline: str | None,
+    write_baseline: str | None,
+    statistics: bool,
+    package_path: tuple[str, ...],
+) -> int:
+    """Say what is wrong with xacro, URDF and launch FILEs, or with all of a PACKAGE or FOLDER.
 
     Exit status: 0 nothing found, 1 findings, 2 a file that cannot be used.
     """
     files, arguments = split_arguments(words)
     if not files:
         fail("no FILE was given; 'kbot' means the robot that ships with KBot")
-    found: list[Diagnostic] = []
-    for file in files:
-        path = resolve_robot_path(file)
-        found += check_file(path, arguments, Packages(package_path))
-    if as_json:
-        print_json({"findings": [to_json(d) for d in found]})
-    else:
-        color = has_color(sys.stdout)
-        click.echo(render_text(found, color=color, width=None), nl=False)
-        if found:
-            click.echo(count(found))
+    choice = (_codes(select), _codes(ignore))
+    jobs = [job for file in files for job in _jobs(file, arguments, choice, Packages(package_path))]
+    if fix or unsafe_fixes or diff:
+        _mend(jobs, unsafe_fixes, diff)
+        if diff:
+            return 0
+    found = list(dict.fromkeys(d for job in jobs for d in job.check()))
+    found = _same_place_once(found)
+    known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
+    if write_baseline:
+        _write_baseline(write_baseline, found)
+        return 0
+    if known:
+        found = without_known(found, known)
+    _print(found, "json" if as_json else output_format or "text", [j.path for j in jobs], statistics)
     if any(is_unusable(d) for d in found):
         return 2
     return 1 if found else 0
+
+
+def _codes(words: Sequence[str]) -> tuple[str, ...]:
+    return tuple(code.strip() for word in words for code in word.split(",") if code.strip())
+
+
+def _jobs(
+    file: str,
+    arguments: Mapping[str, str],
+    choice: tuple[tuple[str, ...], tuple[str, ...]],
+    packages: Packages,
+) -> list[_Job]:
+    """A file once, or with each set of arguments that its configuration gives; all of a folder's files."""
+    path = _place(resolve_robot_path(file), packages)
+    whole = os.path.isdir(path)  # noqa: PTH112
+    jobs = []
+    for one in entry_points(path) if whole else [path]:
+        config = load_config(os.path.dirname(os.path.abspath(one))).with_choice(*choice)  # noqa: PTH100, PTH120
+        matrix = config.arguments if whole and config.arguments and not arguments else ({},)
+        jobs += [_Job(one, {**given, **arguments}, config, packages) for given in matrix]
+    return jobs
+
+
+def _place(word: str, packages: Packages) -> str:
+    """A path as it is; a word that is none but a package's name becomes the package's folder."""
+    if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110
+        return word
+    try:
+        return packages.find(word)
+    except KbotError:
+        return word
+
+
+def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
+    """Apply fixes to the jobs' own files, or show what they would change."""
+    for job in dict((j.path, j) for j in jobs).values():
+        try:
+            source = read_source(job.path)
+        except DescriptionError:
+            continue
+        text, fixes = fixed(source.text, job.path, job.check_text, unsafe)
+        if text == source.text:
+            continue
+        if diff:
+            click.echo(unified_diff(source.text, text, relative(job.path)), nl=False)
+            continue
+        write_text(job.path, text)
+        for one in fixes:
+            click.echo(f"{relative(job.path)}: {one.title}", err=True)
+
+
+def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
+    keep_baseline(path, found)
+    click.echo(f"{path}: {len(found)} findings are known from now on", err=True)
+
+
+def _same_place_once(found: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Findings that several entry points or sets of arguments share, once."""
+    seen: dict[tuple[str, str, str, int], Diagnostic] = {}
+    for diagnostic in found:
+        span = diagnostic.origin.span if diagnostic.origin else None
+        key = (diagnostic.code, diagnostic.message, span.file if span else "", span.start if span else 0)
+        seen.setdefault(key, diagnostic)
+    return list(seen.values())
+
+
+def _print(found: Sequence[Diagnostic], form: str, files: Sequence[str], statistics: bool) -> None:
+    if form == "json":
+        summary = {"statistics": dict(Counter(d.code for d in found))} if statistics else {}
+        print_json({"findings": [to_json(d) for d in found], **summary})
+    elif form == "sarif":
+        from importlib.metadata import version
+
+        print_json(sarif(found, version("kbot")))
+    elif form == "github":
+        click.echo(github(found), nl=False)
+    elif form == "junit":
+        click.echo(junit(found, files), nl=False)
+    else:
+        click.echo(render_text(found, color=has_color(sys.stdout), width=None), nl=False)
+        if found:
+            click.echo(_summary(found))
+    if statistics and form == "text":
+        for code, number in Counter(d.code for d in found).most_common():
+            rule = all_rules().get(code)
+            click.echo(f"{number:6}  {code}  {rule.name if rule else ''}".rstrip())
+
+
+def _summary(found: Sequence[Diagnostic]) -> str:
+    safe = sum(bool(d.fix and d.fix.safe) for d in found)
+    unsafe = sum(bool(d.fix and not d.fix.safe) for d in found)
+    parts = [f"{safe} can be mended by --fix"] if safe else []
+    parts += [f"{unsafe} more by --unsafe-fixes"] if unsafe else []
+    return count(found) + (f"; {', '.join(parts)}" if parts else "")
 
 
 def is_unusable(diagnostic: Diagnostic) -> bool:

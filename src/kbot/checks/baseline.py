@@ -1,0 +1,64 @@
+"""A baseline: the findings an old robot has already, so that only new ones are reported.
+
+A finding is known again by its code, file and message; its line may move.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from kbot.text import Diagnostic, KbotError, write_text
+
+_VERSION = 1
+Key = tuple[str, str, str]
+
+
+def _key(diagnostic: Diagnostic, folder: str) -> Key:
+    file = diagnostic.origin.span.file if diagnostic.origin else ""
+    if file:
+        file = Path(os.path.relpath(os.path.abspath(file), folder)).as_posix()  # noqa: PTH100
+    return diagnostic.code, file, diagnostic.message
+
+
+def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
+    """Write the findings of today.
+
+    Raises:
+        KbotError: the file cannot be written.
+    """
+    folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
+    counts = Counter(_key(d, folder) for d in found)
+    known = [
+        {"code": code, "file": file, "message": message, "count": count}
+        for (code, file, message), count in sorted(counts.items())
+    ]
+    write_text(path, json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False) + "\n")
+
+
+def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
+    """The findings that a baseline does not have.
+
+    Raises:
+        KbotError: the baseline is missing or not one.
+    """
+    try:
+        data = json.loads(Path(path).read_text("utf-8"))
+        rows = data["findings"] if data["version"] == _VERSION else None
+        known = Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
+    except FileNotFoundError:
+        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it") from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise KbotError(f"{path} is not a baseline of kbot: {error}") from None
+    folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
+    new = []
+    for diagnostic in found:
+        key = _key(diagnostic, folder)
+        if known[key] > 0:
+            known[key] -= 1
+        else:
+            new.append(diagnostic)
+    return new

@@ -1,0 +1,172 @@
+"""Findings in the words of other tools: SARIF 2.1.0, GitHub annotations, JUnit."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from kbot.checks.registry import all_rules
+from kbot.text import Diagnostic, Origin, Severity, Span
+
+_LEVEL = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
+_GITHUB = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
+_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
+
+
+def sarif(found: Sequence[Diagnostic], version: str) -> dict[str, Any]:
+    """A SARIF 2.1.0 log with one run; a finding's macro calls and includes are its code flow."""
+    codes = sorted({d.code for d in found})
+    return {
+        "$schema": _SCHEMA,
+        "version": "2.1.0",
+        "runs": [
+            {
+                "tool": {"driver": {"name": "kbot", "version": version, "rules": [_rule(c) for c in codes]}},
+                "columnKind": "unicodeCodePoints",
+                "results": [_result(d, codes.index(d.code)) for d in found],
+            }
+        ],
+    }
+
+
+def _rule(code: str) -> dict[str, Any]:
+    rule = all_rules().get(code)
+    if rule is None:
+        return {"id": code}
+    return {
+        "id": code,
+        "name": "".join(word.capitalize() for word in rule.name.split("-")),
+        "shortDescription": {"text": rule.summary},
+        "fullDescription": {"text": rule.page},
+        "help": {"text": rule.page},
+        "defaultConfiguration": {"level": _LEVEL[rule.severity]},
+    }
+
+
+def _result(diagnostic: Diagnostic, index: int) -> dict[str, Any]:
+    text = diagnostic.message + (f"\n{diagnostic.hint}" if diagnostic.hint else "")
+    result: dict[str, Any] = {
+        "ruleId": diagnostic.code,
+        "ruleIndex": index,
+        "level": _LEVEL[diagnostic.severity],
+        "message": {"text": text},
+    }
+    origin = diagnostic.origin
+    if origin is None:
+        return result
+    result["locations"] = [_location(origin.span)]
+    if diagnostic.related:
+        result["relatedLocations"] = [
+            {"id": i, **_location(r.origin.span, r.message)} for i, r in enumerate(diagnostic.related, 1)
+        ]
+    if origin.stack:
+        result["codeFlows"] = [{"threadFlows": [{"locations": _flow(origin, diagnostic.message)}]}]
+    if diagnostic.fix:
+        result["fixes"] = [_fix(diagnostic)]
+    return result
+
+
+def _flow(origin: Origin, message: str) -> list[dict[str, Any]]:
+    """Outermost call first, the place itself last."""
+    words = {"macro": "macro '{}' is called", "include": "'{}' is included"}
+    steps = [_location(c.span, words[c.kind].format(c.name)) for c in reversed(origin.stack)]
+    return [{"location": step} for step in (*steps, _location(origin.span, message))]
+
+
+def _fix(diagnostic: Diagnostic) -> dict[str, Any]:
+    edits: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    fix = diagnostic.fix
+    for edit in fix.edits if fix else ():
+        edits[edit.span.file].append(
+            {"deletedRegion": _region(edit.span), "insertedContent": {"text": edit.replacement}}
+        )
+    changes = [{"artifactLocation": {"uri": _uri(f)}, "replacements": r} for f, r in edits.items()]
+    return {"description": {"text": fix.title if fix else ""}, "artifactChanges": changes}
+
+
+def _location(span: Span, message: str = "") -> dict[str, Any]:
+    location: dict[str, Any] = {
+        "physicalLocation": {"artifactLocation": {"uri": _uri(span.file)}, "region": _region(span)}
+    }
+    if message:
+        location["message"] = {"text": message}
+    return location
+
+
+def _region(span: Span) -> dict[str, int]:
+    line, column = span.source.line_column(span.start)
+    end_line, end_column = span.source.line_column(span.end)
+    return {"startLine": line, "startColumn": column, "endLine": end_line, "endColumn": end_column}
+
+
+def relative(path: str) -> str:
+    """A path relative to the working directory where it lies within, with forward slashes."""
+    absolute = Path(os.path.abspath(path))  # noqa: PTH100 - keeps symbolic links
+    here = Path.cwd()
+    return (absolute.relative_to(here) if absolute.is_relative_to(here) else absolute).as_posix()
+
+
+def _uri(path: str) -> str:
+    from urllib.parse import quote
+
+    name = relative(path)
+    return ("file://" if name.startswith("/") else "") + quote(name)
+
+
+def github(found: Sequence[Diagnostic]) -> str:
+    """Workflow commands, one a line, that annotate a pull request at the lines of xacro."""
+    lines = []
+    for diagnostic in found:
+        title = f"title=kbot {diagnostic.code}"
+        place = title
+        if diagnostic.origin is not None:
+            region = _region(diagnostic.origin.span)
+            end = max(region["endLine"], region["startLine"])
+            file = _property(relative(diagnostic.origin.span.file))
+            place = f"file={file},line={region['startLine']},endLine={end},col={region['startColumn']}"
+            if end == region["startLine"]:
+                place += f",endColumn={region['endColumn']}"
+            place += f",{title}"
+        text = diagnostic.message + (f"\n{diagnostic.hint}" if diagnostic.hint else "")
+        lines.append(f"::{_GITHUB[diagnostic.severity]} {place}::{_data(text)}")
+    return "".join(line + "\n" for line in lines)
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def junit(found: Sequence[Diagnostic], files: Sequence[str]) -> str:
+    """JUnit XML: a suite for each file that was checked, a failed case for each finding."""
+    groups: dict[str, list[Diagnostic]] = {relative(f): [] for f in files}
+    for diagnostic in found:
+        name = relative(diagnostic.origin.span.file) if diagnostic.origin else "kbot"
+        groups.setdefault(name, []).append(diagnostic)
+    root = ElementTree.Element("testsuites", name="kbot check", failures=str(len(found)))
+    for name, diagnostics in groups.items():
+        cases = max(len(diagnostics), 1)
+        suite = ElementTree.SubElement(
+            root, "testsuite", name=name, tests=str(cases), failures=str(len(diagnostics)), errors="0"
+        )
+        if not diagnostics:
+            ElementTree.SubElement(suite, "testcase", name="clean", classname=name)
+        for d in diagnostics:
+            line = d.origin.span.line if d.origin else 0
+            case = ElementTree.SubElement(suite, "testcase", name=f"{d.code} line {line}", classname=name)
+            failure = ElementTree.SubElement(case, "failure", type=d.code, message=_printable(d.message))
+            failure.text = _printable(f"{d}\n{d.hint}".strip())
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _printable(text: str) -> str:
+    """Control characters, which XML does not allow, made visible."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)

@@ -1,0 +1,26 @@
+"""`package.xml`: what the build tools of ROS need it to say."""
+
+from __future__ import annotations
+
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, parse_xml
+
+_NEEDED = ("name", "version", "description", "maintainer", "license")
+
+
+def check_manifest(source: Source) -> list[Diagnostic]:
+    """What is wrong with a package's manifest."""
+    try:
+        root = parse_xml(source)
+    except DescriptionError as error:
+        return list(error.diagnostics)
+    if root.tag != "package":
+        return [Diagnostic("K101", Severity.ERROR, f"<{root.tag}> is not a package", root.origin)]
+    missing = [tag for tag in _NEEDED if not _said(root.find(tag))]
+    if not missing:
+        return []
+    message = "the package lacks " + ", ".join(f"<{tag}>" for tag in missing)
+    return [Diagnostic("K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon refuse it")]
+
+
+def _said(element: Element | None) -> bool:
+    return element is not None and bool(element.text.strip() or next(element.elements(), None))

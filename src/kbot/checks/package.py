@@ -1,0 +1,65 @@
+"""The entry points of a package or folder: launch files and descriptions that nothing else includes."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from kbot.checks.runner import LAUNCH
+from kbot.text import DescriptionError, KbotError, parse_xml, read_source
+
+_ROBOT = (".xacro", ".urdf")
+_SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
+_INCLUDE = re.compile(r"""<xacro:include[^>]*\bfilename\s*=\s*["']([^"']+)["']""")
+
+
+def entry_points(folder: str) -> list[str]:
+    """Files beneath a folder that stand for themselves, sorted: launch files, whole robots, package.xml.
+
+    A description is one when its root has a name, or when no other file of the folder includes it and
+    it has a link of its own.
+
+    Raises:
+        KbotError: the folder has none.
+    """
+    files = sorted(_walk(Path(folder)))
+    included: set[str] = set()
+    texts: dict[Path, str] = {}
+    for file in files:
+        if file.name.endswith(_ROBOT):
+            try:
+                texts[file] = read_source(file).text
+            except DescriptionError:
+                texts[file] = ""
+            included.update(os.path.basename(name) for name in _INCLUDE.findall(texts[file]))  # noqa: PTH119
+    found = [f for f in files if f.name == "package.xml" or f.name.endswith(LAUNCH)]
+    found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
+    if not found:
+        raise KbotError(f"{folder} has no launch file, package.xml, xacro or URDF in it")
+    return [str(f) for f in sorted(found)]
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for root, folders, names in os.walk(folder):
+        folders[:] = [f for f in folders if f not in _SKIPPED and not f.startswith(".")]
+        for name in names:
+            if name == "package.xml" or name.endswith((*_ROBOT, *LAUNCH)):
+                yield Path(root) / name
+
+
+def _is_robot(file: Path, text: str) -> bool:
+    """Whether a file is a robot, or is broken and would be: a library of macros is not."""
+    try:
+        root = parse_xml(read_source(file))
+    except DescriptionError:
+        return True
+    if root.tag != "robot":
+        return False
+    makes = any(e.tag != "xacro:macro" and not _is_setting(e.tag) for e in root.elements())
+    return "name" in root.attributes and makes or any(e.tag == "link" for e in root.elements())
+
+
+def _is_setting(tag: str) -> bool:
+    return tag in ("xacro:property", "xacro:arg", "xacro:include", "material", "gazebo")
