@@ -3,35 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
-from kbot.wire.types import ros_name
+from kbot.wire.types import ros1_definition, ros2_definition, ros_name
 
 
 class Packet:
     """A message on its way out. What it is encoded to is kept, so that all who carry it share the bytes."""
+
+    __slots__ = ("_cdr", "_ros1", "message", "nanoseconds", "topic")
 
     def __init__(self, topic: str, message: object, nanoseconds: int) -> None:
         """`nanoseconds`: when it was published, by the simulation's clock."""
         self.topic = topic
         self.message = message
         self.nanoseconds = nanoseconds
+        self._cdr: bytes | None = None
+        self._ros1: bytes | None = None
 
     @property
     def type_name(self) -> str:
         kind: type = type(self.message)
         return ros_name(kind)
 
-    @cached_property
+    @property
     def cdr(self) -> bytes:
-        return encode_cdr(self.message)
+        if self._cdr is None:
+            self._cdr = encode_cdr(self.message)
+        return self._cdr
 
-    @cached_property
+    @property
     def ros1(self) -> bytes:
-        return encode_ros1(self.message)
+        if self._ros1 is None:
+            self._ros1 = encode_ros1(self.message)
+        return self._ros1
+
+    @property
+    def ros1_definition(self) -> tuple[str, str]:
+        """Text and MD5."""
+        return ros1_definition(self.type_name)
+
+    @property
+    def ros2_definition(self) -> tuple[str, str]:
+        """Text and RIHS01 hash."""
+        return ros2_definition(self.type_name)
 
 
 Receiver = Callable[[Packet], None]

@@ -1,0 +1,72 @@
+"""MCAP files, read from front to back: a file that was never closed gives all its whole chunks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from struct import error as StructError
+
+from mcap.exceptions import McapError
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+
+from kbot.record.entry import Entry, Types
+from kbot.record.reader import BrokenOff, Note
+from kbot.text import KbotError
+
+LARGEST_RECORD = 1 << 30
+
+
+class McapSource:
+    """Messages in CDR or in ROS 1's encoding; others are skipped."""
+
+    kind = "MCAP"
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def entries(self, note: Note) -> Iterator[Entry]:
+        """Raises BrokenOff, KbotError: see `Source`."""
+        types, schemas, channels = Types(), dict[int, Schema](), dict[int, Channel]()
+        started = False
+        unreadable = _unreadable()
+        with Path(self._path).open("rb") as stream:
+            records = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD).records
+            while True:
+                try:
+                    record = next(records)
+                except StopIteration:
+                    return
+                except unreadable as error:
+                    if not started:
+                        raise KbotError(f"{self._path} is no MCAP file: {error}") from None
+                    raise BrokenOff("it was not closed: what follows its last whole chunk is lost") from None
+                started = True
+                match record:
+                    case Schema():
+                        schemas[record.id] = record
+                        if record.encoding in ("ros2msg", "ros1msg"):
+                            types.learn(_full(record.name), record.data.decode(errors="replace"))
+                    case Channel():
+                        channels[record.id] = record
+                    case Metadata():
+                        note(record.name, dict(record.metadata))
+                    case Message():
+                        channel = channels[record.channel_id]
+                        schema = schemas.get(channel.schema_id)
+                        if schema is None or channel.message_encoding not in ("cdr", "ros1"):
+                            continue
+                        is_ros1 = channel.message_encoding == "ros1"
+                        name = _full(schema.name)
+                        yield Entry(channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1)
+
+
+def _full(name: str) -> str:
+    package, _, rest = name.partition("/")
+    return f"{package}/msg/{rest.removeprefix('msg/')}"
+
+
+def _unreadable() -> tuple[type[Exception], ...]:
+    import zstandard
+
+    return (McapError, EOFError, StructError, ValueError, RuntimeError, zstandard.ZstdError)

@@ -1,0 +1,130 @@
+"""Recordings read: MCAP files, bags of ROS 1 and folders of rosbag2, whole or broken off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from kbot.record.entry import Entry
+from kbot.record.writer import NOTES_TOPIC
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+Note = Callable[[str, dict[str, str]], None]
+
+
+class Source(Protocol):
+    """One kind of file."""
+
+    kind: str
+
+    def entries(self, note: Note) -> Iterator[Entry]:
+        """Every message in the order it was written; `note` is told of metadata on the way.
+
+        Raises BrokenOff where the file ends early, after all that is whole.
+        """
+        ...
+
+
+class BrokenOff(KbotError):
+    """The file ends before its end: it was not closed, or was cut short."""
+
+
+@dataclass
+class TopicSummary:
+    type_name: str
+    count: int = 0
+
+
+@dataclass
+class Summary:
+    """What is in a recording. Times in nanoseconds of its clock; `broken` says why it ends early."""
+
+    kind: str
+    topics: dict[str, TopicSummary] = field(default_factory=dict)
+    notes: dict[str, dict[str, str]] = field(default_factory=dict)
+    start: int | None = None
+    end: int | None = None
+    broken: str = ""
+
+    @property
+    def count(self) -> int:
+        return sum(topic.count for topic in self.topics.values())
+
+    @property
+    def seconds(self) -> float:
+        """From the first message to the last."""
+        return 0.0 if self.start is None or self.end is None else (self.end - self.start) * 1e-9
+
+
+class Recording:
+    """A recording on disk. Each method reads it anew; nothing but one message at a time is held."""
+
+    def __init__(self, path: str) -> None:
+        """Raises KbotError: there is no such file, or it is no recording."""
+        self.path = path
+        self._source = _source(path)
+
+    def entries(self) -> Iterator[Entry]:
+        """Every message up to the end, or to where the file breaks off."""
+        try:
+            yield from self._source.entries(lambda name, values: None)
+        except BrokenOff:
+            return
+
+    def summary(self) -> Summary:
+        """Read it through. Raises KbotError: it is no recording."""
+        found = Summary(self._source.kind)
+        try:
+            for entry in self._source.entries(found.notes.__setitem__):
+                if entry.topic == NOTES_TOPIC:
+                    values = {key: str(value) for key, value in json.loads(entry.message().data).items()}
+                    found.notes[values.pop("name", "")] = values
+                    continue
+                topic = found.topics.setdefault(entry.topic, TopicSummary(entry.type_name))
+                topic.count += 1
+                at = entry.nanoseconds
+                found.start = at if found.start is None else min(found.start, at)
+                found.end = at if found.end is None else max(found.end, at)
+        except BrokenOff as error:
+            found.broken = str(error)
+        return found
+
+    def require_topics(self, topics: tuple[str, ...]) -> None:
+        """Raises KbotError: one of them is not in the recording."""
+        known = self.summary().topics
+        for topic in topics:
+            if topic not in known:
+                hint = did_you_mean(topic, known)
+                raise KbotError(f"{self.path} has no topic {topic}" + (f": {hint}" if hint else ""))
+
+
+def kept(path: str) -> str:
+    """In words: what can be read of a recording that broke off."""
+    try:
+        found = Recording(path).summary()
+    except KbotError as error:
+        return f"nothing of it can be read: {error}"
+    if found.end is None:
+        return "it holds no messages"
+    return f"{found.count} messages up to {found.end * 1e-9:.2f} s can be read"
+
+
+def _source(path: str) -> Source:
+    file = Path(path)
+    if not file.exists():
+        siblings = [item.name for item in file.parent.iterdir()] if file.parent.is_dir() else []
+        hint = did_you_mean(file.name, siblings)
+        raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
+    if file.is_dir() or file.suffix == ".bag":
+        from kbot.record.bag_reader import BagSource
+
+        return BagSource(path)
+    if file.suffix == ".mcap":
+        from kbot.record.mcap_reader import McapSource
+
+        return McapSource(path)
+    raise KbotError(f"{path} is no recording: those end in .mcap or .bag, or are folders of rosbag2")

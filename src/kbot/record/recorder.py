@@ -1,0 +1,177 @@
+"""Writes down what a simulation says and what it is told, as it happens."""
+
+from __future__ import annotations
+
+import json
+import platform
+import time
+from collections.abc import Callable, Iterable
+from importlib.metadata import version
+from typing import Any
+
+from kbot.messages.bus import absolute
+from kbot.messages.types import String
+from kbot.model.writer import to_urdf
+from kbot.record.writer import open_writer
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.wire import Feed, Packet
+
+COMMANDS_TOPIC = "/kbot/commands"
+DESCRIPTION_TOPIC = "/robot_description"
+FLUSH_SECONDS = 1.0
+"""Wall time after which what was said is in the file, at the latest."""
+LOOK_RATE = 5.0
+
+
+class Recorder:
+    """Records a simulation from where it stands until `close`; what is recorded does not change the run.
+
+    `failure` is set when the disk takes no more: the recording has ended then, and the run goes on.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        feed: Feed,
+        path: str,
+        *,
+        topics: Iterable[str] = (),
+        description: str = "",
+        world: str = "",
+        compress: bool = True,
+        on_failure: Callable[[KbotError], None] | None = None,
+    ) -> None:
+        """`topics` empty means all. `description` is the URDF that the robot was read from, `world` the
+        text that named the world.
+
+        Raises:
+            KbotError: the file cannot be made, or a topic is asked for that nobody speaks on.
+        """
+        self.path = path
+        self.failure: KbotError | None = None
+        self.count = 0
+        self._simulation, self._feed = simulation, feed
+        self._wanted = frozenset(absolute(topic) for topic in topics)
+        self._refuse_unknown()
+        self._on_failure = on_failure
+        self._open: set[str] = set()
+        self._seen = -1
+        self._is_open = True
+        self._flushed = time.monotonic()
+        self._writer = open_writer(path, compress=compress)
+        self._guarded(lambda: self._begin(description, world))
+        simulation.journal = self._note
+        self._timer = simulation.clock.every(LOOK_RATE, self._look)
+        self._look()
+
+    def close(self) -> None:
+        """Finish the file: readable whole, with the state that the run ended in."""
+        if self._is_open:
+            self._guarded(self._finish)
+            self._detach()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _begin(self, description: str, world: str) -> None:
+        simulation = self._simulation
+        self._writer.annotate("kbot", run_facts(simulation, world))
+        text = String(description or to_urdf(simulation.robot))
+        if DESCRIPTION_TOPIC not in simulation.bus.topics:
+            self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds))
+        self._writer.flush()
+
+    def _finish(self) -> None:
+        simulation = self._simulation
+        end = {"steps": simulation.steps, "time": simulation.time, "state_sha256": simulation.state_sha256()}
+        self._writer.annotate("kbot.end", {name: str(value) for name, value in end.items()})
+        self._writer.close()
+
+    def _refuse_unknown(self) -> None:
+        known = self._feed.offered()
+        for topic in sorted(self._wanted - known.keys()):
+            hint = did_you_mean(topic, known)
+            raise KbotError(f"there is no topic {topic} to record" + (f": {hint}" if hint else ""))
+
+    def _look(self) -> None:
+        """Hear topics that are new, and let the file have what waits for it."""
+        bus = self._simulation.bus
+        if bus.changes != self._seen:
+            for topic in self._feed.offered().keys() - self._open:
+                if not self._wanted or topic in self._wanted:
+                    self._open.add(topic)
+                    self._feed.open(topic, self._write)
+            self._seen = bus.changes
+        now = time.monotonic()
+        if now - self._flushed > FLUSH_SECONDS:
+            self._flushed = now
+            self._guarded(self._writer.flush)
+
+    def _write(self, packet: Packet) -> None:
+        if not self._is_open:
+            return
+        try:
+            self._writer.write(packet)
+        except OSError as error:
+            self._fail(error)
+        self.count += 1
+
+    def _note(self, what: str, numbers: dict[str, Any]) -> None:
+        text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
+        self._write(Packet(COMMANDS_TOPIC, String(text), self._simulation.clock.nanoseconds))
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        if not self._is_open:
+            return
+        try:
+            work()
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        from kbot.record.reader import kept
+
+        self._detach()
+        self._writer.abandon()
+        reason = error.strerror or str(error)
+        at = self._simulation.time
+        self.failure = KbotError(
+            f"{self.path}: {reason}; the recording ended at {at:.2f} s: {kept(self.path)}"
+        )
+        if self._on_failure is not None:
+            self._on_failure(self.failure)
+
+    def _detach(self) -> None:
+        self._is_open = False
+        self._simulation.journal = None
+        if hasattr(self, "_timer"):
+            self._timer.cancel()
+        for topic in self._open:
+            self._feed.close(topic, self._write)
+
+
+def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
+    """What a run depends on, and what made it."""
+    return {
+        "robot": simulation.robot.name,
+        "world": world or simulation.world.name,
+        "seed": str(simulation.seed),
+        "timestep": repr(simulation.timestep),
+        "contacts": str(simulation.contacts),
+        "first_step": str(simulation.steps),
+        "kbot": version("kbot"),
+        "mujoco": _engine_version(),
+        "python": platform.python_version(),
+        "machine": platform.platform(),
+    }
+
+
+def _engine_version() -> str:
+    import mujoco
+
+    return str(mujoco.__version__)

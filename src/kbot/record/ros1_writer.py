@@ -1,0 +1,63 @@
+"""Recordings as bags of ROS 1, version 2.0."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from rosbags.rosbag1 import Writer
+
+from kbot.messages.types import String
+from kbot.record.writer import NOTES_TOPIC, Recordable
+from kbot.wire import Packet
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+
+LATCHED = frozenset({"/tf_static", "/robot_description", NOTES_TOPIC})
+FIRST_MOMENT = 1
+"""ROS 1 takes time 0 for "no time": what happened then is told to have happened 1 ns later."""
+
+
+class Ros1Writer:
+    """Written in chunks; the index comes at the end, so a broken run needs `rosbag reindex`.
+
+    Not compressed: ROS cannot read the library's LZ4, and BZ2 is too slow to record with.
+    """
+
+    def __init__(self, path: str) -> None:
+        """Raises OSError: the file exists or cannot be made."""
+        self._writer = Writer(path)
+        self._writer.open()
+        self._connections: dict[tuple[str, str], Connection] = {}
+        self._time = FIRST_MOMENT
+
+    def write(self, packet: Recordable) -> None:
+        key = (packet.topic, packet.type_name)
+        connection = self._connections.get(key)
+        if connection is None:
+            definition, md5 = packet.ros1_definition
+            connection = self._connections[key] = self._writer.add_connection(
+                packet.topic,
+                packet.type_name,
+                msgdef=definition,
+                md5sum=md5,
+                callerid="/kbot",
+                latching=int(packet.topic in LATCHED),
+            )
+        self._time = max(FIRST_MOMENT, packet.nanoseconds)
+        self._writer.write(connection, self._time, packet.ros1)
+
+    def annotate(self, name: str, values: dict[str, str]) -> None:
+        self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))
+
+    def flush(self) -> None:
+        if self._writer.bio:
+            self._writer.bio.flush()
+
+    def close(self) -> None:
+        self._writer.close()
+
+    def abandon(self) -> None:
+        if self._writer.bio:
+            self._writer.bio.close()

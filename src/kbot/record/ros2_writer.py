@@ -1,0 +1,72 @@
+"""Recordings as rosbag2 has them: a folder with metadata.yaml and an SQLite file."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from kbot.messages.types import String
+from kbot.record.ros1_writer import LATCHED
+from kbot.record.writer import NOTES_TOPIC, Recordable
+from kbot.wire import Packet
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
+
+
+class Ros2Writer:
+    """The metadata comes at the end, so a broken run needs `ros2 bag reindex`."""
+
+    def __init__(self, path: str) -> None:
+        """Raises OSError: the folder exists or cannot be made."""
+        self._writer = Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3)
+        self._writer.open()
+        self._connections: dict[tuple[str, str], Connection] = {}
+        self._time = 0
+
+    def write(self, packet: Recordable) -> None:
+        key = (packet.topic, packet.type_name)
+        connection = self._connections.get(key)
+        if connection is None:
+            definition, digest = packet.ros2_definition
+            connection = self._connections[key] = self._writer.add_connection(
+                packet.topic,
+                packet.type_name,
+                msgdef=definition,
+                rihs01=digest,
+                offered_qos_profiles=[_quality(packet.topic in LATCHED)],
+            )
+        self._time = packet.nanoseconds
+        self._writer.write(connection, packet.nanoseconds, packet.cdr)
+
+    def annotate(self, name: str, values: dict[str, str]) -> None:
+        self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))
+
+    def flush(self) -> None:
+        connection = getattr(self._writer.storage, "conn", None)
+        if connection is not None:
+            connection.commit()
+
+    def close(self) -> None:
+        self._writer.close()
+
+    def abandon(self) -> None:
+        self._writer.abort()
+
+
+def _quality(latched: bool) -> Qos:
+    forever = QosTime(2147483647, 4294967295)
+    return Qos(
+        QosHistory.KEEP_LAST,
+        1 if latched else 10,
+        QosReliability.RELIABLE,
+        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        forever,
+        forever,
+        QosLiveliness.AUTOMATIC,
+        forever,
+        False,
+    )
