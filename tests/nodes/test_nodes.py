@@ -146,5 +146,6 @@ def test_the_frames_are_those_of_a_real_ros(shared):
                 place, turn = transform.transform.translation, transform.transform.rotation
                 assert transform.header.frame_id == frame["parent"]
                 assert (place.x, place.y, place.z) == pytest.approx(frame["translation"], abs=1e-12)
-                same = sum(a * b for a, b in zip((turn.x, turn.y, turn.z, turn.w), frame["rotation_xyzw"]))
+                x, y, z, w = frame["rotation_xyzw"]
+                same = turn.x * x + turn.y * y + turn.z * z + turn.w * w
                 assert abs(same) == pytest.approx(1.0, abs=1e-12)

@@ -10,8 +10,7 @@ from kbot.text import DescriptionError, KbotError
 G = 9.81
 
 INERTIAL = (
-    '<inertial><mass value="{m}"/>'
-    '<inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>'
 )
 
 

@@ -85,9 +85,7 @@ class Bus:
         self.changes += 1
         return Publisher(entry)
 
-    def subscribe(
-        self, topic: str, message_type: type[M], callback: Callable[[M], None]
-    ) -> Subscription:
+    def subscribe(self, topic: str, message_type: type[M], callback: Callable[[M], None]) -> Subscription:
         """Hear a topic, whether or not anyone publishes on it yet.
 
         Raises:

@@ -46,9 +46,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
     robot, prefix = plan.robot, plan.prefix
     check_masses(robot, findings)
     shapes = _Shapes(spec, plan, findings)
-    root = spec.worldbody.add_body(
-        name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose)
-    )
+    root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
     if robot.root != "world":
         root.add_freejoint(name=prefix)
     waiting = [(robot.root, root)]

@@ -60,8 +60,6 @@ def wall(
     return box(name, (length + thickness, thickness, height), *middle, yaw=yaw, rgba=WALL)
 
 
-
-
 def slope(
     name: str, length: float, width: float, angle: float, x: float, y: float, z: float, rgba: Rgba = WOOD
 ) -> Body:
@@ -72,5 +70,3 @@ def slope(
     centre_z = z + sin(angle) * length / 2 - cos(angle) * thickness / 2
     pose = Transform.from_xyz_rpy((centre_x, y, centre_z), (0.0, -angle, 0.0))
     return Body(name, (Part(Box((length, width, thickness)), rgba=rgba, ground=True),), pose)
-
-

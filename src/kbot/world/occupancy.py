@@ -12,6 +12,8 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+FREE_BELOW = 50
+"""What is likelier taken than free is not driven on."""
 
 MOST_CELLS = 100_000_000
 """A grid larger than this is taken for a mistake in its resolution."""
@@ -66,7 +68,8 @@ class OccupancyGrid:
         """The middles (n, 2) in m of cells (n, 2) given as row and column."""
         along = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
         c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
-        return along @ np.array([[c, s], [-s, c]]) + (self.origin.x, self.origin.y)
+        turned: NDArray[np.float64] = along @ np.array([[c, s], [-s, c]]) + (self.origin.x, self.origin.y)
+        return turned
 
     def contains(self, row: int, column: int) -> bool:
         return 0 <= row < self.rows and 0 <= column < self.columns

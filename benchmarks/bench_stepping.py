@@ -1,0 +1,98 @@
+"""What stepping through Python costs, as shares of the engine's own loop in C over the same motion.
+
+    python benchmarks/bench_stepping.py [--seconds 20]
+
+The engine's loop is given the wheel commands that the simulation recorded, so that both do the same
+physics; the medians of alternating runs are compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+from math import sin
+
+import mujoco
+
+import kbot
+from kbot.kinematics.differential_drive import find_drive
+from kbot.sim.compile import compile_model
+from kbot.sim.recipe import Contacts
+from kbot.sim.robot_builder import RobotPlan
+from kbot.world import load_world
+
+REPEATS = 9
+STEP = 0.002
+
+
+def engine(robot: kbot.Robot) -> tuple[mujoco.MjModel, tuple[float, float]]:
+    """The same compiled model without anything of ours around it, and wheel speeds for an arc."""
+    drive = find_drive(robot)
+    plan = RobotPlan(robot.name, robot, drive, Contacts.RECIPE, kbot.Transform.identity(), others=False)
+    model, _ = compile_model(load_world("empty"), [plan], STEP)
+    return model, drive.wheel_speeds(0.2, 0.5)
+
+
+def timed(function: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=20.0, help="simulated, per run")
+    steps = round(parser.parse_args().seconds / STEP / 10) * 10
+    robot = kbot.load("kbot")
+    model, speeds = engine(robot)
+    sim = kbot.Simulation(robot)
+    data = mujoco.MjData(model)
+
+    def in_c() -> None:
+        mujoco.mj_resetData(model, data)
+        data.ctrl[:] = speeds
+        mujoco.mj_step(model, data, nstep=steps)
+
+    def constant() -> None:
+        sim.reset()
+        for _ in range(steps // 10):
+            sim.cmd_vel(0.2, 0.5)
+            sim.step(10)
+
+    def changing() -> None:
+        sim.reset()
+        for index in range(steps // 10):
+            sim.cmd_vel(0.2 + 0.05 * sin(0.05 * index), 0.5 * sin(0.02 * index))
+            sim.step(10)
+
+    def one_by_one() -> None:
+        sim.reset()
+        sim.cmd_vel(0.2, 0.5)
+        for _ in range(steps):
+            sim.step()
+            sim.joint_positions  # noqa: B018 - read at every step, as a controller would
+
+    def in_one() -> None:
+        sim.reset()
+        sim.cmd_vel(0.2, 0.5)
+        sim.step(steps)
+
+    ways = {
+        "one call for all": in_one,
+        "50 Hz, the same command": constant,
+        "50 Hz, a new command": changing,
+        "one call a step, joints read": one_by_one,
+    }
+    shares: dict[str, list[float]] = {name: [] for name in ways}
+    for _ in range(REPEATS):
+        for name, way in ways.items():
+            shares[name].append(timed(in_c) / timed(way))
+    print(f"the engine's C loop over {steps} steps of {STEP} s is 1.00")
+    for name, found in shares.items():
+        print(f"{name:32}{statistics.median(found):6.2f}")
+
+
+if __name__ == "__main__":
+    main()

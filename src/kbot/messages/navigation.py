@@ -1,0 +1,41 @@
+"""Messages of goals, paths and maps: geometry_msgs/PoseStamped, nav_msgs/Path and OccupancyGrid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kbot.messages.types import Header, Pose, Time
+
+
+@dataclass(frozen=True, slots=True)
+class PoseStamped:
+    header: Header = Header()
+    pose: Pose = Pose()
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Poses in the order in which they are passed."""
+
+    header: Header = Header()
+    poses: tuple[PoseStamped, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class MapMetaData:
+    """`resolution` in m a cell; `origin` is the pose of the first cell's corner."""
+
+    map_load_time: Time = Time()
+    resolution: float = 0.0
+    width: int = 0
+    height: int = 0
+    origin: Pose = Pose()
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyGrid:
+    """Row by row from the origin along x: 0 free to 100 occupied, -1 unknown."""
+
+    header: Header = Header()
+    info: MapMetaData = MapMetaData()
+    data: tuple[int, ...] = ()
