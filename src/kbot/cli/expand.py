@@ -80,6 +80,7 @@ def robot_path(file: str) -> str:
     """The path of FILE, where `kbot` means the robot that ships with KBot."""
     if file != "kbot":
         return file
+    from kbot.model.load import resolve_robot_path
 
     return str(resolve_robot_path(file))
 

@@ -252,6 +252,7 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
     specials = [match.start() for match in _SPECIAL.finditer(source.data)]
     specials.append(len(source.data) + 1)
     seen, special = 0, specials[0]
+    subset_at = -1
     seen_before: list[int] = []
     blanks: dict[str, Text] = {}
     prefixes = _Prefixes(source)
@@ -337,10 +338,11 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
         aside(Instruction(f"?{target} {value}?", source, at, _markup_end(source.data, at)))
 
     def doctype(name: str, system: str | None, public: str | None, subset: bool) -> None:
-        at = parser.CurrentByteIndex
+        nonlocal subset_at
+        at = max(source.data.rfind(b"<!DOCTYPE", 0, parser.CurrentByteIndex + 1), 0)
         if subset:
-            message = "a document type with declarations of its own is refused"
-            raise _error(source, "P003", message, at, "write the text itself, or use a xacro property")
+            subset_at = at
+            return
         value = f"!DOCTYPE {name}"
         if public:
             value += f"\n  PUBLIC '{public}'\n  '{system}'"
@@ -348,10 +350,16 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
             value += f"\n  SYSTEM '{system}'"
         aside(Instruction(value, source, at, _markup_end(source.data, at)))
 
+    def doctype_end() -> None:
+        if subset_at >= 0:
+            message = "a document type with declarations of its own is refused"
+            raise _error(source, "P003", message, subset_at, "write the text itself, or use a xacro property")
+
     def entity(name: str, *_: object) -> None:
         message = f"the entity '{name}' is declared: entity declarations are refused"
         hint = "write the text itself, or use a xacro property"
-        raise _error(source, "P003", message, parser.CurrentByteIndex, hint)
+        at = source.data.rfind(b"<!ENTITY", 0, parser.CurrentByteIndex + 1)
+        raise _error(source, "P003", message, max(at, 0), hint)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -361,6 +369,7 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
     parser.StartCdataSectionHandler = cdata(True)
     parser.EndCdataSectionHandler = cdata(False)
     parser.StartDoctypeDeclHandler = doctype
+    parser.EndDoctypeDeclHandler = doctype_end
     parser.EntityDeclHandler = entity
     return prefixes.problems
 

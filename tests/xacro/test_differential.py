@@ -1,0 +1,28 @@
+"""Random documents give the same result, or both an error, here and in the official package.
+
+KBOT_DIFFERENTIAL_EXAMPLES says how many; the nightly run takes 20,000.
+"""
+
+import os
+
+from xacro_documents import documents
+from hypothesis import HealthCheck, given, settings
+from xacro_official import expand_text as official_text
+
+from kbot.xacro import expand_text
+
+EXAMPLES = int(os.environ.get("KBOT_DIFFERENTIAL_EXAMPLES", "500"))
+REFUSED = {"X190", "X191", "X199"}
+"""Codes of what is refused for safety: the only errors that the official package need not have."""
+
+
+@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), print_blob=True)
+@given(documents)
+def test_same_as_official(text: str) -> None:
+    arguments = {"size": "4"}
+    official = official_text(text, arguments)
+    ours = expand_text(text, arguments=arguments)
+    errors = [d for d in ours.diagnostics if d.is_error]
+    if errors and {d.code for d in errors} <= REFUSED:
+        return
+    assert (ours.plain_text if ours.ok else None) == official, "\n".join(map(str, errors))
