@@ -48,10 +48,19 @@ class TwistController:
         self.reset()
 
     def reset(self) -> None:
+        self.wanted: Twist2 = (0.0, 0.0)
+        """The last command as it came."""
         self.target: Twist2 = (0.0, 0.0)
         self.twist: Twist2 = (0.0, 0.0)
         self.deadline: int | None = None
         """The step at which the command is taken for lost; None when it holds."""
+
+    def save(self) -> tuple[Twist2, Twist2, Twist2, int | None]:
+        """What `restore` takes back."""
+        return self.wanted, self.target, self.twist, self.deadline
+
+    def restore(self, saved: tuple[Twist2, Twist2, Twist2, int | None]) -> None:
+        self.wanted, self.target, self.twist, self.deadline = saved
 
     def command(self, linear: float, angular: float, deadline: int | None) -> bool:
         """Take a command, within the limits; whether there is something to slew to.
@@ -66,6 +75,7 @@ class TwistController:
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius
         if fastest > self.wheel_speed:
             v, w = self._slowed(v, w)
+        self.wanted = (linear, angular)
         self.target = (v, w)
         self.deadline = deadline
         return self.twist != self.target

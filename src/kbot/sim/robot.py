@@ -108,7 +108,10 @@ class SimulatedRobot:
         Raises:
             KbotError: the robot cannot drive, or a number is not finite.
         """
-        if self.controller.command(linear, angular, deadline):
+        controller = self._controller or self.controller
+        if controller.wanted == (linear, angular):
+            controller.deadline = deadline
+        elif controller.command(linear, angular, deadline):
             self.is_slewing = True
         return self.is_slewing
 
@@ -289,7 +292,7 @@ class SimulatedRobot:
     def save(self) -> tuple[Any, ...]:
         """What a saved state holds beside the engine's own."""
         controller = self._controller
-        commanded = (controller.target, controller.twist, controller.deadline) if controller else None
+        commanded = controller.save() if controller else None
         odometry = self._odometry.state if self._odometry else None
         slewing = self.is_slewing, self._next_slew
         return commanded, slewing, odometry, self._turns, self._is_left, self.holds.engaged
@@ -299,7 +302,7 @@ class SimulatedRobot:
         commanded, slewing, odometry, self._turns, self._is_left, engaged = saved
         self.is_slewing, self._next_slew = slewing
         if self._controller is not None and commanded is not None:
-            self._controller.target, self._controller.twist, self._controller.deadline = commanded
+            self._controller.restore(commanded)
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
         self.holds.engage_only(engaged)

@@ -184,7 +184,7 @@ class Simulation:
             self._next_stop = min(self._next_tick, max(due, self._steps + 1))
 
     def _stop(self) -> None:
-        stamp = round(self._steps * self._step_ns)
+        """Do what is due at this step."""
         if self._steps == self._next_tick:
             self._next_tick += self._tick_steps
             # false for NaN too
@@ -193,10 +193,11 @@ class Simulation:
             for robot in self._robots.values():
                 if robot.tick(self._steps) and robot not in self._slewing:
                     self._slewing.append(robot)
-            self.clock.advance_to(stamp)
-            self._topics.publish(self.clock)
-        else:
-            self.clock.advance_to(stamp)
+            if self._topics.are_heard:
+                self.clock.advance_to(round(self._steps * self._step_ns))
+                self._topics.publish(self.clock)
+        if self._planned_due < NEVER:
+            self.clock.advance_to(round(self._steps * self._step_ns))
         self._plan_stop()
 
     def _fail(self) -> None:

@@ -54,11 +54,16 @@ class RobotTopics:
         if self._commands is not None:
             self._commands.close()
 
-    def publish(self, clock: Clock) -> None:
-        """Say what time it is and where the robot is now, to those who listen."""
+    @property
+    def are_heard(self) -> bool:
+        """Whether anyone listens."""
         if self._bus.changes != self._seen:
             self._seen = self._bus.changes
             self._heard = [output for output in self._outputs if output[0].is_heard]
+        return bool(self._heard)
+
+    def publish(self, clock: Clock) -> None:
+        """Say what time it is and where the robot is now, to those who listen."""
         for publisher, message in self._heard:
             publisher.publish(message(clock.stamp))
 

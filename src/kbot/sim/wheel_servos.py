@@ -62,8 +62,11 @@ class WheelServos:
         qpos, qvel, act = self._qpos, self._qvel, self._act
         for position, speed, _, state, _, reach, lag in self._all:
             middle = qpos[position] + lag * qvel[speed]
-            if not -reach < act[state] - middle < reach:
-                act[state] = middle + reach if act[state] > middle else middle - reach
+            ahead = act[state] - middle
+            if ahead > reach:
+                act[state] = middle + reach
+            elif ahead < -reach:
+                act[state] = middle - reach
 
 
 def _find(model: Any, prefix: str, joint: str, forward: float) -> _Wheel:  # noqa: ANN401
