@@ -9,8 +9,8 @@ import socket
 import sys
 import threading
 import webbrowser
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from os import environ
 
 from kbot.text import KbotError
@@ -19,6 +19,7 @@ from kbot.workbench.server import Server
 from kbot.workbench.session import Session
 
 FIRST_PORT, LAST_PORT = 8300, 8399
+SEND_BUFFER = 64 * 1024
 
 
 def open_session(
@@ -79,15 +80,17 @@ def serve(
         contacts=contacts,
         package_path=package_path,
     )
-    with bind(host, port) as listening, _ended_like_ctrl_c():
+    with bind(host, port) as listening:
         server, address = _server(session, host, listening)
-        try:
+
+        def ready() -> None:
             _say(_welcome(session, address))
             if open_browser and _has_display():
                 threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-            asyncio.run(server.run(listening))
-        except KeyboardInterrupt:
-            _say("\n")
+
+        with suppress(KeyboardInterrupt):
+            asyncio.run(_run_until_ended(server, listening, ready))
+        _say("\n")
 
 
 @contextmanager
@@ -123,7 +126,10 @@ def bind(host: str, port: int | None) -> socket.socket:
         raise KbotError(f"--host {host}: no such address") from None
     for candidate in ports:
         try:
-            return socket.create_server((host, candidate), family=family)
+            listening = socket.create_server((host, candidate), family=family)
+            # inherited by each connection: little is under way to a page that reads slowly
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+            return listening
         except PermissionError:
             raise KbotError(f"--port {candidate} may not be served on without more rights") from None
         except OSError as error:
@@ -184,14 +190,14 @@ def _has_display() -> bool:
     return True
 
 
-@contextmanager
-def _ended_like_ctrl_c() -> Iterator[None]:
-    """SIGTERM ends the run as Ctrl-C does."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+async def _run_until_ended(server: Server, listening: socket.socket, ready: Callable[[], None]) -> None:
+    """Serve until Ctrl-C or SIGTERM, which cancel the run in order where the loop can hear them."""
+    task = asyncio.current_task()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            asyncio.get_running_loop().add_signal_handler(number, task.cancel)  # type: ignore[union-attr]
+        except (NotImplementedError, RuntimeError, ValueError):
+            break  # Windows, or not the main thread: Ctrl-C raises KeyboardInterrupt
+    ready()
+    with suppress(asyncio.CancelledError):
+        await server.run(listening)
