@@ -51,7 +51,7 @@ def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
         yield address, session
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser(chromium: str) -> Iterator[Any]:
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with playwright.sync_playwright() as driver:
@@ -66,7 +66,7 @@ def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
     pages, complaints = [], []
 
     def open_one(address: str, **options: Any) -> Any:
-        options.setdefault("viewport", {"width": 1100, "height": 720})
+        options.setdefault("viewport", {"width": 960, "height": 560})
         page = browser.new_page(**options)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)

@@ -142,10 +142,12 @@ def test_a_save_shows_the_new_robot_from_the_same_place(
     until(lambda: page.get_by_label("left_wheel_joint in degrees").input_value() == "57.3")
     page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
     camera, before = page.evaluate("kbot.camera()"), blue(screenshot(page))
-    xacro.write_text(xacro.read_text().replace('name="base_len" default="0.16"', 'name="base_len" default="0.26"'))
+    xacro.write_text(
+        xacro.read_text().replace('name="base_len" default="0.16"', 'name="base_len" default="0.26"')
+    )
     until(lambda: page.evaluate("kbot.revision") == 2)
     after = blue(screenshot(page))
-    assert page.evaluate("kbot.camera()") == camera
+    assert np.allclose(page.evaluate("kbot.camera()")["clipFromWorld"], camera["clipFromWorld"], atol=1e-9)
     assert page.get_by_label("left_wheel_joint in degrees").input_value() == "57.3"
     assert after.sum() > 1.3 * before.sum()
 
@@ -159,7 +161,9 @@ def test_a_save_keeps_a_driven_robot_where_it_is(
     page.keyboard.up("w")
     until(lambda: standing(page))
     x = reading(page, "x")
-    xacro.write_text(xacro.read_text().replace('"base_height" default="0.01"', '"base_height" default="0.03"'))
+    xacro.write_text(
+        xacro.read_text().replace('"base_height" default="0.01"', '"base_height" default="0.03"')
+    )
     until(lambda: page.evaluate("kbot.revision") == 2)
     until(lambda: page.evaluate("kbot.frames") > 0)
     assert abs(reading(page, "x") - x) < 0.002
@@ -174,14 +178,13 @@ def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
     page = open_page(viewing)
     good = xacro.read_text()
     whole = blue(screenshot(page)).sum()
-    brightest = screenshot(page)[..., 2].max()
     xacro.write_text(good.replace("${base_mass}", "${base_mas}", 1))
     line = 1 + good[: good.index("${base_mass}")].count("\n")
     until(lambda: page.locator(".notice.error").is_visible())
     message = page.locator("#findings li[data-severity=error] .message >> nth=0")
     assert "base_mas" in message.inner_text()
-    dimmed = screenshot(page)
-    assert dimmed[100:-100, 100:-100, 2].max() < 0.8 * brightest
+    assert blue(screenshot(page)).sum() < 0.05 * whole
+    assert mask(page, "base_link").sum() > 1000
     page.get_by_role("button", name="Show it").click()
     here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
     assert here.get_attribute("data-line") == str(line)
@@ -190,8 +193,7 @@ def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
     assert "base_mas" in caret
     xacro.write_text(good)
     until(lambda: not page.locator(".notice.error").is_visible())
-    page.get_by_role("button", name="Close the source").click()
-    page.evaluate("new Promise(requestAnimationFrame)")
+    page.keyboard.press("Escape")
     assert abs(blue(screenshot(page)).sum() - whole) < 0.02 * whole
 
 
@@ -264,11 +266,14 @@ def test_dark_and_light(viewing: str, open_page: OpenPage) -> None:
     light = screenshot(page).mean()
     assert dark < 70
     assert light > 180
-    assert open_page(viewing, color_scheme="light").evaluate("document.documentElement.dataset.theme") == "light"
+    assert (
+        open_page(viewing, color_scheme="light").evaluate("document.documentElement.dataset.theme") == "light"
+    )
 
 
 def mask(page: Any, link: str) -> np.ndarray:
     """Where a link is in the picture, by the page's own buffer of ids; (height, width)."""
+    page.evaluate("kbot.drawn()")
     seen = page.evaluate("kbot.ids()")
     ids = np.array(seen["ids"]).reshape(seen["height"], seen["width"])
     result: np.ndarray = ids == seen["links"].index(link)

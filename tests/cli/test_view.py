@@ -1,0 +1,65 @@
+"""`kbot view` as a person runs it."""
+
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+ROBOT = "<robot name='r'><link name='a'/></robot>"
+
+
+def view(*words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "kbot", "view", *words, "--no-browser"]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("missing.xacro", None, "does not exist"),
+        ("empty.urdf", b"", "the file is empty"),
+        ("text.yaml", b"a: 1\n", "not well-formed"),
+        ("picture.png", b"\x89PNG\r\n\x1a\n\xff\xfe", "not UTF-8"),
+        ("cut.urdf", b"<robot name='r'><link name='a'/>", "not well-formed"),
+        ("world.sdf", b"<sdf/>", "not a robot"),
+    ],
+)
+def test_what_is_no_robot_is_said_and_exits_2(
+    tmp_path: Path, name: str, content: bytes | None, said: str
+) -> None:
+    file = tmp_path / name
+    if content is not None:
+        file.write_bytes(content)
+    ended = view(str(file))
+    assert ended.returncode == 2
+    assert said in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert ended.stdout == ""
+
+
+def test_name_equals_value_is_explained() -> None:
+    ended = view("kbot", "wheel_radius=0.04")
+    assert ended.returncode == 2
+    assert "wheel_radius:=0.04" in ended.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_until_it_is_ended(tmp_path: Path, ending: signal.Signals) -> None:
+    file = tmp_path / "r.urdf"
+    file.write_text(ROBOT)
+    command = [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        address = re.search(r"http://127\.0\.0\.1:\d+/", running.stdout.readline())
+        assert address
+        with urllib.request.urlopen(address[0], timeout=20) as answer:
+            assert b"<script" in answer.read()
+        running.send_signal(ending)
+        assert running.wait(20) == 0
+        assert running.stderr.read() == ""

@@ -1,0 +1,53 @@
+"""The pages that are connected, and what waits for them."""
+
+import asyncio
+import json
+
+from kbot.workbench.hub import Client, Hub
+from kbot.workbench.protocol import Refused, SourceText, State
+
+
+def state(time: float) -> State:
+    return State(1, time, False, 1.0, 1.0, (), (), (), (), (), (), 0, 0)
+
+
+def sent_by(client: Client) -> list[dict[str, object]]:
+    """What the page is sent before it would have to wait."""
+    sent: list[dict[str, object]] = []
+
+    async def keep(text: str) -> None:
+        sent.append(json.loads(text))
+
+    async def run() -> None:
+        pump = asyncio.create_task(client.pump(keep))
+        for _ in range(20):
+            await asyncio.sleep(0)
+        pump.cancel()
+
+    asyncio.run(run())
+    return sent
+
+
+def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
+    client = Hub().join()
+    for tick in range(10_000):
+        client.put(state(tick / 50))
+    client.put(Refused("no"))
+    client.put(SourceText("a", "1", ()))
+    client.put(SourceText("b", "1", ()))
+    client.put(SourceText("a", "2", ()))
+    sent = sent_by(client)
+    assert [message["type"] for message in sent] == ["state", "refused", "source", "source"]
+    assert sent[0]["time"] == 9_999 / 50
+    assert {(m["file"], m["text"]) for m in sent[2:]} == {("a", "2"), ("b", "1")}
+
+
+def test_all_pages_are_told_until_they_leave() -> None:
+    hub = Hub()
+    first, second = hub.join(), hub.join()
+    assert first.number != second.number
+    hub.leave(first)
+    hub.publish(state(1.0))
+    assert sent_by(first) == []
+    assert len(sent_by(second)) == 1
+    assert len(hub) == 1

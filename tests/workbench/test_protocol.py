@@ -1,0 +1,101 @@
+"""The messages: the page's types are those of the server, and only good ones are obeyed."""
+
+import json
+import typing
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kbot.workbench.decode import BadMessage, decode
+from kbot.workbench.encode import encode
+from kbot.workbench.protocol import Drive, FromPage, Refused, Reset, SetJoint, SetSpeed, State
+from kbot.workbench.typescript import generate
+
+PROTOCOL_TS = Path(__file__).parents[2] / "web" / "src" / "protocol.ts"
+
+
+def test_the_pages_types_are_generated_from_the_servers() -> None:
+    assert PROTOCOL_TS.read_text(encoding="utf-8") == generate()
+
+
+def test_every_message_has_a_type_of_its_own() -> None:
+    types = [typing.get_type_hints(cls)["type"] for cls in typing.get_args(FromPage)]
+    assert len(set(types)) == len(types)
+
+
+def test_good_messages_are_read() -> None:
+    assert decode('{"type": "drive", "linear": 1, "angular": -0.5}') == Drive(1.0, -0.5)
+    assert decode('{"type": "set_joint", "name": "j", "position": 0.25}') == SetJoint("j", 0.25)
+    assert decode('{"type": "reset"}') == Reset()
+    assert decode('{"type": "set_speed", "factor": 10}') == SetSpeed(10.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not JSON"),
+        ("[1]", "not a JSON object"),
+        ("{}", "unknown type null"),
+        ('{"type": "drove"}', "did you mean 'drive'?"),
+        ('{"type": "drive", "linear": 0}', "'angular' is missing"),
+        ('{"type": "drive", "linear": 0, "angular": 0, "x": 1}', 'no field "x"'),
+        ('{"type": "drive", "linear": "1", "angular": 0}', "not a number"),
+        ('{"type": "drive", "linear": true, "angular": 0}', "not a number"),
+        ('{"type": "drive", "linear": 11, "angular": 0}', "not between -10 and 10"),
+        ('{"type": "drive", "linear": NaN, "angular": 0}', "not between"),
+        ('{"type": "drive", "linear": 1e999, "angular": 0}', "not between"),
+        ('{"type": "drive", "linear": ' + "9" * 400 + ', "angular": 0}', "not between"),
+        ('{"type": "pause", "paused": 1}', "not true or false"),
+        ('{"type": "set_joints", "preset": "up"}', "one of zero, centre, random"),
+        ('{"type": "set_joint", "name": "' + "j" * 300 + '", "position": 0}', "300 characters"),
+        ('{"type": "open_source", "file": 3}', "not a text"),
+        ("[" * 60_000, "not JSON"),
+        ('"' + "a" * 70_000 + '"', "at most 65536"),
+    ],
+)
+def test_bad_messages_are_refused_with_the_reason(text: str, said: str) -> None:
+    with pytest.raises(BadMessage) as caught:
+        decode(text)
+    assert said in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+def test_a_binary_message_is_refused() -> None:
+    with pytest.raises(BadMessage):
+        decode(b"\x00")
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=12),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=6,
+)
+TYPES = [typing.get_args(typing.get_type_hints(cls)["type"])[0] for cls in typing.get_args(FromPage)]
+FIELDS = ["linear", "angular", "name", "position", "preset", "paused", "seconds", "factor", "file", "x"]
+
+
+@given(st.text(max_size=80) | VALUES.map(json.dumps))
+def test_nothing_else_gets_through(text: str) -> None:
+    with pytest.raises(BadMessage):
+        decode(text)
+
+
+@given(st.sampled_from(TYPES), st.dictionaries(st.sampled_from(FIELDS), VALUES, max_size=3))
+def test_any_values_are_read_or_refused(kind: str, fields: dict[str, object]) -> None:
+    try:
+        message = decode(json.dumps({**fields, "type": kind}))
+    except BadMessage:
+        return
+    assert message.type == kind
+
+
+def test_messages_to_the_page_are_json_without_nan() -> None:
+    assert json.loads(encode(Refused("no"))) == {"reason": "no", "type": "refused"}
+    state = State(
+        1, 0.5, False, 1.0, 1.0, (0.0,), (0.0,) * 7, (), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0, 0.0), 0, 0
+    )
+    assert json.loads(encode(state))["time"] == 0.5
+    with pytest.raises(ValueError, match="JSON"):
+        encode(State(1, float("nan"), False, 1.0, 1.0, (), (), (), (), (), (), 0, 0))

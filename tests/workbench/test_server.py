@@ -1,0 +1,190 @@
+"""The server as a program sees it: files, refusals, the socket."""
+
+import http.client
+import json
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from kbot.text import KbotError
+from kbot.workbench.serve import FIRST_PORT, bind, open_session, serving
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+
+@pytest.fixture
+def page(viewing: str) -> Iterator[ClientConnection]:
+    with connect(socket_address(viewing)) as connection:
+        yield connection
+
+
+def socket_address(address: str) -> str:
+    return address.replace("http:", "ws:").rstrip("/") + "/ws"
+
+
+def get(address: str, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
+    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=10)
+    connection.request("GET", path, headers={name.capitalize(): value for name, value in headers.items()})
+    answer = connection.getresponse()
+    body = answer.read()
+    connection.close()
+    return answer.status, {k.lower(): v for k, v in answer.getheaders()}, body
+
+
+def hear(connection: ClientConnection, kind: str) -> dict[str, Any]:
+    while (message := json.loads(connection.recv(timeout=10)))["type"] != kind:
+        pass
+    return dict(message)
+
+
+def say(connection: ClientConnection, **message: Any) -> None:
+    connection.send(json.dumps(message))
+
+
+def test_the_page_is_served_with_its_policy(viewing: str) -> None:
+    status, headers, body = get(viewing, "/")
+    assert status == 200
+    assert headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in headers["content-security-policy"]
+    assert headers["x-content-type-options"] == "nosniff"
+    assert b"<script" in body
+    script = body.decode().split('src="./')[1].split('"')[0]
+    status, headers, _ = get(viewing, f"/{script}")
+    assert status == 200
+    assert headers["content-type"].startswith("text/javascript")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/nothing",
+        "/assets/",
+        "/../pyproject.toml",
+        "/%2e%2e/x",
+        "/mesh/",
+        "/mesh/../../etc/passwd",
+        "/index.html/x",
+    ],
+)
+def test_unknown_paths_are_404(viewing: str, path: str) -> None:
+    status, headers, _ = get(viewing, path)
+    assert status == 404
+    assert "content-security-policy" in headers
+
+
+def test_a_foreign_host_or_origin_gets_nothing(viewing: str) -> None:
+    assert get(viewing, "/", host="evil.example")[0] == 403
+    assert get(viewing, "/", origin="http://evil.example")[0] == 403
+    with (
+        pytest.raises(InvalidStatus) as caught,
+        connect(socket_address(viewing), origin="http://evil.example"),
+    ):  # type: ignore[arg-type]
+        pass
+    assert caught.value.response.status_code == 403
+
+
+def test_other_machines_need_the_token_for_the_socket(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=False)
+    with serving(session, host="0.0.0.0") as address:
+        port = urlsplit(address).port
+        token = urlsplit(address).query
+        assert token.startswith("token=")
+        with pytest.raises(InvalidStatus), connect(f"ws://127.0.0.1:{port}/ws"):
+            pass
+        with connect(f"ws://127.0.0.1:{port}/ws?{token}") as connection:
+            assert hear(connection, "about")["mode"] == "view"
+
+
+def test_a_page_is_told_everything_first(page: ClientConnection) -> None:
+    kinds = [json.loads(page.recv(timeout=10))["type"] for _ in range(4)]
+    assert kinds == ["about", "scene", "findings", "state"]
+
+
+def test_bad_messages_are_answered_and_not_obeyed(page: ClientConnection, viewing: str) -> None:
+    for text in (
+        "{",
+        '{"type": "fly"}',
+        '{"type": "set_joint", "name": "left_wheel_joint", "position": 1e99}',
+    ):
+        page.send(text)
+        assert hear(page, "refused")["reason"]
+    page.send(b"\x00\x01")
+    assert "binary" in hear(page, "refused")["reason"]
+    say(page, type="drive", linear=0.1, angular=0.0)
+    assert "kbot sim" in hear(page, "refused")["reason"]
+    say(page, type="open_source", file="/etc/passwd")
+    assert "not part of this description" in hear(page, "refused")["reason"]
+    with connect(socket_address(viewing)) as other:
+        assert hear(other, "state")["positions"] == [0.0, 0.0]
+
+
+def test_a_message_that_is_too_long_ends_the_connection(page: ClientConnection, viewing: str) -> None:
+    page.send("x" * 200_000)
+    with pytest.raises(ConnectionClosed):
+        hear(page, "nothing of the kind")
+    assert get(viewing, "/")[0] == 200
+
+
+def test_a_joint_that_is_set_is_told_to_all(page: ClientConnection, viewing: str) -> None:
+    with connect(socket_address(viewing)) as other:
+        hear(other, "state")
+        say(page, type="set_joint", name="left_wheel_joint", position=0.75)
+        for connection in (page, other):
+            until(lambda connection=connection: hear(connection, "state")["positions"][0] == 0.75)
+
+
+def test_the_source_is_sent_with_its_owners(page: ClientConnection, xacro: Path) -> None:
+    say(page, type="open_source", file=str(xacro))
+    source = hear(page, "source")
+    assert source["text"] == xacro.read_text()
+    lines = source["text"].splitlines()
+    assert source["owners"][lines.index('  <link name="base_link">')] == ["base_link"]
+
+
+def test_a_page_that_falls_silent_stops_the_robot(driving: tuple[str, Session]) -> None:
+    with connect(socket_address(driving[0])) as connection:
+        say(connection, type="drive", linear=0.2, angular=0.0)
+        until(lambda: hear(connection, "state")["command"] == [0.2, 0.0])
+        until(lambda: hear(connection, "state")["command"] == [0.0, 0.0])
+
+
+def test_a_port_in_use_is_said(viewing: str) -> None:
+    port = urlsplit(viewing).port
+    with pytest.raises(KbotError, match=f"port {port} is in use"):
+        bind("127.0.0.1", port)
+
+
+def test_without_a_port_the_next_free_one_is_taken() -> None:
+    with bind("127.0.0.1", None) as first, bind("127.0.0.1", None) as second:
+        ports = first.getsockname()[1], second.getsockname()[1]
+    assert FIRST_PORT <= ports[0] < ports[1]
+
+
+def test_an_address_of_another_machine_is_refused() -> None:
+    with pytest.raises(KbotError, match=r"192\.0\.2\.1"):
+        bind("192.0.2.1", 0)
+    with pytest.raises(KbotError, match="no such address"):
+        bind("no.such.host.invalid", 0)
+
+
+def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
+    parts = urlsplit(viewing)
+    for rubbish in (
+        b"\x00" * 64,
+        b"GET\r\n\r\n",
+        b"POST / HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",
+    ):
+        with socket.create_connection((parts.hostname, parts.port), timeout=10) as raw:
+            raw.sendall(rubbish)
+            raw.shutdown(socket.SHUT_WR)
+            while raw.recv(4096):
+                pass
+    assert get(viewing, "/")[0] == 200

@@ -1,0 +1,218 @@
+"""What all tabs share, without a server."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from kbot.text import DescriptionError, KbotError
+from kbot.workbench.protocol import (
+    Advance,
+    Drive,
+    Findings,
+    FromServer,
+    OpenSource,
+    Pause,
+    Reset,
+    Scene,
+    SetJoint,
+    SetJoints,
+    SetSpeed,
+    SourceText,
+    State,
+    Stop,
+)
+from kbot.workbench.serve import open_session
+from kbot.workbench.session import Session
+
+ARM = """<robot name="arm">
+  <link name="base"/>
+  <link name="upper"/>
+  <link name="lower"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><limit lower="-1" upper="2" effort="1" velocity="1"/>
+  </joint>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="lower"/><limit lower="0.5" upper="1.5" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM)
+    return file
+
+
+def positions(session: Session) -> list[float]:
+    return list(session.state().positions)
+
+
+def of(kind: type, messages: list[FromServer]) -> list[FromServer]:
+    return [message for message in messages if isinstance(message, kind)]
+
+
+def test_joints_stand_at_zero_or_the_limit_nearest_to_it(arm: Path) -> None:
+    assert positions(open_session(str(arm), simulate=False)) == [0.0, 0.5]
+
+
+def test_presets_and_limits(arm: Path) -> None:
+    session = open_session(str(arm), simulate=False)
+    session.obey(SetJoints("centre"), 1)
+    assert positions(session) == [0.5, 1.0]
+    session.obey(SetJoint("shoulder", 7.0), 1)
+    assert positions(session) == [2.0, 1.0]
+    session.obey(SetJoints("random"), 1)
+    first = positions(session)
+    assert -1 <= first[0] <= 2
+    assert 0.5 <= first[1] <= 1.5
+    session.obey(SetJoints("random"), 1)
+    assert positions(session) != first
+    session.obey(Reset(), 1)
+    assert positions(session) == [0.0, 0.5]
+    with pytest.raises(KbotError, match="no joint 'wrist'"):
+        session.obey(SetJoint("wrist", 0.0), 1)
+
+
+def test_a_changed_description_keeps_the_joints(arm: Path) -> None:
+    session = open_session(str(arm), simulate=False)
+    session.obey(SetJoint("shoulder", 1.75), 1)
+    arm.write_text(ARM.replace('upper="2"', 'upper="1.25"').replace("elbow", "knee"))
+    messages = session.adopt(session.read())
+    (scene,) = of(Scene, messages)
+    assert isinstance(scene, Scene)
+    assert [joint.name for joint in scene.joints] == ["shoulder", "knee"]
+    assert scene.revision == 2
+    assert positions(session) == [1.25, 0.5]  # held within the new limit
+
+
+def test_a_broken_description_keeps_the_last_good_robot(arm: Path) -> None:
+    session = open_session(str(arm), simulate=False)
+    arm.write_text(ARM.replace('<link name="lower"/>', ""))
+    messages = session.adopt(session.read())
+    assert of(Scene, messages) == []
+    (findings,) = of(Findings, messages)
+    assert isinstance(findings, Findings)
+    assert findings.stale
+    assert findings.findings[0].severity == "error"
+    assert findings.findings[0].place is not None
+    assert findings.findings[0].place.line == 9
+    assert session.scene.revision == 1
+    arm.unlink()
+    assert of(Scene, session.adopt(session.read())) == []
+    arm.write_text(ARM)
+    messages = session.adopt(session.read())
+    assert len(of(Scene, messages)) == 1
+    (findings,) = of(Findings, messages)
+    assert isinstance(findings, Findings)
+    assert not findings.stale
+
+
+def test_a_description_that_is_no_robot_is_refused_at_the_start(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="does not exist"):
+        open_session(str(tmp_path / "no.urdf"), simulate=False)
+    broken = tmp_path / "broken.urdf"
+    broken.write_text("<robot name='x'><link name='a'></robot>")
+    with pytest.raises(DescriptionError, match="not well-formed"):
+        open_session(str(broken), simulate=True)
+
+
+def test_only_the_descriptions_own_files_are_shown(arm: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.txt"
+    other.write_text("secret")
+    session = open_session(str(arm), simulate=False)
+    (source,) = session.obey(OpenSource(str(arm)), 1)
+    assert isinstance(source, SourceText)
+    assert source.owners[1] == ("base",)
+    assert source.owners[4] == ("upper",)  # a joint belongs to the link it carries
+    with pytest.raises(KbotError, match="not part of this description"):
+        session.obey(OpenSource(str(other)), 1)
+
+
+def test_time_passes_as_it_is_told(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(SetSpeed(0.5), 1)
+    session.advance(0.1)
+    assert session.state().time == pytest.approx(0.05, abs=0.0021)
+    session.obey(Pause(True), 1)
+    assert not session.advance(1.0)
+    session.obey(Advance(0.1), 1)
+    assert session.state().time == pytest.approx(0.15, abs=0.0021)
+    session.obey(Reset(), 1)
+    state = session.state()
+    assert (state.time, state.resets) == (0.0, 1)
+
+
+def test_who_drives_is_known_and_only_the_driver_lets_go(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(Drive(0.2, 0.0), 1)
+    session.obey(Drive(0.0, 0.0), 2)
+    assert session.state().driver == 1
+    assert session.state().command == (0.2, 0.0)
+    session.leave(2)
+    assert session.state().driver == 1
+    session.obey(Stop(), 2)
+    assert session.state().command == (0.0, 0.0)
+    session.obey(Drive(0.1, 0.0), 2)
+    session.leave(2)
+    assert session.state().command == (0.0, 0.0)
+
+
+def test_silence_stops_the_robot(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(Drive(0.2, 0.0), 1)
+    for _ in range(4):
+        session.advance(0.1)
+    assert session.state().command == (0.2, 0.0)
+    for _ in range(3):
+        session.advance(0.1)
+    assert session.state().command == (0.0, 0.0)
+
+
+def drive_on(session: Session, linear: float, seconds: float) -> State:
+    for _ in range(round(seconds / 0.1)):
+        session.obey(Drive(linear, 0.0), 1)
+        session.advance(0.1)
+    return session.state()
+
+
+def test_a_changed_robot_goes_on_from_where_it_is(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(Drive(0.1, 1.0), 1)
+    session.advance(0.5)
+    before = drive_on(session, 0.3, 1.0)
+    xacro.write_text(
+        xacro.read_text().replace('"wheel_radius" default="0.035"', '"wheel_radius" default="0.05"')
+    )
+    session.adopt(session.read())
+    after = session.state()
+    assert after.revision == 2
+    assert after.time == before.time
+    assert after.poses[:2] == pytest.approx(before.poses[:2], abs=1e-6)
+    assert after.poses[3:7] == pytest.approx(before.poses[3:7], abs=1e-6)
+    assert after.odometry == pytest.approx(before.odometry, abs=1e-5)
+    assert after.positions == pytest.approx(before.positions, abs=1e-5)
+    settled = drive_on(session, 0.0, 1.0)  # at rest, on wheels of another size
+    assert settled.poses[:2] == pytest.approx(before.poses[:2], abs=1e-3)
+    assert settled.poses[2] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_robot_without_wheels_says_why_it_cannot_drive(arm: Path) -> None:
+    solid = (
+        """<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>"""
+    )
+    text = ARM
+    for name in ("base", "upper", "lower"):
+        text = text.replace(f'<link name="{name}"/>', f'<link name="{name}">{solid}</link>', 1)
+    arm.write_text(text)
+    session = open_session(str(arm), simulate=True)
+    assert "continuous" in session.about().cannot_drive
+    with pytest.raises(KbotError, match="cannot drive"):
+        session.obey(Drive(0.1, 0.0), 1)
+
+
+def test_equal_states_are_equal_in_every_run(xacro: Path) -> None:
+    first, second = (open_session(str(xacro), simulate=True, seed=3) for _ in range(2))
+    assert replace(drive_on(first, 0.2, 0.5), rate=0.0) == replace(drive_on(second, 0.2, 0.5), rate=0.0)

@@ -1,0 +1,38 @@
+"""Seeing that files changed."""
+
+import asyncio
+from pathlib import Path
+
+from kbot.workbench.watch import Watcher
+
+
+def wait_for_change(watcher: Watcher, change: object) -> None:
+    async def run() -> None:
+        waiting = asyncio.create_task(watcher.changed())
+        await asyncio.sleep(0)
+        assert callable(change)
+        change()
+        await asyncio.wait_for(waiting, 20)
+
+    asyncio.run(run())
+
+
+def test_a_write_a_new_file_and_a_lost_one_are_seen(tmp_path: Path) -> None:
+    file, included = tmp_path / "a", tmp_path / "b"
+    file.write_text("1")
+    watcher = Watcher([str(file), str(included)])
+    wait_for_change(watcher, lambda: file.write_text("22"))
+    wait_for_change(watcher, lambda: included.write_text("1"))
+    wait_for_change(watcher, lambda: included.unlink())
+    moved = tmp_path / "c"
+    moved.write_text("33")
+    wait_for_change(watcher, lambda: moved.replace(file))
+
+
+def test_a_change_between_reading_and_watching_is_seen(tmp_path: Path) -> None:
+    file, other = tmp_path / "a", tmp_path / "b"
+    file.write_text("1")
+    watcher = Watcher([str(file)])
+    file.write_text("22")
+    watcher.watch([str(file), str(other)])
+    wait_for_change(watcher, lambda: None)
