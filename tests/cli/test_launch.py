@@ -1,0 +1,127 @@
+"""`kbot launch` as a person runs it."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from kbot.cli.main import run
+
+ROBOT = """<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="width" default="1"/><link name="base"/>
+</robot>
+"""
+LAUNCH = """<launch>
+  <arg name="width" default="2" doc="how wide"/>
+  <param name="robot_description" command="$(find xacro)/xacro $(dirname)/r.xacro width:=$(arg width)"/>
+  <node pkg="robot_state_publisher" type="robot_state_publisher" name="rsp"/>
+  <node pkg="rviz" type="rviz" name="rviz" args="-d x.rviz" required="true"/>
+</launch>
+"""
+
+
+@pytest.fixture
+def launch(tmp_path: Path) -> Path:
+    (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
+    (tmp_path / "r.xacro").write_text(ROBOT)
+    file = tmp_path / "r.launch"
+    file.write_text(LAUNCH)
+    return file
+
+
+def said(capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
+    captured = capsys.readouterr()
+    return captured.out, captured.err
+
+
+def test_a_dry_run_says_what_stands_in_for_what(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["launch", str(launch), "width:=3", "--dry-run"]) == 0
+    out, err = said(capsys)
+    assert err == ""
+    assert "/rsp   robot_state_publisher/robot_state_publisher  the workbench's transforms  r.launch:4" in out
+    assert f"robot: {launch.parent / 'r.xacro'} width:=3" in out
+
+
+def test_a_package_and_a_file_name_are_a_launch_file(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["launch", "mine", "r.launch", "--files", "--package-path", str(launch.parent)]
+    assert run(words) == 0
+    assert said(capsys)[0] == f"{launch}\n"
+
+
+def test_parameters_are_dumped_as_yaml(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["launch", str(launch), "--dump-params"]) == 0
+    params = yaml.safe_load(said(capsys)[0])
+    assert list(params) == ["/robot_description"]
+    assert '<link name="base"/>' in params["/robot_description"]
+
+
+def test_nodes_arguments_and_command_lines(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["launch", str(launch), "--nodes"]) == 0
+    assert said(capsys)[0] == "/rsp\n/rviz\n"
+    assert run(["launch", str(launch), "--ros-args"]) == 0
+    assert said(capsys)[0] == 'Optional Arguments:\n  width (default "2"): how wide\n'
+    assert run(["launch", str(launch), "--args", "rviz"]) == 0
+    assert said(capsys)[0] == "rviz/rviz -d x.rviz __name:=rviz\n"
+    assert run(["launch", str(launch), "--args", "rvis"]) == 2
+    assert "did you mean '/rviz'?" in said(capsys)[1]
+
+
+def test_a_node_that_nothing_stands_in_for_is_named_at_its_line(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    launch.write_text(LAUNCH.replace("</launch>", '<node pkg="p" type="t" name="n"/></launch>'))
+    assert run(["launch", str(launch), "--dry-run"]) == 1
+    out, err = said(capsys)
+    assert f"{launch}:6:21: warning: nothing stands in for the node p/t: /n is not run [L055]" in err
+    assert "not run" in out
+
+
+def test_a_required_node_that_cannot_run_ends_the_launch(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    node = '<node pkg="p" type="t" name="n" required="true"/></launch>'
+    launch.write_text(LAUNCH.replace("</launch>", node))
+    assert run(["launch", str(launch), "--no-browser"]) == 2
+    assert "/n is not run [L055]" in said(capsys)[1]
+
+
+def test_a_launch_file_without_a_robot_says_so(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    launch.write_text("<launch/>")
+    assert run(["launch", str(launch), "--no-browser"]) == 2
+    assert "nothing to show" in said(capsys)[1]
+
+
+def test_a_broken_robot_is_told_at_its_line_once(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (launch.parent / "r.xacro").write_text(ROBOT.replace('"base"', '"${bse}"'))
+    assert run(["launch", str(launch), "--no-browser"]) == 2
+    assert said(capsys)[1].count("error: ") == 1
+
+
+def test_programs_are_run_only_with_leave(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = f'"{sys.executable}" -c "print(42)"'.replace('"', "&quot;")
+    launch.write_text(f'<launch><param name="answer" command="{command}"/></launch>')
+    assert run(["launch", str(launch), "--dump-params"]) == 2
+    assert "[L040]" in said(capsys)[1]
+    assert run(["launch", str(launch), "--dump-params", "--allow-commands"]) == 0
+    assert yaml.safe_load(said(capsys)[0]) == {"/answer": 42}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise on Windows")
+def test_the_corrected_chapter_stands_in_the_workbench(shared: Path) -> None:
+    file = shared / "chapter/corrected/kbot_description/launch/kbot_base_rviz.launch"
+    command = [sys.executable, "-m", "kbot", "launch", str(file), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        lines = []
+        while not lines or "http://127.0.0.1:" not in lines[-1]:
+            lines.append(running.stdout.readline())
+            assert lines[-1], running.communicate()
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=30)
+    assert (running.returncode, err) == (0, "")
+    assert any("rviz/rviz" in line and "the workbench" in line for line in lines)
