@@ -1,0 +1,140 @@
+"""`kbot bag`: what is in a recording, parts of it, other formats, tables, and the run done again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from kbot.cli.arguments import examples, package_path_option
+from kbot.cli.output import fail, print_json
+
+
+@click.group(
+    "bag",
+    epilog=examples(
+        "kbot bag info run.mcap",
+        "kbot bag cut run.mcap part.mcap --start 2 --end 5 --topic /odom",
+        "kbot bag convert run.mcap run.bag          for ROS 1; a name without suffix is a rosbag2 folder",
+        "kbot bag export run.mcap --topic /odom -o odom.csv",
+        "kbot bag replay run.mcap                   drive again as recorded, and compare bit for bit",
+    ),
+)
+def command() -> None:
+    """Look into recordings: .mcap, .bag of ROS 1, or folders of rosbag2."""
+
+
+def _recording(function: click.decorators.FC) -> click.decorators.FC:
+    return click.argument("recording", metavar="FILE")(function)
+
+
+def _topics(function: click.decorators.FC) -> click.decorators.FC:
+    return click.option(
+        "--topic", "topics", multiple=True, metavar="NAME", help="Only this; may be repeated."
+    )(function)
+
+
+@command.command("info", epilog=examples("kbot bag info run.mcap --json"))
+@_recording
+@click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
+def info(recording: str, as_json: bool) -> int:
+    """Say what is in a recording, and whether it is whole."""
+    from kbot.record import Recording
+
+    found = Recording(recording).summary()
+    if as_json:
+        print_json(
+            {
+                "file": recording,
+                "format": found.kind,
+                "messages": found.count,
+                "seconds": found.seconds,
+                "topics": {
+                    name: {"type": t.type_name, "messages": t.count} for name, t in found.topics.items()
+                },
+                "notes": found.notes,
+                "broken": found.broken,
+            }
+        )
+        return int(bool(found.broken))
+    lines = [f"{recording}: {found.kind}, {found.count} messages over {found.seconds:.3f} s"]
+    width = max((len(name) for name in found.topics), default=0)
+    for name, topic in sorted(found.topics.items()):
+        lines.append(f"  {name:<{width}}  {topic.count:>8}  {topic.type_name}")
+    for name, values in found.notes.items():
+        lines.append(f"{name}: " + ", ".join(f"{key} {value}" for key, value in values.items()))
+    if found.broken:
+        lines.append(f"It breaks off: {found.broken}.")
+    click.echo("\n".join(lines))
+    return int(bool(found.broken))
+
+
+@command.command("cut", epilog=examples("kbot bag cut run.mcap part.mcap --start 2 --end 5"))
+@_recording
+@click.argument("target", metavar="NEW")
+@click.option("--start", type=float, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--end", type=float, metavar="S", help="Seconds of the recording's clock.")
+@_topics
+def cut(recording: str, target: str, start: float | None, end: float | None, topics: tuple[str, ...]) -> None:
+    """Write a part of a recording to a new one."""
+    _copy(recording, target, start, end, topics)
+
+
+@command.command("convert", epilog=examples("kbot bag convert run.mcap run.bag"))
+@_recording
+@click.argument("target", metavar="NEW")
+@_topics
+def convert(recording: str, target: str, topics: tuple[str, ...]) -> None:
+    """Write a recording in another format: .mcap, .bag, or a folder of rosbag2 (no suffix)."""
+    _copy(recording, target, None, None, topics)
+
+
+def _copy(
+    recording: str, target: str, start: float | None, end: float | None, topics: tuple[str, ...]
+) -> None:
+    from kbot.record.copy import copy_recording
+
+    count = copy_recording(recording, target, start=start, end=end, topics=topics)
+    click.echo(f"{target}: {count} messages")
+
+
+@command.command("export", epilog=examples("kbot bag export run.mcap --topic /odom -o odom.csv"))
+@_recording
+@click.option("--topic", required=True, metavar="NAME", help="The topic whose messages become rows.")
+@click.option(
+    "--to", "kind", type=click.Choice(["csv"]), default="csv", show_default=True, help="Kind of table."
+)
+@click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
+def export(recording: str, topic: str, kind: str, output: str | None) -> None:
+    """Write a topic as a table: one row a message, `time` in seconds first."""
+    from kbot.record.export import to_csv
+    from kbot.text.files import write_text
+
+    text = to_csv(recording, topic)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        write_text(output, text)
+
+
+@command.command("replay", epilog=examples("kbot bag replay run.mcap"))
+@_recording
+@package_path_option
+def replay(recording: str, package_path: tuple[str, ...]) -> int:
+    """Do the run again with the recorded robot, world, seed and commands, and compare bit for bit.
+
+    Exit status 0: it came out the same; 1: it did not.
+    """
+    from kbot.record.replay import replay as run_again
+    from kbot.xacro import Packages
+
+    if not Path(recording).exists():
+        fail(f"{recording} does not exist")
+    again = run_again(recording, Packages(package_path))
+    state = {True: "the engine ended in the same state", False: "the engine ended in another state", None: ""}
+    told = [
+        again.difference or f"{again.compared} messages are the same, bit for bit",
+        state[again.same_state],
+    ]
+    click.echo("; ".join(filter(None, told)))
+    return 0 if again.is_same else 1

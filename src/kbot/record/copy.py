@@ -1,0 +1,75 @@
+"""Recordings made of recordings: cut in time, fewer topics, another format."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from kbot.record.entry import Entry
+from kbot.record.reader import Recording
+from kbot.record.recorder import DESCRIPTION_TOPIC
+from kbot.record.writer import NOTES_TOPIC, open_writer
+from kbot.text import KbotError
+
+ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static"})
+"""Said once at the start, and needed to make sense of all that follows."""
+
+
+def copy_recording(
+    path: str,
+    target: str,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    topics: tuple[str, ...] = (),
+) -> int:
+    """Write what lies from `start` to `end` (seconds of the recording's clock) to a new recording.
+
+    What is latched is kept although it came earlier. Returns how many messages were written.
+
+    Raises:
+        KbotError: either file, a topic that is not there, or a time that ends before it starts.
+    """
+    recording = Recording(path)
+    if topics:
+        recording.require_topics(topics)
+    if start is not None and end is not None and end < start:
+        raise KbotError(f"a cut from {start} s to {end} s ends before it starts")
+    first = None if start is None else round(start * 1e9)
+    last = None if end is None else round(end * 1e9)
+    notes = recording.summary().notes
+    if first is not None or last is not None or topics:
+        notes = {
+            ("kbot.cut" if name == "kbot" else name): v for name, v in notes.items() if name != "kbot.end"
+        }
+    writer = open_writer(target)
+    count = 0
+    try:
+        for name, values in notes.items():
+            writer.annotate(name, values)
+        for entry in recording.entries():
+            if _wanted(entry, first, last, topics):
+                writer.write(entry)
+                count += 1
+        writer.close()
+    except (OSError, KbotError) as error:
+        writer.abandon()
+        _remove(target)
+        raise KbotError(f"{target} was not written: {getattr(error, 'strerror', None) or error}") from None
+    return count
+
+
+def _wanted(entry: Entry, first: int | None, last: int | None, topics: tuple[str, ...]) -> bool:
+    if entry.topic == NOTES_TOPIC or (topics and entry.topic not in topics):
+        return False
+    if last is not None and entry.nanoseconds > last:
+        return False
+    return first is None or entry.nanoseconds >= first or entry.topic in ALWAYS
+
+
+def _remove(target: str) -> None:
+    path = Path(target)
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,155 @@
+"""A recorded run done again: the same robot, world, seed and commands, and whether the motion is the same."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.model.load import load_robot_text
+from kbot.record.entry import Entry
+from kbot.record.reader import Recording, Summary
+from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed, Packet
+from kbot.xacro import Packages
+
+MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states"})
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """How a run came out when it was done again.
+
+    `difference` names the first message that was not the same, empty when all were; `same_state` says
+    whether the engine ended in the recorded state, None where the recording does not tell.
+    """
+
+    simulation: Simulation
+    compared: int
+    difference: str
+    same_state: bool | None
+
+    @property
+    def is_same(self) -> bool:
+        return not self.difference and self.same_state is not False
+
+
+def replay(path: str, packages: Packages | None = None) -> Replayed:
+    """Do the run of a recording again and compare, message by message, bit for bit.
+
+    Raises:
+        KbotError: it is no recording of a run by KBot from its start, or its robot cannot be read.
+    """
+    recording = Recording(path)
+    summary = recording.summary()
+    simulation = _simulation(path, recording, summary, packages)
+    comparison = _Comparison(recording, frozenset(summary.topics) & MADE_BY_SIMULATION)
+    feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
+    for topic in comparison.topics:
+        feed.open(topic, comparison.made)
+    last = 0
+    if summary.kind != "MCAP":
+        _refuse_resets(recording, summary)
+    for entry in recording.entries():
+        if entry.topic == COMMANDS_TOPIC:
+            _obey(simulation, json.loads(entry.message().data), round(last / (simulation.timestep * 1e9)))
+            last = simulation.clock.nanoseconds
+        else:
+            last = entry.nanoseconds
+    end = summary.notes.get("kbot.end", {})
+    final = int(end["steps"]) if "steps" in end else round(last / (simulation.timestep * 1e9))
+    simulation.step(max(0, final - simulation.steps))
+    state = simulation.state_sha256() == end["state_sha256"] if "state_sha256" in end else None
+    return Replayed(simulation, comparison.count, comparison.finish(bool(end)), state)
+
+
+def _simulation(path: str, recording: Recording, summary: Summary, packages: Packages | None) -> Simulation:
+    facts = summary.notes.get("kbot")
+    text = next((e.message().data for e in recording.entries() if e.topic == DESCRIPTION_TOPIC), None)
+    if facts is None or text is None:
+        raise KbotError(f"{path} is no recording by KBot: its robot and world are not in it")
+    if facts["first_step"] != "0":
+        raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be done again")
+    robot = load_robot_text(text, f"{path}.urdf", packages=packages).require()
+    return Simulation(
+        robot,
+        facts["world"],
+        int(facts["seed"]),
+        timestep=float(facts["timestep"]),
+        contacts=facts["contacts"],
+    )
+
+
+def _refuse_resets(recording: Recording, summary: Summary) -> None:
+    """ROS sorts its recordings by time, and a reset starts it anew."""
+    for entry in recording.entries():
+        if entry.topic == COMMANDS_TOPIC and json.loads(entry.message().data)["do"] == "reset":
+            kind = summary.kind
+            raise KbotError(f"the run was reset, and a {kind} does not keep the order: record it as .mcap")
+
+
+def _obey(simulation: Simulation, command: dict[str, Any], last_step: int) -> None:
+    """Do what was done, at the step at which it was done."""
+    what, step = command["do"], command["step"]
+    if what == "reset":
+        simulation.step(max(0, last_step - simulation.steps))
+        simulation.reset()
+        return
+    simulation.step(max(0, step - simulation.steps))
+    actions: dict[str, Callable[[], None]] = {
+        "twist": lambda: _drive(simulation, command),
+        "hold": lambda: simulation.set_joint(command["joint"], command["position"]),
+        "release": lambda: simulation.release_joint(command["joint"]),
+        "set_pose": lambda: simulation.set_pose(command["x"], command["y"], command["yaw"]),
+        "place": lambda: simulation.place(
+            PlanarPose(command["x"], command["y"], command["yaw"]), command["joints"]
+        ),
+    }
+    if what not in actions:
+        raise KbotError(
+            f"at step {step} the run was put into a state from outside ({what}): it cannot be done again"
+        )
+    actions[what]()
+
+
+def _drive(simulation: Simulation, command: dict[str, Any]) -> None:
+    linear, angular, deadline = command["linear"], command["angular"], command["deadline"]
+    if deadline is None:
+        simulation.cmd_vel(linear, angular)
+    else:
+        simulation.command(linear, angular, (deadline - command["step"]) * simulation.timestep)
+
+
+class _Comparison:
+    """Holds what is made now against what was recorded, topic by topic."""
+
+    def __init__(self, recording: Recording, topics: frozenset[str]) -> None:
+        self.topics = topics
+        self.count = 0
+        self._recorded: dict[str, list[Entry]] = defaultdict(list)
+        for entry in recording.entries():
+            if entry.topic in topics:
+                self._recorded[entry.topic].append(entry)
+        self._at: dict[str, int] = defaultdict(int)
+        self._difference = ""
+
+    def made(self, packet: Packet) -> None:
+        recorded, at = self._recorded[packet.topic], self._at[packet.topic]
+        self._at[packet.topic] += 1
+        if self._difference or at >= len(recorded):
+            return
+        self.count += 1
+        if recorded[at].cdr != packet.cdr:
+            self._difference = f"{packet.topic} at {recorded[at].nanoseconds * 1e-9:.3f} s is not as recorded"
+
+    def finish(self, is_whole: bool) -> str:
+        """The first difference, empty when there is none."""
+        for topic, recorded in self._recorded.items():
+            if not self._difference and is_whole and self._at[topic] != len(recorded):
+                return f"{topic} came {self._at[topic]} times, not {len(recorded)}"
+        return self._difference

@@ -1,0 +1,123 @@
+"""`kbot bag` on recordings, and on what is none."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.cli.main import run
+from kbot.record import Recorder, Recording
+from kbot.sim import Simulation
+from kbot.wire import Feed
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = str(tmp_path_factory.mktemp("bag") / "run.mcap")
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(2.0)
+    return path
+
+
+def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bag", "info", recording]) == 0
+    text = capsys.readouterr().out
+    assert "MCAP, 402 messages over 2.000 s" in text
+    assert ["/odom", "100", "nav_msgs/msg/Odometry"] in [line.split() for line in text.splitlines()]
+    assert run(["bag", "info", recording, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["topics"]["/odom"] == {"type": "nav_msgs/msg/Odometry", "messages": 100}
+
+
+def test_info_of_a_broken_file_says_so(
+    recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "cut.mcap").write_bytes(Path(recording).read_bytes()[:-50])
+    assert run(["bag", "info", str(tmp_path / "cut.mcap")]) == 1
+    assert "402 messages" in (text := capsys.readouterr().out)
+    assert "breaks off" in text
+
+
+def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_path: Path) -> None:
+    target = str(tmp_path / "part.mcap")
+    assert run(["bag", "cut", recording, target, "--start", "0.5", "--end", "1", "--topic", "/odom"]) == 0
+    found = Recording(target).summary()
+    assert {name: topic.count for name, topic in found.topics.items()} == {"/odom": 26}
+    assert "kbot.end" not in found.notes
+    assert run(["bag", "cut", recording, str(tmp_path / "all.mcap"), "--start", "1.9"]) == 0
+    assert "/robot_description" in Recording(str(tmp_path / "all.mcap")).summary().topics
+
+
+@pytest.mark.parametrize("name", ["run.bag", "folder"])
+def test_convert_there_and_back_is_the_same(recording: str, tmp_path: Path, name: str) -> None:
+    there, back = str(tmp_path / name), str(tmp_path / "back.mcap")
+    assert run(["bag", "convert", recording, there]) == 0
+    assert run(["bag", "convert", there, back]) == 0
+    for topic in ("/odom", "/joint_states", "/tf", "/kbot/commands"):
+        before = [entry.cdr for entry in Recording(recording).entries() if entry.topic == topic]
+        assert [entry.cdr for entry in Recording(back).entries() if entry.topic == topic] == before
+
+
+def test_export_has_the_numbers(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bag", "export", recording, "--topic", "/odom"]) == 0
+    rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
+    last = [e.message() for e in Recording(recording).entries() if e.topic == "/odom"][-1]
+    assert len(rows) == 100
+    assert float(rows[-1]["time"]) == 2.0
+    assert float(rows[-1]["pose.pose.position.x"]) == last.pose.pose.position.x
+    assert rows[-1]["child_frame_id"] == last.child_frame_id
+    assert float(rows[-1]["pose.covariance.35"]) == 0.01
+
+
+def test_export_names_joints(recording: str, tmp_path: Path) -> None:
+    target = tmp_path / "joints.csv"
+    assert run(["bag", "export", recording, "--topic", "/joint_states", "-o", str(target)]) == 0
+    header = target.read_text().splitlines()[0].split(",")
+    assert "position.left_wheel_joint" in header
+    assert "velocity.right_wheel_joint" in header
+
+
+def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bag", "replay", recording]) == 0
+    assert capsys.readouterr().out == (
+        "400 messages are the same, bit for bit; the engine ended in the same state\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["info", "nothing.mcap"], "nothing.mcap does not exist"),
+        (["info", "text.mcap"], "text.mcap is no MCAP file"),
+        (["info", "text.bag"], "cannot be read as bag of ROS 1"),
+        (["info", "text.txt"], "is no recording"),
+        (["info", "."], "cannot be read as rosbag2"),
+        (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
+        (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
+        (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),
+        (["convert", "RUN", "out.xyz"], "'.xyz' is no kind of recording"),
+        (["convert", "RUN", "text.bag"], "text.bag is there already"),
+        (["export", "RUN", "--topic", "/nope"], "has no topic /nope"),
+    ],
+)
+def test_what_cannot_be_done_is_one_clear_error(
+    recording: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("text.mcap", "text.bag", "text.txt"):
+        Path(name).write_text("this is text")
+    assert run(["bag", *(recording if word == "RUN" else word for word in words)]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert "Traceback" not in error
+    assert not Path("out.mcap").exists()

@@ -1,0 +1,210 @@
+"""Recordings hold all that was said, change nothing in the run, and survive what can go wrong."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import mcap.reader
+import pytest
+
+import kbot
+from kbot.record import Recorder, Recording
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed, decode_cdr
+
+from .conftest import drive, record
+
+TICKS = 76
+"""Control periods of 20 ms in 0.5 + 0.712 + 0.014 + 0.3 s."""
+SPOKEN = {"/clock", "/joint_states", "/odom", "/tf"}
+
+
+def test_recording_does_not_change_the_run(tmp_path: Path) -> None:
+    free = Simulation(kbot.load("kbot"), "boxes")
+    drive(free)
+    recorded, _ = record(tmp_path / "run.mcap")
+    assert recorded.state_sha256() == free.state_sha256()
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+def test_all_formats_hold_the_same(runs: dict[str, Path], kind: str) -> None:
+    found = Recording(str(runs[kind])).summary()
+    counts = {name: topic.count for name, topic in found.topics.items()}
+    assert counts == {
+        **dict.fromkeys(SPOKEN, TICKS),
+        "/cmd_vel": 1,
+        "/kbot/commands": 4,
+        "/robot_description": 1,
+    }
+    assert found.end == TICKS * 20_000_000
+    assert found.notes["kbot"]["world"] == "boxes"
+    assert found.notes["kbot.end"]["time"] == "1.526"
+    assert not found.broken
+    first = [e.cdr for e in Recording(str(runs["mcap"])).entries() if e.topic == "/odom"]
+    assert [e.cdr for e in Recording(str(runs[kind])).entries() if e.topic == "/odom"] == first
+
+
+def test_the_official_reader_finds_times_schemas_and_metadata(runs: dict[str, Path]) -> None:
+    with runs["mcap"].open("rb") as stream:
+        reader = mcap.reader.make_reader(stream, validate_crcs=True)
+        summary = reader.get_summary()
+        assert reader.get_header().profile == "ros2"
+        assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+        times = [message.log_time for _, _, message in reader.iter_messages(["/odom"])]
+        assert times == [tick * 20_000_000 for tick in range(1, TICKS + 1)]
+        last = list(reader.iter_messages(["/odom"]))[-1][2]
+        notes = {item.name: item.metadata for item in reader.iter_metadata()}
+    odometry = decode_cdr(last.data, kbot.messages.Odometry)
+    assert odometry.header.stamp.nanoseconds == last.log_time
+    assert notes["kbot"]["robot"] == "kbot"
+
+
+def test_only_chosen_topics(tmp_path: Path) -> None:
+    record(tmp_path / "run.mcap", topics=["odom"])
+    topics = Recording(str(tmp_path / "run.mcap")).summary().topics
+    assert set(topics) == {"/odom", "/kbot/commands", "/robot_description"}
+
+
+def test_an_unknown_topic_is_refused_before_a_file_is_made(tmp_path: Path) -> None:
+    with pytest.raises(KbotError, match=r"no topic /odm to record.*odom"):
+        record(tmp_path / "run.mcap", topics=["/odm"])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("run.csv", "'.csv' is no kind of recording"),
+        ("there.mcap", "is there already"),
+        ("no/such/folder/run.mcap", "cannot be written: No such file"),
+        ("no/such/folder/run.bag", "cannot be written: No such file"),
+    ],
+)
+def test_a_file_that_cannot_be_made_is_one_clear_error(tmp_path: Path, name: str, said: str) -> None:
+    (tmp_path / "there.mcap").write_text("mine")
+    with pytest.raises(KbotError, match=said):
+        record(tmp_path / name)
+    assert (tmp_path / "there.mcap").read_text() == "mine"
+
+
+def test_a_topic_that_comes_up_later_is_recorded_too(tmp_path: Path) -> None:
+    def late(sim: Simulation) -> None:
+        sim.run(1.0)
+        publisher = sim.bus.advertise("/late", kbot.messages.String)
+        sim.run(1.0)
+        publisher.publish(kbot.messages.String("heard"))
+
+    record(tmp_path / "run.mcap", late)
+    assert Recording(str(tmp_path / "run.mcap")).summary().topics["/late"].count == 1
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
+    """The limit on a file's size stands in for the disk's."""
+    program = f"""
+        import resource, signal
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+        import kbot
+        from kbot.record import Recorder
+        from kbot.sim import Simulation
+        from kbot.wire import Feed
+        told = []
+        sim = Simulation(kbot.load("kbot"))
+        feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
+        recorder = Recorder(sim, feed, {str(tmp_path / "run.mcap")!r}, compress=False, on_failure=told.append)
+        sim.cmd_vel(0.3, 0.4)
+        for _ in range(20):
+            sim.run(0.5)
+            recorder._guarded(recorder._writer.flush)
+        recorder.close()
+        assert told == [recorder.failure], told
+        print(sim.time, recorder.failure)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("10.0 ")
+    assert "File too large; the recording ended at" in done.stdout
+    kept = Recording(str(tmp_path / "run.mcap")).summary()
+    assert kept.broken
+    assert f"{kept.count} messages up to {kept.end * 1e-9:.2f} s can be read" in done.stdout
+    assert kept.topics["/odom"].count >= 25
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills by signal")
+def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
+    program = f"""
+        import os, kbot
+        from kbot.record import Recorder
+        from kbot.sim import Simulation
+        from kbot.wire import Feed
+        sim = Simulation(kbot.load("kbot"))
+        feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
+        recorder = Recorder(sim, feed, {str(tmp_path / "run.mcap")!r})
+        sim.cmd_vel(0.3, 0.4)
+        sim.run(30.0)
+        os.kill(os.getpid(), {signal.SIGKILL.value})
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    found = Recording(str(tmp_path / "run.mcap")).summary()
+    assert "not closed" in found.broken
+    assert found.notes["kbot"]["robot"] == "kbot"
+    assert found.topics["/odom"].count > 1000
+
+
+def test_any_cut_of_the_file_reads_up_to_there(runs: dict[str, Path], tmp_path: Path) -> None:
+    """It has two chunks: the description's, and that of the run."""
+    data = runs["mcap"].read_bytes()
+    whole = Recording(str(runs["mcap"])).summary().count
+    counts = []
+    for length in range(200, len(data), 997):
+        (tmp_path / "cut.mcap").write_bytes(data[:length])
+        found = Recording(str(tmp_path / "cut.mcap")).summary()
+        assert found.broken
+        counts.append(found.count)
+    assert sorted(counts) == counts
+    assert set(counts) == {0, 1, whole}
+
+
+def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path) -> None:
+    (tmp_path / "cut.mcap").write_bytes(b"\x89MC")
+    with pytest.raises(KbotError, match="is no MCAP file"):
+        Recording(str(tmp_path / "cut.mcap")).summary()
+
+
+def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:
+    sim, recorder = record(tmp_path / "run.mcap")
+    size = (tmp_path / "run.mcap").stat().st_size
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(1.0)
+    recorder.close()
+    assert sim.journal is None
+    assert (tmp_path / "run.mcap").stat().st_size == size
+
+
+def test_nothing_is_left_open(tmp_path: Path) -> None:
+    open_files = Path("/proc/self/fd")
+    if not open_files.is_dir():
+        pytest.skip("only Linux tells which files are open")
+    before = len(list(open_files.iterdir()))
+    for number in range(3):
+        record(tmp_path / f"{number}.mcap")
+    assert len(list(open_files.iterdir())) == before
+
+
+def test_the_limit_of_files_is_told(tmp_path: Path) -> None:
+    sim = Simulation(kbot.load("kbot"))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    feed = Feed(sim.bus, lambda: 0)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (3, hard))
+    try:
+        with pytest.raises(KbotError, match="Too many open files"):
+            Recorder(sim, feed, str(tmp_path / "run.mcap"))
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))

@@ -1,0 +1,78 @@
+"""A recorded run done again comes out the same, and a changed one does not."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from kbot.messages import String
+from kbot.record import Recording, open_writer
+from kbot.record.recorder import COMMANDS_TOPIC
+from kbot.record.replay import replay
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Packet
+
+from .conftest import record
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+def test_the_motion_is_the_same_bit_for_bit(runs: dict[str, Path], kind: str) -> None:
+    again = replay(str(runs[kind]))
+    assert again.difference == ""
+    assert again.same_state is True
+    assert again.compared == 4 * 76
+
+
+def test_resets_holds_and_places_are_done_again(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        sim.cmd_vel(0.5, 0.1)
+        sim.run(0.777)
+        sim.reset()
+        sim.set_pose(0.5, -0.25, 1.0)
+        sim.cmd_vel(0.2, 0.0)
+        sim.run(0.5)
+
+    record(tmp_path / "run.mcap", drive)
+    again = replay(str(tmp_path / "run.mcap"))
+    assert again.is_same
+    assert again.same_state is True
+    record(tmp_path / "run.bag", drive)
+    with pytest.raises(KbotError, match=r"the run was reset.*record it as \.mcap"):
+        replay(str(tmp_path / "run.bag"))
+
+
+def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
+    recording = Recording(str(runs["mcap"]))
+    writer = open_writer(str(tmp_path / "other.mcap"))
+    for name, values in recording.summary().notes.items():
+        writer.annotate(name, values)
+    for entry in recording.entries():
+        if entry.topic == COMMANDS_TOPIC and '"linear": 0.1' in entry.message().data:
+            text = json.dumps({**json.loads(entry.message().data), "linear": 0.1 + 1e-12})
+            writer.write(Packet(COMMANDS_TOPIC, String(text), entry.nanoseconds))
+        else:
+            writer.write(entry)
+    writer.close()
+    again = replay(str(tmp_path / "other.mcap"))
+    assert not again.is_same
+    assert again.same_state is False
+
+
+def test_a_run_that_was_put_into_a_state_is_refused(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        before = sim.state()
+        sim.run(0.1)
+        sim.restore(before)
+
+    record(tmp_path / "run.mcap", drive)
+    with pytest.raises(KbotError, match="restore"):
+        replay(str(tmp_path / "run.mcap"))
+
+
+def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
+    writer = open_writer(str(tmp_path / "strange.mcap"))
+    writer.write(Packet("/chatter", String("hello"), 5))
+    writer.close()
+    with pytest.raises(KbotError, match="no recording by KBot"):
+        replay(str(tmp_path / "strange.mcap"))
