@@ -2,6 +2,7 @@
 
 import heapq
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def _dijkstra(free, start, goal):
 def _length(free, way):
     """The way's length; fails where it is not straight, or leaves what is free or cuts a corner."""
     total = 0.0
-    for (r, c), (er, ec) in zip(way, way[1:], strict=False):
+    for (r, c), (er, ec) in pairwise(way):
         steps = max(abs(er - r), abs(ec - c))
         dr, dc = (er - r) // steps, (ec - c) // steps
         assert (r + dr * steps, c + dc * steps) == (er, ec)

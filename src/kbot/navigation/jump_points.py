@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import heapq
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+S = TypeVar("S", bound=np.generic)
 Cell = tuple[int, int]
 Cells = NDArray[np.bool_]
 Table = NDArray[np.int32]
@@ -45,7 +47,7 @@ class JumpPointSearch:
         self._width = self.free.shape[1]
         straight = [_straight(self.free, step) for step in _STEPS[:4]]
         diagonal = [_diagonal(self.free, straight, step) for step in _STEPS[4:]]
-        self._tables = [memoryview(table.ravel()) for table in (*straight, *diagonal)]
+        self._tables = [table.ravel().data for table in (*straight, *diagonal)]
         self._offsets = tuple(row * self._width + column for row, column in _STEPS)
         self._all = tuple(range(8))
 
@@ -116,7 +118,7 @@ class JumpPointSearch:
 def _straight(free: Cells, step: Cell) -> Table:
     """Cells to the next turning point in a direction; where a wall comes first, less the free cells to it."""
     view = _facing(free, step)
-    rows, columns = view.shape
+    columns = view.shape[1]
     blocked = ~view
     turns = np.zeros_like(view)
     for side, other in (((slice(1, None)), slice(None, -1)), (slice(None, -1), slice(1, None))):
@@ -141,7 +143,7 @@ def _next(mask: Cells, index: NDArray[np.int32], beyond: np.int32) -> Table:
     return after
 
 
-def _facing(array: NDArray[np.generic], step: Cell) -> NDArray[np.generic]:
+def _facing(array: NDArray[S], step: Cell) -> NDArray[S]:
     """A view of the array, turned so that a straight step leads to the right."""
     row, column = step
     turned = array.T if row else array

@@ -43,11 +43,14 @@ def _corners(shape: Shape) -> Points | None:
             return corners
         case Cylinder(radius=radius, length=length):
             ring = _ring(radius)
-            return np.concatenate([np.insert(ring, 2, z, axis=1) for z in (-length / 2, length / 2)])
+            tube: Points = np.concatenate([np.insert(ring, 2, z, axis=1) for z in (-length / 2, length / 2)])
+            return tube
         case Sphere(radius=radius):
-            return _ball() * radius
+            sphere: Points = _ball() * radius
+            return sphere
         case Ellipsoid(radii=radii):
-            return _ball() * np.array(radii)
+            ellipsoid: Points = _ball() * np.array(radii)
+            return ellipsoid
         case Capsule(radius=radius, length=length):
             ball = _ball() * radius
             return np.concatenate([ball + np.array((0.0, 0.0, z)) for z in (-length / 2, length / 2)])

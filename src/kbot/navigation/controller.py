@@ -1,0 +1,86 @@
+"""What a controller is: something that looks at where the robot is and says how to go on.
+
+A controller is any object with an `update`; this one drives towards a light it knows the place of:
+
+    class TowardsTheLight:
+        def update(self, observation: Observation) -> Twist:
+            x, y = observation.in_base(1.0, 2.0)
+            return twist(0.2, 1.5 * math.atan2(y, x))
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.messages import Twist, Vector3
+
+STILL = Twist()
+AT_REST = PlanarTwist()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What a controller is told: the time in s, the base's pose in the map and its twist in its own frame.
+
+    `obstacles` (n, 2) are points in m in the base's frame that a lidar saw `obstacles_age` seconds ago;
+    None where there is no lidar, or it has not said anything yet.
+    """
+
+    time: float
+    pose: PlanarPose
+    twist: PlanarTwist = AT_REST
+    obstacles: NDArray[np.float64] | None = None
+    obstacles_age: float = math.inf
+
+    def in_base(self, x: float, y: float) -> tuple[float, float]:
+        """A point of the map in the base's frame; m."""
+        c, s = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
+        dx, dy = x - self.pose.x, y - self.pose.y
+        return c * dx + s * dy, c * dy - s * dx
+
+
+class Controller(Protocol):
+    """Called at a steady rate with what is known; says forward m/s and turning rad/s."""
+
+    def update(self, observation: Observation) -> Twist: ...
+
+
+def twist(linear: float, angular: float) -> Twist:
+    """Forward at `linear` m/s, turning left at `angular` rad/s."""
+    return Twist(Vector3(linear, 0.0, 0.0), Vector3(0.0, 0.0, angular))
+
+
+def wrapped(angle: float) -> float:
+    """The same angle within half a turn; rad."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How fast a controller drives and turns (m/s, rad/s), how hard it brakes (m/s^2, rad/s^2), and what
+    is near enough (m, rad)."""
+
+    linear: float = 0.3
+    angular: float = 2.0
+    braking: float = 0.6
+    turn_braking: float = 4.0
+    distance: float = 0.01
+    angle: float = 0.02
+
+    def speed_to_stop_in(self, distance: float) -> float:
+        """The fastest from which the robot stops within a distance; m/s."""
+        return min(self.linear, math.sqrt(2.0 * self.braking * max(distance, 0.0)))
+
+    def turn_to(self, angle: float) -> float:
+        """Turning speed in rad/s to come to a stop at a heading that is off by `angle` rad."""
+        fastest = min(self.angular, math.sqrt(2.0 * self.turn_braking * abs(angle)), 5.0 * abs(angle))
+        return math.copysign(fastest, angle)
+
+
+GENTLE = Limits()

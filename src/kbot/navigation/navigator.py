@@ -1,0 +1,219 @@
+"""Takes a robot to a goal on a map: plans, follows, notices when it is stuck, tries again, and ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.messages import Twist
+from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist
+from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.guard import ObstacleGuard, Outline
+from kbot.navigation.path import Path
+from kbot.navigation.planner import GridPlanner, NoPath
+from kbot.navigation.progress import Progress
+from kbot.navigation.pure_pursuit import RegulatedPurePursuit
+from kbot.text import KbotError
+
+
+class Follower(Protocol):
+    """A controller that follows a path and says how much of it is left."""
+
+    is_done: bool
+    remaining: float
+    heading_error: float
+
+    def update(self, observation: Observation) -> Twist: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Bounds within which every goal ends; seconds, metres, tries.
+
+    `patience`: without progress before it is tried anew. `attempts`: how often, each after backing up by
+    `back_up`. `silence`: how long a lidar that is relied on may say nothing. `slack`: a goal may take this
+    many times the time that its path needs at full speed, and `grace` more, whatever else happens.
+    """
+
+    limits: Limits = GENTLE
+    patience: float = 4.0
+    attempts: int = 3
+    back_up: float = 0.08
+    silence: float = 2.0
+    slack: float = 4.0
+    grace: float = 20.0
+
+
+DEFAULTS = Settings()
+
+
+def follow(path: Path, limits: Limits) -> Follower:
+    """Regulated pure pursuit that cuts a corner by less than the room there is beside the path."""
+    room = 0.06 if path.margin is None else path.margin
+    return RegulatedPurePursuit(path, limits, lookahead=min(0.15, max(0.06, 2.5 * room)))
+
+
+@dataclass
+class _Run:
+    """One goal on its way."""
+
+    goal: PlanarPose
+    begun: float = math.nan
+    deadline: float = math.inf
+    follower: Follower | None = None
+    attempts: int = 0
+    backing_until: float = -math.inf
+    seen: list[tuple[float, float]] = field(default_factory=list)
+
+
+class Navigator:
+    """A controller that goes to goals. `status` says how the present one stands, `path` the way it takes."""
+
+    def __init__(
+        self,
+        planner: GridPlanner | None,
+        settings: Settings = DEFAULTS,
+        outline: Outline | None = None,
+        follower: Callable[[Path, Limits], Follower] = follow,
+    ) -> None:
+        """Without a planner every goal is refused, for there is no map. With an `outline` the robot stops
+        before what a lidar sees, and relies on it."""
+        self.planner, self.settings = planner, settings
+        self.path: Path | None = None
+        self.status: GoalStatus | None = None
+        self._make_follower = follower
+        self._progress = Progress(settings.patience)
+        self._guard = None
+        if outline is not None:
+            self._guard = ObstacleGuard(_Nothing(), outline, braking=settings.limits.braking)
+        self._run: _Run | None = None
+        self._timeout: float | None = None
+
+    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalStatus:
+        """Take a goal in place of any other; `timeout` in s replaces the bound that its path gives.
+
+        Raises:
+            KbotError: a number is not finite, or the timeout not above 0.
+        """
+        if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
+            raise KbotError("a goal is a finite x and y in m and a finite yaw in rad")
+        if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
+            raise KbotError(f"a timeout is a finite number of seconds above 0, not {timeout}")
+        self.path, self._timeout = None, timeout
+        self._run = _Run(goal)
+        return self._say(GoalState.ACCEPTED)
+
+    def cancel(self, reason: str = "cancelled by its sender") -> None:
+        """Give up the goal; the robot stops at the next update. Without a goal nothing happens."""
+        if self._run is not None:
+            self._end(GoalState.CANCELLED, reason)
+
+    def update(self, observation: Observation) -> Twist:
+        run, settings = self._run, self.settings
+        if run is None:
+            return STILL
+        if run.follower is None:
+            if math.isnan(run.begun):
+                run.begun = observation.time
+            if not self._plan(run, observation):
+                return STILL
+        if observation.time > run.deadline:
+            took = observation.time - run.begun
+            return self._end(GoalState.STUCK, f"not there after {took:.1f} s, {self._left(run)} to go")
+        if observation.time < run.backing_until:
+            return self._guarded(observation, twist(-0.1, 0.0))
+        follower = run.follower
+        assert follower is not None
+        wanted = follower.update(observation)
+        if follower.is_done:
+            return self._end(GoalState.REACHED, "")
+        allowed = self._guarded(observation, wanted)
+        guard = self._guard
+        silent = guard.silent_since if guard else None
+        if silent is not None:
+            if observation.time - silent > settings.silence:
+                return self._end(
+                    GoalState.STUCK, f"the lidar has been silent for {observation.time - silent:.1f} s"
+                )
+            return allowed
+        if self._progress.stalled(observation.time, follower.remaining, follower.heading_error):
+            return self._recover(run, observation)
+        return allowed
+
+    def _guarded(self, observation: Observation, wanted: Twist) -> Twist:
+        return wanted if self._guard is None else self._guard.guard(observation, wanted)
+
+    def _plan(self, run: _Run, observation: Observation) -> bool:
+        """Find a path and begin it; whether there is one."""
+        if self.planner is None:
+            self._end(GoalState.REFUSED, "there is no map to plan on")
+            return False
+        planner = self.planner
+        if run.seen:
+            planner = planner.with_obstacles(np.array(run.seen))
+        path = planner.plan(observation.pose, run.goal)
+        if isinstance(path, NoPath) and run.seen:
+            # what was seen may have been in the way only for a while
+            path = self.planner.plan(observation.pose, run.goal)
+        if isinstance(path, NoPath):
+            self._end(GoalState.STUCK if run.attempts else GoalState.REFUSED, path.reason)
+            return False
+        self.path = path
+        run.follower = self._make_follower(path, self.settings.limits)
+        if math.isinf(run.deadline):
+            limits, settings = self.settings.limits, self.settings
+            needed = path.length / limits.linear + len(path.points) * math.pi / limits.angular
+            bound = self._timeout or settings.slack * needed + settings.grace
+            run.deadline = run.begun + bound
+        self._progress.begin(observation.time)
+        self._say(GoalState.DRIVING)
+        return True
+
+    def _recover(self, run: _Run, observation: Observation) -> Twist:
+        """Back up and plan anew around what the lidar sees; after so many times, give up."""
+        blocked = self._guard is not None and self._guard.blocked_since is not None
+        if run.attempts >= self.settings.attempts:
+            what = "an obstacle is in the way" if blocked else "the robot does not get on"
+            return self._end(
+                GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {self._left(run)} to go"
+            )
+        run.attempts += 1
+        if observation.obstacles is not None:
+            run.seen = _in_map(observation)
+        run.backing_until = observation.time + self.settings.back_up / 0.1
+        run.follower = None if not self._plan(run, observation) else run.follower
+        self._progress.begin(run.backing_until)
+        return STILL
+
+    def _left(self, run: _Run) -> str:
+        return f"{run.follower.remaining:.2f} m" if run.follower is not None else "the whole way"
+
+    def _say(self, state: GoalState, reason: str = "") -> GoalStatus:
+        assert self._run is not None
+        self.status = GoalStatus(self._run.goal, state, reason)
+        return self.status
+
+    def _end(self, state: GoalState, reason: str) -> Twist:
+        self._say(state, reason)
+        self._run = None
+        return STILL
+
+
+class _Nothing:
+    def update(self, observation: Observation) -> Twist:
+        return STILL
+
+
+def _in_map(observation: Observation) -> list[tuple[float, float]]:
+    """What the lidar saw, as points of the map."""
+    points = observation.obstacles
+    if points is None:
+        return []
+    pose = observation.pose
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    return [(pose.x + c * x - s * y, pose.y + s * x + c * y) for x, y in points.tolist()]

@@ -1,0 +1,95 @@
+"""A way to follow on the plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.messages import navigation as nav
+from kbot.messages import types as msg
+from kbot.text import KbotError
+
+START = msg.Time()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """Straight pieces between `points` (n, 2) in m, in `frame`.
+
+    `yaw` is the heading at its end in rad, None where any will do; `margin` how far beside the path there is
+    room that the robot does not need, in m, None where that is not known.
+    """
+
+    points: NDArray[np.float64]
+    yaw: float | None = None
+    frame: str = "map"
+    margin: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 2 or not len(self.points):
+            raise KbotError(f"a path has points of x and y, not the shape {self.points.shape}")
+        if not np.isfinite(self.points).all():
+            raise KbotError("a path's points are finite numbers")
+
+    @classmethod
+    def through(cls, points: ArrayLike, yaw: float | None = None, frame: str = "map") -> Path:
+        """A path through points (n, 2) in m. Raises KbotError where they are none."""
+        try:
+            array = np.array(points, dtype=np.float64)
+        except ValueError:
+            raise KbotError("a path has points of x and y, each two numbers") from None
+        return cls(array, yaw, frame)
+
+    @classmethod
+    def from_poses(cls, poses: Sequence[PlanarPose], frame: str = "map") -> Path:
+        """A path through poses; only the last one's heading counts."""
+        if not poses:
+            raise KbotError("a path has at least one pose")
+        return cls(np.array([(p.x, p.y) for p in poses]), poses[-1].yaw, frame)
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(np.hypot(*np.diff(self.points, axis=0).T).sum())
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        x, y = self.points[-1].tolist()
+        return x, y
+
+    def headings(self) -> list[float]:
+        """Along the way at each point, `yaw` at the last; rad."""
+        ahead = [math.atan2(y, x) for x, y in np.diff(self.points, axis=0).tolist()]
+        return [*ahead, self.yaw if self.yaw is not None else (ahead[-1] if ahead else 0.0)]
+
+    def to_message(self, stamp: msg.Time = START) -> nav.Path:
+        """nav_msgs/Path."""
+        header = msg.Header(stamp, self.frame)
+        poses = zip(self.points.tolist(), self.headings(), strict=True)
+        return nav.Path(
+            header, tuple(to_pose_stamped(PlanarPose(x, y, yaw), header) for (x, y), yaw in poses)
+        )
+
+    @classmethod
+    def from_message(cls, message: nav.Path) -> Path:
+        """Raises KbotError for a path without poses."""
+        return cls.from_poses([from_pose_stamped(p) for p in message.poses], message.header.frame_id)
+
+
+def to_pose_stamped(pose: PlanarPose, header: msg.Header) -> nav.PoseStamped:
+    """geometry_msgs/PoseStamped of a pose on the ground."""
+    half = pose.yaw / 2.0
+    turned = msg.Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+    return nav.PoseStamped(header, msg.Pose(msg.Point(pose.x, pose.y, 0.0), turned))
+
+
+def from_pose_stamped(message: nav.PoseStamped) -> PlanarPose:
+    """Its place and heading on the ground."""
+    p, q = message.pose.position, message.pose.orientation
+    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    return PlanarPose(p.x, p.y, yaw)

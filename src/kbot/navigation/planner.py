@@ -1,0 +1,167 @@
+"""Ways for a robot of some size over an occupancy grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.navigation.inflate import inflate
+from kbot.navigation.jump_points import Cell, Cells, JumpPointSearch
+from kbot.navigation.path import Path
+from kbot.navigation.taut import pull_taut
+from kbot.text import KbotError
+from kbot.world.occupancy import FREE_BELOW, OCCUPIED, UNKNOWN, OccupancyGrid
+
+MARGINS = (0.06, 0.03, 0.01)
+"""Metres kept from walls beside the robot's radius: the widest that leaves a way is taken."""
+
+
+class Refusal(StrEnum):
+    """Why there is no path."""
+
+    GOAL_OUTSIDE = "goal outside the map"
+    GOAL_BLOCKED = "goal inside an obstacle"
+    GOAL_TOO_NEAR = "goal too near an obstacle"
+    GOAL_UNKNOWN = "goal on unknown ground"
+    START_OUTSIDE = "start outside the map"
+    START_BLOCKED = "start inside an obstacle"
+    UNREACHABLE = "goal unreachable"
+
+
+@dataclass(frozen=True, slots=True)
+class NoPath:
+    """Why there is no path, as a kind and in one sentence."""
+
+    refusal: Refusal
+    reason: str
+
+
+class GridPlanner:
+    """Plans over one grid for a robot of one radius. The first plan makes tables, which the others use."""
+
+    def __init__(
+        self,
+        grid: OccupancyGrid,
+        radius: float,
+        margins: Sequence[float] = MARGINS,
+        unknown_is_free: bool = False,
+    ) -> None:
+        """`radius` in m: what the robot's furthest point sweeps as it turns on the spot. `margins` in m are
+        kept beside it, the first that leaves a way.
+
+        Raises:
+            KbotError: a radius or margin that is none.
+        """
+        if not (math.isfinite(radius) and radius >= 0.0) or not margins or not min(margins) >= 0.0:
+            raise KbotError(f"a radius and its margins are lengths in m, not {radius} and {list(margins)}")
+        self.grid = grid
+        self.radius = radius
+        self.margins = tuple(sorted(margins, reverse=True))
+        self.unknown_is_free = unknown_is_free
+        taken = grid.cells >= FREE_BELOW
+        self._blocked: Cells = taken if unknown_is_free else taken | (grid.cells == UNKNOWN)
+        self._layers = [_Layer(self._blocked, m, self._reach(m)) for m in self.margins]
+
+    def with_obstacles(self, points: NDArray[np.float64]) -> GridPlanner:
+        """The same with the cells of points (n, 2) in m taken as well, where they are inside the grid."""
+        cells = self.grid.cells.copy()
+        for x, y in points.tolist():
+            row, column = self.grid.cell(x, y)
+            if self.grid.contains(row, column):
+                cells[row, column] = OCCUPIED
+        grid = OccupancyGrid(cells, self.grid.resolution, self.grid.origin, self.grid.frame)
+        return GridPlanner(grid, self.radius, self.margins, self.unknown_is_free)
+
+    def _reach(self, margin: float) -> float:
+        """Cells; half a one more, for the robot's middle may be anywhere in its own."""
+        return (self.radius + margin) / self.grid.resolution + 0.5
+
+    def plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
+        """The shortest path from where the robot is to the goal, ending with the goal's heading.
+
+        A robot that stands too near an obstacle first leaves by the shortest way.
+        """
+        grid = self.grid
+        first, last = grid.cell(start.x, start.y), grid.cell(goal.x, goal.y)
+        refused = self._refuse(first, last)
+        if refused is not None:
+            return refused
+        for layer in self._layers:
+            if not layer.free[last]:
+                continue
+            begin = first if layer.free[first] else _nearest(layer.free, first, self._reach(0.0) + 2.0)
+            way = layer.search.find(begin, last) if begin is not None else None
+            if way is not None:
+                return self._path(start, goal, first, pull_taut(layer.free, way), layer.margin)
+        if not self._layers[-1].free[last]:
+            need = self.radius + self.grid.resolution
+            return NoPath(
+                Refusal.GOAL_TOO_NEAR,
+                f"the goal {_words(goal)} is too near an obstacle: the robot needs {need:.3f} m around it",
+            )
+        return NoPath(Refusal.UNREACHABLE, f"no way wide enough leads to the goal {_words(goal)}")
+
+    def _refuse(self, first: Cell, last: Cell) -> NoPath | None:
+        grid = self.grid
+        if not grid.contains(*last):
+            w, h = grid.size
+            return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map of {w:.2f} x {h:.2f} m")
+        if not grid.contains(*first):
+            return NoPath(Refusal.START_OUTSIDE, "the robot stands outside the map")
+        if self._blocked[last]:
+            if grid.cells[last] == UNKNOWN:
+                return NoPath(Refusal.GOAL_UNKNOWN, "the goal is on ground that the map does not know")
+            return NoPath(Refusal.GOAL_BLOCKED, "the goal is inside an obstacle")
+        if self._blocked[first]:
+            return NoPath(Refusal.START_BLOCKED, "the robot stands inside an obstacle of the map")
+        return None
+
+    def _path(self, start: PlanarPose, goal: PlanarPose, first: Cell, way: list[Cell], margin: float) -> Path:
+        points = self.grid.centers(way)
+        points[-1] = goal.x, goal.y
+        if way[0] == first:
+            points[0] = start.x, start.y
+        else:
+            points = np.concatenate([[(start.x, start.y)], points])
+        if len(points) == 1:
+            points = np.array([(start.x, start.y), (goal.x, goal.y)])
+        return Path(points, goal.yaw, self.grid.frame, margin)
+
+
+class _Layer:
+    """The grid for one distance from obstacles; made when it is first needed."""
+
+    def __init__(self, blocked: Cells, margin: float, reach: float) -> None:
+        self.margin = margin
+        self._blocked, self._reach = blocked, reach
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        return ~inflate(self._blocked, self._reach)
+
+    @cached_property
+    def search(self) -> JumpPointSearch:
+        return JumpPointSearch(self.free)
+
+
+def _nearest(free: Cells, cell: Cell, most: float) -> Cell | None:
+    """The nearest free cell, at most so many cells away."""
+    reach = math.ceil(most)
+    top, left = max(0, cell[0] - reach), max(0, cell[1] - reach)
+    near = np.argwhere(free[top : cell[0] + reach + 1, left : cell[1] + reach + 1])
+    if not len(near):
+        return None
+    away = np.hypot(near[:, 0] + top - cell[0], near[:, 1] + left - cell[1])
+    best = int(np.argmin(away))
+    return (int(near[best, 0]) + top, int(near[best, 1]) + left) if away[best] <= most else None
+
+
+def _words(pose: PlanarPose) -> str:
+    return f"({pose.x:.2f}, {pose.y:.2f})"

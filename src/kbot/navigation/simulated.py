@@ -1,0 +1,149 @@
+"""Controllers and goals in a simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.navigation.controller import Controller, Observation
+from kbot.navigation.footprint import turning_radius
+from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
+from kbot.navigation.planner import GridPlanner
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.occupancy import OccupancyGrid
+from kbot.world.occupancy_of_world import world_grid
+
+RATE = 50.0
+"""Updates of a controller a second."""
+
+PoseSource = Literal["ground_truth", "odometry"]
+Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
+
+
+class Pilot:
+    """Lets a controller drive a simulation's robot, until it is closed.
+
+    The pose it tells is the ground truth, standing for a perfect localisation, or what the wheels tell from
+    `start` on.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        controller: Controller,
+        rate: float = RATE,
+        pose: PoseSource = "ground_truth",
+        seen: Seen | None = None,
+    ) -> None:
+        """`seen` gives the obstacles and the time they were seen, as `LidarPoints` does."""
+        if pose not in ("ground_truth", "odometry"):
+            raise KbotError(f"a pose comes from ground_truth or odometry, not '{pose}'")
+        self._simulation, self._controller, self._source, self._seen = simulation, controller, pose, seen
+        self.start = simulation.ground_truth.pose @ simulation.odometry.pose.inverse()
+        self._timer = simulation.clock.every(rate, self.tick)
+
+    def observe(self) -> Observation:
+        sim = self._simulation
+        points, seen_at = self._seen() if self._seen else (None, -math.inf)
+        if self._source == "ground_truth":
+            motion = sim.ground_truth
+            pose = motion.pose
+        else:
+            motion = sim.odometry
+            pose = self.start @ motion.pose
+        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at)
+
+    def tick(self) -> None:
+        """Ask the controller once and command what it says."""
+        wanted = self._controller.update(self.observe())
+        self._simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+
+    def close(self) -> None:
+        """Drive no more; the robot keeps its last command."""
+        self._timer.cancel()
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """How a goal ended. `pose` is the true one, `odometry_error` how far odometry was off it then;
+    `distance` the way driven, `shortest` the planned path's length; m, s."""
+
+    status: GoalStatus
+    time: float
+    distance: float
+    shortest: float
+    pose: PlanarPose
+    odometry_error: float
+
+    @property
+    def reached(self) -> bool:
+        return self.status.state is GoalState.REACHED
+
+
+def go_to(
+    simulation: Simulation,
+    goal: PlanarPose,
+    grid: OccupancyGrid | None = None,
+    timeout: float | None = None,
+    settings: Settings = DEFAULTS,
+    pose: PoseSource = "ground_truth",
+    navigator: Navigator | None = None,
+    seen: Seen | None = None,
+) -> Trip:
+    """Run the simulation until its robot is at the goal or cannot get there; it stands still at the end.
+
+    `grid` is the map, by default that of the simulation's world. A `navigator` brings its own.
+
+    Raises:
+        KbotError: the robot cannot drive, or a number is not one.
+    """
+    if navigator is None:
+        here = simulation.ground_truth.pose
+        around = ((here.x, here.y), (goal.x, goal.y)) if math.isfinite(goal.x + goal.y) else ()
+        if grid is None:
+            grid = world_grid(simulation.world, around=around)
+        navigator = Navigator(GridPlanner(grid, turning_radius(simulation.robot)), settings)
+    begun = simulation.time
+    status = navigator.go(goal, timeout)
+    odometer = _Odometer(simulation)
+    pilot = Pilot(simulation, navigator, pose=pose, seen=seen)
+    first_path = 0.0
+    try:
+        while not status.state.is_end:
+            simulation.run(1.0 / RATE)
+            status = navigator.status or status
+            odometer.sample()
+            if first_path == 0.0 and navigator.path is not None:
+                first_path = navigator.path.length
+        took = simulation.time - begun
+        simulation.cmd_vel(0.0, 0.0)
+        simulation.run(0.5)
+    finally:
+        pilot.close()
+    odometer.sample()
+    true = simulation.ground_truth.pose
+    told = pilot.start @ simulation.odometry.pose
+    error = math.hypot(true.x - told.x, true.y - told.y)
+    return Trip(status, took, odometer.distance, first_path, true, error)
+
+
+class _Odometer:
+    """Adds up the way that the base truly goes."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._last = simulation.ground_truth.pose
+        self.distance = 0.0
+
+    def sample(self) -> None:
+        pose = self._simulation.ground_truth.pose
+        self.distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
+        self._last = pose

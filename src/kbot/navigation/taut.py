@@ -1,0 +1,59 @@
+"""Ways over a grid pulled taut: corners that need not be turned are left out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Cell = tuple[int, int]
+Cells = NDArray[np.bool_]
+
+_SPACING = 6
+"""Cells between the places at which a taut way may bend."""
+
+
+def sees(free: Cells, start: Cell, goal: Cell) -> bool:
+    """Whether the straight line between two cells' middles stays on free cells."""
+    rows, columns = goal[0] - start[0], goal[1] - start[1]
+    count = 2 * max(abs(rows), abs(columns)) + 1
+    share = np.arange(count + 1) / count
+    # a hair is added so that a line along an edge between cells is on the same side each time
+    row = np.floor(start[0] + 0.5 + share * rows + 1e-9).astype(np.intp)
+    column = np.floor(start[1] + 0.5 + share * columns + 1e-9).astype(np.intp)
+    return bool(free[row, column].all())
+
+
+def pull_taut(free: Cells, way: Sequence[Cell]) -> list[Cell]:
+    """A way of straight lines over free cells, no longer than the one given (turning points of a way on the
+    grid) and as a rule as short as a string pulled tight: it is drawn from each end, and the shorter kept."""
+    places = _densely(way)
+    forth = _draw(free, places)
+    back = _draw(free, places[::-1])[::-1]
+    return min((list(way), back, forth), key=_length)
+
+
+def _draw(free: Cells, places: list[Cell]) -> list[Cell]:
+    taut = [places[0]]
+    for at in range(1, len(places)):
+        if at + 1 < len(places) and sees(free, taut[-1], places[at + 1]):
+            continue
+        taut.append(places[at])
+    return taut
+
+
+def _densely(way: Sequence[Cell]) -> list[Cell]:
+    places = [way[0]]
+    for (row, column), (to_row, to_column) in pairwise(way):
+        steps = max(abs(to_row - row), abs(to_column - column))
+        up, right = (to_row - row) // steps, (to_column - column) // steps
+        places += [(row + up * n, column + right * n) for n in range(_SPACING, steps, _SPACING)]
+        places.append((to_row, to_column))
+    return places
+
+
+def _length(way: Sequence[Cell]) -> float:
+    return sum(math.dist(a, b) for a, b in pairwise(way))

@@ -1,0 +1,169 @@
+"""Plans on small grids whose answers can be reckoned by hand, and every refusal."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kbot.kinematics import PlanarPose
+from kbot.model.load import load_robot
+from kbot.navigation.footprint import turning_radius
+from kbot.navigation.path import Path
+from kbot.navigation.planner import GridPlanner, NoPath, Refusal
+from kbot.navigation.taut import pull_taut, sees
+from kbot.text import KbotError
+from kbot.world.occupancy import OccupancyGrid
+
+START = PlanarPose(0.55, 0.55)
+
+
+def _grid(rows=40, columns=40, resolution=0.1):
+    return OccupancyGrid(np.zeros((rows, columns), dtype=np.int8), resolution)
+
+
+def test_open_ground_is_crossed_in_a_straight_line():
+    path = GridPlanner(_grid(), 0.1).plan(START, PlanarPose(3.3, 1.7, 0.5))
+    assert path.points.tolist() == [[0.55, 0.55], [3.3, 1.7]]
+    assert path.length == pytest.approx(math.hypot(2.75, 1.15))
+    assert path.yaw == 0.5
+
+
+def test_a_wall_is_rounded_at_its_end():
+    grid = _grid()
+    grid.cells[:30, 20] = 100
+    path = GridPlanner(grid, 0.1, margins=(0.0,)).plan(PlanarPose(1.05, 0.55), PlanarPose(3.05, 0.55))
+    # the wall's end is at y = 3.0 and x = 2.0 to 2.1: a string around it is this long at least
+    taut = 2 * math.hypot(0.95, 2.45)
+    assert taut < path.length < taut + 0.6
+    for x, y in path.points[1:-1].tolist():
+        assert math.hypot(max(2.0 - x, x - 2.1, 0.0), max(y - 3.0, 0.0)) >= 0.1
+
+
+def test_no_piece_of_a_path_comes_nearer_than_the_radius():
+    random = np.random.default_rng(4)
+    grid = _grid(80, 80, 0.05)
+    grid.cells[random.random((80, 80)) < 0.02] = 100
+    walls = grid.centers(np.argwhere(grid.cells == 100))
+    planner = GridPlanner(grid, 0.1, margins=(0.02,))
+    planned = 0
+    for _ in range(40):
+        ends = [PlanarPose(*random.uniform(0.2, 3.8, 2)) for _ in range(2)]
+        path = planner.plan(*ends)
+        if isinstance(path, NoPath) or len(path.points) < 2:
+            continue
+        planned += 1
+        share = np.linspace(0, 1, 400)[:, None]
+        for a, b in zip(path.points[1:-1], path.points[2:], strict=False):
+            places = a + share * (b - a)
+            assert np.abs(places[:, None] - walls[None]).max(axis=2).min() > 0.0
+            assert np.hypot(*(places[:, None] - walls[None]).transpose(2, 0, 1)).min() > 0.1
+    assert planned > 10
+
+
+def test_the_widest_way_is_taken_and_a_narrow_one_where_there_is_no_other():
+    grid = _grid()
+    grid.cells[:, 20] = 100
+    grid.cells[18:22, 20] = 0
+    planner = GridPlanner(grid, 0.1, margins=(0.3, 0.04))
+    goal = PlanarPose(3.05, 2.05)
+    assert planner.plan(START, goal).margin == 0.04
+    grid.cells[28:40, 20] = 0
+    assert GridPlanner(grid, 0.1, margins=(0.3, 0.04)).plan(START, goal).margin == 0.3
+
+
+@pytest.mark.parametrize(
+    ("goal", "refusal"),
+    [
+        ((5.0, 1.0), Refusal.GOAL_OUTSIDE),
+        ((2.05, 1.0), Refusal.GOAL_BLOCKED),
+        ((1.95, 1.0), Refusal.GOAL_TOO_NEAR),
+        ((3.0, 1.0), Refusal.UNREACHABLE),
+        ((0.55, 3.55), Refusal.GOAL_UNKNOWN),
+    ],
+)
+def test_every_refusal_has_its_name_and_reason(goal, refusal):
+    grid = _grid()
+    grid.cells[:, 20] = 100
+    grid.cells[35, 5] = -1
+    answer = GridPlanner(grid, 0.1).plan(START, PlanarPose(*goal))
+    assert isinstance(answer, NoPath)
+    assert answer.refusal is refusal
+    assert answer.reason
+
+
+def test_where_the_robot_stands_may_be_refused_too():
+    grid = _grid()
+    grid.cells[5, 5] = 100
+    planner = GridPlanner(grid, 0.1)
+    assert planner.plan(START, PlanarPose(2, 2)).refusal is Refusal.START_BLOCKED
+    assert planner.plan(PlanarPose(-1, 0), PlanarPose(2, 2)).refusal is Refusal.START_OUTSIDE
+
+
+def test_a_robot_too_near_a_wall_leaves_it_first():
+    grid = _grid()
+    grid.cells[:, 0] = 100
+    path = GridPlanner(grid, 0.15, margins=(0.0,)).plan(PlanarPose(0.2, 2.0), PlanarPose(2.0, 2.0))
+    assert path.points[0].tolist() == [0.2, 2.0]
+    assert path.points[1][0] > 0.2
+
+
+def test_unknown_ground_can_be_allowed():
+    grid = _grid()
+    grid.cells[:, 10:] = -1
+    goal = PlanarPose(2.0, 2.0)
+    assert GridPlanner(grid, 0.1).plan(START, goal).refusal is Refusal.GOAL_UNKNOWN
+    assert GridPlanner(grid, 0.1, unknown_is_free=True).plan(START, goal).length > 0
+
+
+def test_a_string_pulled_tight_is_no_longer_than_the_way():
+    random = np.random.default_rng(8)
+    from kbot.navigation.jump_points import JumpPointSearch
+
+    for _ in range(20):
+        free = random.random((30, 30)) > 0.15
+        ends = [tuple(cell) for cell in np.argwhere(free)[random.integers(0, free.sum(), 2)].tolist()]
+        way = JumpPointSearch(free).find(*ends)
+        if way is None:
+            continue
+        taut = pull_taut(free, way)
+        assert (taut[0], taut[-1]) == (way[0], way[-1])
+        assert sum(map(math.dist, taut, taut[1:])) <= sum(map(math.dist, way, way[1:])) + 1e-9
+
+
+def test_a_line_of_sight_ends_at_a_wall():
+    free = np.ones((5, 5), dtype=bool)
+    free[2, 2] = False
+    assert sees(free, (0, 0), (0, 4))
+    assert not sees(free, (2, 0), (2, 4))
+    assert not sees(free, (0, 0), (4, 4))
+
+
+def test_kbots_radius_is_its_plates_far_corner():
+    # the plate is 0.16 m square, its middle 0.02 m behind the axle's: hypot(0.10, 0.08)
+    robot = load_robot("kbot").require()
+    assert turning_radius(robot) == pytest.approx(math.hypot(0.10, 0.08))
+
+
+def test_paths_become_messages_and_come_back():
+    path = Path.through([(0, 0), (1, 0), (1, 2)], yaw=0.3)
+    message = path.to_message()
+    assert message.header.frame_id == "map"
+    assert [p.pose.position.y for p in message.poses] == [0.0, 0.0, 2.0]
+    # along +y at the corner: a quarter turn
+    assert message.poses[1].pose.orientation.z == pytest.approx(math.sin(math.pi / 4))
+    back = Path.from_message(message)
+    assert np.array_equal(back.points, path.points)
+    assert back.yaw == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("points", [[], [(1, 2, 3)], [(0, math.nan)], [(0, 1), (2,)], "here"])
+def test_a_path_without_sound_points_is_refused(points):
+    with pytest.raises(KbotError):
+        Path.through(points)
+
+
+def test_a_radius_and_margins_must_be_lengths():
+    with pytest.raises(KbotError):
+        GridPlanner(_grid(), -0.1)
+    with pytest.raises(KbotError):
+        GridPlanner(_grid(), 0.1, margins=())
