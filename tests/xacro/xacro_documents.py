@@ -51,13 +51,23 @@ pieces = st.one_of(
          "${xacro.arg('size')}", "$(arg ${'la' + 'bel'})", "${'$(arg label)' * 2}", "$(eval size * 2)", "é"]
     ),
 )  # fmt: skip
+safe = st.sampled_from(
+    ["${a}", "${n + 1}", "${width * 2}", "${'x' + str(n)}", "${c}", "x${n}", "${-width}", "${b / 2} 0 0", "${n == 3}",
+     "${max(n, 2)}", "${a if n else b}", "$(arg label)_${n}", "1 ${c} ${a}", "${[1, n]}", "3", "0.25", "text"]
+)  # fmt: skip
 values = st.one_of(
-    pieces,
+    safe,
+    safe,
+    safe,
     pieces,
     st.lists(pieces, min_size=0, max_size=3).map("".join),
     st.sampled_from(["1", " 42 ", "true", "False", "'quoted'", "0", "1.0", "1_000", "5 -2", "[1, 2]", "inf", "+3"]),
 )
+truths = st.sampled_from(["true", "false", "1", "0", "${n}", "${a == b}", "${True}", "${0.0}"])
 conditions = st.one_of(
+    truths,
+    truths,
+    truths,
     st.sampled_from(["true", "false", "1", "0", "${n}", "${a == b}", "${True}", "${0.0}", "$(arg flag)", "2"]),
     values,
 )
@@ -115,6 +125,10 @@ def _nodes(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
                   MACROS, parameters, body),
         st.builds(lambda m, p, b, a, c: f'<xacro:macro name="{m}" params="{p}">{b}</xacro:macro>{_call(m, a, c)}',
                   MACROS, parameters, body, arguments, body),
+        st.builds(_call, st.just("wheel"), arguments, st.sampled_from(["", "<!-- c -->", "text"])),
+        st.builds(_call, st.just("wheel"), arguments, st.sampled_from(["", "<!-- c -->", "text"])),
+        st.builds(_call, st.just("arm"), arguments, inner.map(lambda i: f"<blk>{i}</blk>")),
+        st.builds(_call, st.just("arm"), arguments, inner),
         st.builds(_call, MACROS, arguments, body),
         st.builds(lambda n, v, b: f'<link {n}="{quoted(v)}">{b}</link>', NAMES, values, body),
         st.builds(lambda n, b: f'<xacro:property name="{n}">{b}</xacro:property>', BLOCKS, body),
@@ -141,9 +155,17 @@ START = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="c" value="text"/><xacro:property name="n" value="3"/>
 <xacro:property name="width" value="0.5"/>
 <xacro:property name="other"><o v="${a}"/></xacro:property>
+<xacro:macro name="wheel" params="a:=1 b:=${n} c:=^ n:=^|3 width:='q r'">
+  <!-- of the macro -->
+  <w a="${a}" b="${b}" c="${c}" n="${n}" width="${width}"/>
+  <xacro:property name="n" value="${a}_n" scope="parent"/>
+</xacro:macro>
+<xacro:macro name="arm" params="a:=1 b:=${n} c:=^ n:=^|3 width:=$(arg size) *blk">
+  <arm a="${a}" c="${c}"><xacro:insert_block name="blk"/><xacro:wheel a="${b}" width="${width}"/></arm>
+</xacro:macro>
 <xacro:macro name="m" params="a:=5 **blk"><in a="${a}"><xacro:insert_block name="blk"/></in></xacro:macro>
 """
-trees = st.recursive(leaves, _nodes, max_leaves=8)
-documents = st.lists(st.tuples(blanks, trees).map("".join), min_size=1, max_size=5).map(
+trees = st.recursive(leaves, _nodes, max_leaves=14)
+documents = st.lists(st.tuples(blanks, trees).map("".join), min_size=1, max_size=6).map(
     lambda nodes: START + "".join(nodes) + "\n</robot>"
 )

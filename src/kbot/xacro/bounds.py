@@ -112,7 +112,7 @@ def multiply(budget: Budget, a: Value, b: Value) -> Value:
 
 def power(budget: Budget, a: Value, b: Value) -> Value:
     if isinstance(a, int) and isinstance(b, int) and b > 0 and a not in (-1, 0, 1):
-        budget.bits(a.bit_length() * b)
+        budget.bits(math.log2(abs(a)) * b)
     return a**b
 
 

@@ -35,7 +35,10 @@ def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) ->
             "X209", f"the macro name '{name}' has the prefix 'xacro:'", origin, "leave it out here"
         )
         name = name[6:]
-    macro = Macro(name, node, (), place.call)
+    known = place.macros.own.get(name)
+    # a macro defined again stays the same macro, even for the call that is just being made
+    macro = known if isinstance(known, Macro) else Macro(name, node, ())
+    macro.body, macro.parameters, macro.call, macro.problem = node, (), place.call, None
     macro.is_plain = not any("$" in v or k.startswith("xmlns:") for k, v in node.attributes.items())
     try:
         macro.parameters = parse_parameters(node.attributes.get("params", ""))
@@ -64,6 +67,7 @@ def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> N
     run.macro_depth += 1
     if run.macro_depth > run.limits.macro_calls:
         raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself without end")
+    body, is_plain, origin = macro.body, macro.is_plain, macro.call
     local = Scope(run, outer)
     missing = {parameter.name: parameter for parameter in macro.parameters}
     for name in node.attributes:
@@ -79,12 +83,11 @@ def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> N
     if missing:
         _fill_defaults(walk, node, macro, missing, local, place)
     attributes: dict[str, str] = {}
-    if not macro.is_plain:  # evaluated with every call: namespaces are lifted from them
-        scratch = macro.body.made_by(None, macro.body.tag, {})
-        attributes = walk.attributes(macro.body, local, macro.call, scratch)
+    if not is_plain:  # evaluated with every call: namespaces are lifted from them
+        attributes = walk.attributes(body, local, origin, body.made_by(None, body.tag, {}))
     call = Call("macro", macro.name, Span(node.source, node.start, node.tag_end), place.call)
     content: list[Node] = []
-    walk.children(macro.body.children, Place(local, MacroTable(macros), call, attributes, content))
+    walk.children(body.children, Place(local, MacroTable(macros), call, attributes, content))
     if attributes:
         walk.lift(attributes, place, node)
     walk.replace(content, place, has_next)
@@ -169,6 +172,8 @@ def _fill_defaults(
     place: Place,
 ) -> None:
     """Give the parameters left their defaults, evaluated in the scope of the call."""
+    current = {parameter.name: parameter for parameter in macro.parameters}
+    missing = {name: current.get(name, Parameter(name)) for name in missing}
     absent = [name for name, parameter in missing.items() if not parameter.is_optional]
     for name, parameter in missing.items():
         if not parameter.is_optional:

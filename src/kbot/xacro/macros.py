@@ -45,7 +45,7 @@ class Macro:
     name: str
     body: Element
     parameters: tuple[Parameter, ...]
-    call: Call | None
+    call: Call | None = None
     is_plain: bool = True
     """Whether its own attributes hold no expressions and no namespaces."""
     problem: Problem | None = None
