@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ DURATION = 10.0
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --world maze:size=8,seed=3",
         "kbot sim kbot --headless --script drive.py --json",
+        "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
@@ -32,6 +34,7 @@ DURATION = 10.0
 @click.option("--duration", type=float, metavar="S", help="Simulated seconds to run.  [default: 10]")
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
 @click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
+@click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",
@@ -50,6 +53,7 @@ def command(
     duration: float | None,
     cmd_vel: str | None,
     script: str | None,
+    goto: str | None,
     seed: int,
     contacts: str,
     as_json: bool,
@@ -65,7 +69,9 @@ def command(
     """
     file, arguments = one_file(words)
     if not headless:
-        _refuse_without_headless(duration=duration, cmd_vel=cmd_vel, script=script, json=as_json or None)
+        _refuse_without_headless(
+            duration=duration, cmd_vel=cmd_vel, script=script, goto=goto, json=as_json or None
+        )
         from kbot.workbench.serve import serve
 
         serve(
@@ -89,7 +95,12 @@ def command(
         fail("--script drives the robot itself; leave --cmd-vel out")
     if script is not None and duration is not None:
         fail("--script says itself how long to run; leave --duration out")
+    if goto is not None and (cmd_vel is not None or script is not None):
+        fail("--goto drives the robot itself; leave --cmd-vel and --script out")
+    goal = None if goto is None else parse_goal(goto)
     simulation = _simulation(file, arguments, world, seed, contacts, package_path)
+    if goal is not None:
+        return run_goto(simulation, goal, duration, as_json)
     if speeds is not None:
         simulation.cmd_vel(*speeds)
     return _run(simulation, seconds, script, as_json)

@@ -1,0 +1,53 @@
+"""`kbot sim --goto`: drive to a pose, and report how that went."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.output import fail, print_json
+
+if TYPE_CHECKING:
+    from kbot.kinematics import PlanarPose
+    from kbot.sim import Simulation
+
+
+def parse_goal(text: str) -> PlanarPose:
+    """`X,Y,YAW` in m, m and rad. Raises KbotError where it is not three finite numbers."""
+    from kbot.kinematics import PlanarPose
+
+    try:
+        x, y, yaw = (float(word) for word in text.split(","))
+    except ValueError:
+        fail(f"--goto is three numbers, x and y in m and yaw in rad, as in 1.5,0,1.57; not '{text}'")
+    if not all(map(math.isfinite, (x, y, yaw))):
+        fail(f"--goto is three finite numbers, not '{text}'")
+    return PlanarPose(x, y, yaw)
+
+
+def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
+    """Go there by the world's own map; the exit status is 0 where it was reached, else 1."""
+    from kbot.cli.sim_progress import Progress
+    from kbot.navigation.simulated import go_to
+    from kbot.sim.report import make_report
+
+    with Progress(simulation, None) as progress:
+        trip = go_to(simulation, goal, timeout=timeout)
+    report = make_report(simulation, trip.distance, progress.wall)
+    if as_json:
+        navigation = {
+            "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
+            "state": str(trip.status.state),
+            "reason": trip.status.reason,
+            "time_s": trip.time,
+            "shortest_m": trip.shortest,
+            "odometry_error_m": trip.odometry_error,
+        }
+        print_json({**report.to_json(), "navigation": navigation})
+    else:
+        planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m of a path of {trip.shortest:.2f} m"
+        click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
+        click.echo(report.to_text())
+    return 0 if trip.reached else 1

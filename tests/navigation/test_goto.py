@@ -1,0 +1,44 @@
+"""`kbot sim --goto`: what it prints and the status that it ends with."""
+
+import json
+
+import pytest
+
+from kbot.cli.main import main
+
+
+def _run(words):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    return ended.value.code or 0
+
+
+def test_a_goal_that_is_reached(capsys):
+    assert _run(["sim", "kbot", "--headless", "--goto", "0.5,0.2,0", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["navigation"]["state"] == "reached"
+    assert result["pose"]["x"] == pytest.approx(0.5, abs=0.015)
+    assert result["pose"]["y"] == pytest.approx(0.2, abs=0.015)
+
+
+def test_a_goal_that_is_refused(capsys):
+    assert _run(["sim", "kbot", "--headless", "--world", "maze:size=3,seed=3", "--goto", "0.3,0,0"]) == 1
+    assert "goal        refused: the goal is inside an obstacle" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--goto", "1,2"], "three numbers"),
+        (["--goto", "1,nan,2"], "finite"),
+        (["--goto", "1,2,3", "--cmd-vel", "0.1,0"], "leave --cmd-vel"),
+    ],
+)
+def test_what_makes_no_sense_is_said(capsys, words, said):
+    assert _run(["sim", "kbot", "--headless", *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_it_goes_with_headless(capsys):
+    assert _run(["sim", "kbot", "--goto", "1,2,3"]) == 2
+    assert "--headless" in capsys.readouterr().err
