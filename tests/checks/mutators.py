@@ -68,8 +68,7 @@ SOURCE = (
     _m(
         "argument read before its default",
         "S112",
-        (r"(<xacro:arg name=)", r'§<xacro:property name="late" value="$(arg arm_speed)"/>\n  \1'),
-        (r'size="0.01"', r'size="${0.01*late}"'),
+        (r"(<xacro:arg name=)", r'§<gazebo> <speed>$(arg arm_speed)</speed> </gazebo>\n  \1'),
     ),
     _m("boolean with a blank", "S113", (r'name="has_arm" value="true"', r'name="has_arm" value="§True "'), ("value=\"\\${has_arm}\"", 'value="${has_arm != 1}"')),
     _m("leftover expression", "S114", (r'<color rgba="0.5', r'<texture filename="§$${dir}/x.png"/>\n<color rgba="0.5')),
@@ -84,7 +83,7 @@ STRUCTURE = (
     _m("undefined parent", "U006", (r'<parent link="camera_link"/>', r'§<parent link="camra_link"/>')),
     _m("undefined child", "U007", (r'<child link="camera_optical_link"/>', r'§<child link="camera_optcal_link"/>')),
     _m("second root", "U008", (r"(<xacro:marker )", r'§<link name="lonely"/>\n  \1')),
-    _m("ring", "U009", (r'<parent link="base_footprint"/>', '<parent link="camera_link"/>§')),
+    _m("ring", "U009", (r'<parent link="base_footprint"/>(\s*)', r'<parent link="camera_link"/>\1§')),
     _m(
         "two parents",
         "U010",
@@ -209,7 +208,7 @@ DRIVE = (
     ),
     _m("axis askew", "D110", (LEFT_JOINT + r'<axis xyz="0 1 0"/>', r'\1§<axis xyz="1 0 0"/>')),
     _m("wheel ahead", "D111", (LEFT_JOINT + r'<origin xyz="0 ', r'\1<origin xyz="0.02 '), (RIGHT_JOINT + r"<origin ", r"\1§<origin ")),
-    _m("caster hangs", "D112", (r'(<link name="front_ball">.*?<origin xyz="[^ ]* 0 -)0.', r"\1§0.00")),
+    _m("caster hangs", "D112", (r'(<link name="front_ball">.*?<origin xyz="[^ ]* 0 )(-[^"]*)"', r'\1§${0.95*\2}"')),
     _m("footprint off the ground", "D113", (r'(<joint name="base_joint" type="fixed">\s*)<origin xyz="0 0 [^"]*"', r'\1§<origin xyz="0 0 0"')),
     _m("wheel in the chassis", "D114", (LEFT_JOINT + r'<origin xyz="0 [^ ]* ', r'\1§<origin xyz="0 0.01 '), (RIGHT_JOINT + r'<origin xyz="0 [^ ]* ', r'\1<origin xyz="0 -0.01 ')),
     _m("falls over", "D115", (BASE + r"<inertial>", r'\1§<inertial>\n      <origin xyz="-5 0 0" rpy="0 0 0"/>')),
@@ -245,7 +244,7 @@ DRIVE = (
 
 SENSORS = (
     _m("camera without optical frame", "C101", (r'rpy="-1.570796327 0 -1.570796327"', r'rpy="0 0 0"'), (r"<gz_frame_id>camera_optical_link</gz_frame_id>", ""), (r"<sensor name=\"camera\"", r'§<sensor name="camera"')),
-    _m("lidar sees the arm", "C102", (r'(<joint name="lidar_joint" type="fixed">\s*<origin xyz="[^ ]* 0 )[^"]*"', r'\g<1>0.15"'), (r'<sensor name="lidar"', r'§<sensor name="lidar"')),
+    _m("lidar sees the arm", "C102", (r'(<joint name="lidar_joint" type="fixed">\s*<origin xyz="[^ ]* 0 )([^"]*)"', r'\1${\2-0.25}"'), (r'<sensor name="lidar"', r'§<sensor name="lidar"')),
     _m("sensor frame", "C103", (r"<gz_frame_id>lidar_link", r"§<gz_frame_id>lidr_link")),
     _m("sensor lumped", "C104", (r"<gz_frame_id>lidar_link</gz_frame_id>", ""), (r'<sensor name="lidar"', r'§<sensor name="lidar"')),
 )

@@ -47,7 +47,9 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
     """
     try:
         data = json.loads(Path(path).read_text("utf-8"))
-        rows = data["findings"] if data["version"] == _VERSION else None
+        if data["version"] != _VERSION:
+            raise ValueError(f"its version is {data['version']}, not {_VERSION}")
+        rows = data["findings"]
         known = Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
     except FileNotFoundError:
         raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it") from None

@@ -205,7 +205,7 @@ def collides_at_rest(context: Context) -> Found:
             pair = frozenset((groups[name], groups[other_name]))
             if len(pair) < 2 or pair in joined or pair in said:
                 continue
-            depth = _depth(context, name, part, other_name, other)
+            depth = overlap(context, name, part, other_name, other)
             if depth > _DEEP:
                 said.add(pair)
                 yield Finding(
@@ -223,7 +223,7 @@ def _group(context: Context, link: str) -> str:
     return link
 
 
-def _depth(context: Context, a: str, one: Part, b: str, other: Part) -> float:
+def overlap(context: Context, a: str, one: Part, b: str, other: Part) -> float:
     """A lower bound of how deep two shapes lie in each other, along the best of a few directions, m.
 
     Separating axes: each shape's own three axes and the line between the centres. Where none separates

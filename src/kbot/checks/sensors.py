@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from kbot.checks.bodies import Part
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import held
-from kbot.checks.spatial import Frame, Vector, dot
+from kbot.checks.spatial import Frame, Vector, dot, subtract
 from kbot.model import Box, Capsule, Cylinder, JointType, Sphere
 from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -18,6 +19,7 @@ _CAMERAS = frozenset(
 )
 _LIDARS = frozenset({"ray", "gpu_ray", "lidar", "gpu_lidar"})
 _FRAME_TAGS = ("frameName", "frame_name", "frame_id", "gz_frame_id", "ignition_frame_id", "optical_frame_id")
+_BEAMS = 360
 _OUTSIDE = frozenset({"odom", "map", "world", "earth"})
 
 
@@ -146,30 +148,40 @@ def _own_body(
         if any(rpy):
             return None
         frame = Frame(frame.rotation, frame.point((x, y, z)))
-    own = set(held(context.robot, link))
-    beams = 90
+    cut = _in_plane(context, frame, set(held(context.robot, link)))
     hits: dict[str, tuple[int, float, Origin]] = {}
-    for i in range(beams):
-        angle = angles[0] + (angles[1] - angles[0]) * i / beams
+    for i in range(_BEAMS if cut else 0):
+        angle = angles[0] + (angles[1] - angles[0]) * i / _BEAMS
         direction = frame.direction((math.cos(angle), math.sin(angle), 0.0))
         best: tuple[float, str, Origin] | None = None
-        for name, body in context.bodies.items():
-            if name in own or name in context.unsure:
-                continue
-            for part in body.collisions:
-                shape = context.frames[name].then(part.frame)
-                t = _ray(
-                    shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half
-                )
-                if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
-                    best = (t, name, part.origin)
+        for name, part, shape in cut:
+            t = _ray(
+                shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half
+            )
+            if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
+                best = (t, name, part.origin)
         if best is not None:
             count, nearest, origin = hits.get(best[1], (0, math.inf, best[2]))
             hits[best[1]] = (count + 1, min(nearest, best[0]), origin)
     if not hits:
         return None
     name, (count, nearest, origin) = max(hits.items(), key=lambda item: item[1][0])
-    return (name, nearest, count / beams, origin) if count >= 2 else None
+    return (name, nearest, count / _BEAMS, origin) if count >= 2 else None
+
+
+def _in_plane(context: Context, frame: Frame, own: set[str]) -> list[tuple[str, Part, Frame]]:
+    """The shapes of other links that the lidar's plane cuts, and where they stand in the root's frame."""
+    up = frame.direction((0.0, 0.0, 1.0))
+    cut = []
+    for name, body in context.bodies.items():
+        if name in own or name in context.unsure:
+            continue
+        link = context.frames[name]
+        for part in body.collisions:
+            height = dot(subtract(link.point(part.frame.translation), frame.translation), up)
+            if abs(height) < part.support(link.local_direction(up)):
+                cut.append((name, part, link.then(part.frame)))
+    return cut
 
 
 def _ray(p: Vector, d: Vector, shape: object, half: Vector) -> float | None:

@@ -6,11 +6,12 @@ import math
 
 from kbot.checks.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor, tensor_of
 from kbot.checks.context import Context
+from kbot.checks.fixing import replace_value
 from kbot.checks.inertia import is_finite, solid_hint, sound, weighed
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import Matrix, Vector, dot, eigenvalues, norm, rotate, subtract, tensor_in, transpose
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
-from kbot.text import Related, Severity
+from kbot.text import Fix, Related, Severity
 
 _SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
 _AXES = "xyz"
@@ -223,7 +224,7 @@ def tensor_not_turned(context: Context) -> Found:
 
     Mend: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
 
-    Fix: unsafe: that origin is written into the inertial when it has none.
+    Fix: unsafe: those angles are written into the inertial.
     """
     for link, inertial in weighed(context):
         body = context.bodies[link.name]
@@ -263,15 +264,18 @@ def tensor_not_turned(context: Context) -> Found:
             ),
             hint,
             _geometry(body),
-            fix=context.insert_into(
-                inertial.origin,
-                f'<origin xyz="0 0 0" rpy="{rpy}"/>',
-                "turn the inertial with its geometry",
-                safe=False,
-            )
-            if own_axis and rpy and inertial.pose.origin is None
-            else None,
+            fix=_turned(context, inertial, rpy) if own_axis and rpy else None,
         )
+
+
+def _turned(context: Context, inertial: Inertial, rpy: str) -> Fix | None:
+    """A fix that gives the inertial these angles, where it is not moved from the link's own origin."""
+    title = "turn the inertial with its geometry"
+    if inertial.pose.origin is None:
+        return context.insert_into(
+            inertial.origin, f'<origin xyz="0 0 0" rpy="{rpy}"/>', title, safe=False
+        )
+    return replace_value(context.element_at(inertial.pose.origin), "rpy", rpy, title, safe=False)
 
 
 def part_rpy(context: Context, link: Link) -> str:

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterator
 
 from kbot.checks.bodies import axis_of
 from kbot.checks.context import Context
+from kbot.checks.geometry import overlap
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import Pair, Wheel, side_of
 from kbot.checks.spatial import dot, unit
-from kbot.model import Box, Cylinder, Joint, JointType, Mesh
+from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
 
 _GRAVITY = 9.81
@@ -247,25 +248,17 @@ def wheel_in_chassis(context: Context) -> Found:
             joint = wheel.joint
             if wheel.part is None or wheel.width is None or joint.parent in context.unsure:
                 continue
-            frame = context.frames[joint.parent]
-            body = context.bodies[joint.parent]
-            at = frame.local(wheel.center)
-            for part in body.collisions or body.visuals:
-                if isinstance(part.geometry, Box | Cylinder) and _within(
-                    part.frame.local(at), part.half, part.geometry
-                ):
+            for part in context.bodies[joint.parent].collisions or context.bodies[joint.parent].visuals:
+                if isinstance(part.geometry, Mesh):
+                    continue
+                depth = overlap(context, wheel.link, wheel.part, joint.parent, part)
+                if depth > 0.5 * wheel.width or depth > 0.25 * (wheel.radius or 0.0):
                     yield Finding(
                         joint.pose.origin or joint.origin,
-                        f"{wheel.link}: the wheel's middle lies within a shape of '{joint.parent}'",
+                        f"{wheel.link}: the wheel lies {depth * 1e3:.3g} mm deep in '{joint.parent}'",
                         related=(Related(f"the shape of '{joint.parent}'", part.origin),),
                     )
                     break
-
-
-def _within(p: tuple[float, float, float], half: tuple[float, float, float], shape: Box | Cylinder) -> bool:
-    if isinstance(shape, Cylinder):
-        return math.hypot(p[0], p[1]) < shape.radius and abs(p[2]) < half[2]
-    return all(abs(v) < h for v, h in zip(p, half, strict=True))
 
 
 @rule("D117", "wheel-cannot-turn", Severity.WARNING, "drive")

@@ -1,0 +1,103 @@
+"""Every rule has a page, a fixture that breaks it and one that does not, and a fix that keeps its word."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import struct
+from pathlib import Path
+
+import pytest
+
+from kbot.checks import Rule, all_rules, check_file
+from kbot.checks.config import Config
+from kbot.checks.fixes import fixed
+from kbot.checks.runner import check_text
+from kbot.text import Diagnostic
+
+FIXTURES = Path(__file__).parent / "fixtures"
+EXPECT = re.compile(r"<!-- expect: ([A-Z0-9, ]+) -->")
+OWN = sorted((r for r in all_rules().values() if r.needs != "below"), key=lambda r: r.code)
+
+
+def of_rule(rule: Rule) -> str:
+    return rule.code
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+def fixture(rule: Rule, name: str, folder: Path) -> Path:
+    """A copy of a rule's fixture, with the mesh of very many triangles that is not kept as a file."""
+    shutil.copytree(FIXTURES / rule.code, folder / rule.code)
+    if rule.code == "G110":
+        write_dense_mesh(folder / rule.code / "meshes" / "dense.stl")
+    return folder / rule.code / f"{name}.xacro"
+
+
+def write_dense_mesh(path: Path, triangles: int = 10_050) -> None:
+    """A binary STL: a zigzag ribbon of 0.1 m."""
+    step = 0.1 / triangles
+    with path.open("wb") as stream:
+        stream.write(bytes(80) + struct.pack("<I", triangles))
+        for i in range(triangles):
+            x = i * step
+            corners = (x, 0.0, 0.0, x + step, 0.1, 0.0, x + 2 * step, 0.0, 0.1)
+            stream.write(struct.pack("<12fH", 0.0, 0.0, 0.0, *corners, 0))
+
+
+def expected(path: Path) -> set[tuple[str, int]]:
+    lines = path.read_text("utf-8").splitlines()
+    marks = ((n, m[1]) for n, line in enumerate(lines, 1) if (m := EXPECT.search(line)))
+    return {(code.strip(), n) for n, codes in marks for code in codes.split(",")}
+
+
+def places(found: tuple[Diagnostic, ...]) -> set[tuple[str, int]]:
+    return {(d.code, d.origin.span.line) for d in found if d.origin}
+
+
+@pytest.mark.parametrize("rule", OWN, ids=of_rule)
+def test_the_failing_fixture_has_exactly_the_findings_it_names(rule: Rule, folder: Path) -> None:
+    path = fixture(rule, "fails", folder)
+    found = check_file(str(path), config=Config())
+    assert places(found) == expected(path)
+    assert rule.code in {d.code for d in found}
+
+
+@pytest.mark.parametrize("rule", OWN, ids=of_rule)
+def test_the_passing_fixture_has_no_such_finding(rule: Rule, folder: Path) -> None:
+    path = fixture(rule, "passes", folder)
+    assert rule.code not in {d.code for d in check_file(str(path), config=Config())}
+
+
+@pytest.mark.parametrize("rule", sorted(all_rules().values(), key=of_rule), ids=of_rule)
+def test_every_rule_has_its_page(rule: Rule) -> None:
+    assert re.fullmatch(r"[A-Z]\d{3}", rule.code)
+    assert re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", rule.name)
+    for part in ("Why:", "Example:", "Mend:", "Fix:"):
+        assert f"\n\n{part} " in rule.page, f"{rule.code} lacks {part}"
+
+
+def findings_of(path: Path, text: str) -> tuple[Diagnostic, ...]:
+    return check_text(text, str(path), config=Config())
+
+
+@pytest.mark.parametrize("rule", [r for r in OWN if r.fix != "none"], ids=of_rule)
+def test_a_fix_mends_and_is_idempotent(rule: Rule, folder: Path) -> None:
+    path = fixture(rule, "fails", folder)
+    text = path.read_text("utf-8")
+    offered = [d.fix for d in findings_of(path, text) if d.code == rule.code]
+    assert any(fix and fix.safe == (rule.fix == "safe") for fix in offered), f"{rule.code} offers no fix"
+    mended, applied = fixed(text, str(path), lambda t: findings_of(path, t), unsafe=True)
+    assert applied
+    before, after = findings_of(path, text), findings_of(path, mended)
+    assert len(after) < len(before)
+    assert rule.code not in {d.code for d in after}
+    assert not any(d.is_error for d in after) or any(d.is_error for d in before)
+    assert fixed(mended, str(path), lambda t: findings_of(path, t), unsafe=True) == (mended, [])
+
+
+def test_every_fixture_belongs_to_a_rule() -> None:
+    assert {p.name for p in FIXTURES.iterdir()} == {rule.code for rule in OWN}
