@@ -18,11 +18,10 @@ class Role(StrEnum):
     SIMULATOR = "KBot's simulation"
     SPAWNER = "the robot in KBot's simulation"
     CONTROLLER = "the drive controller of KBot's simulation"
-    STATIC_TRANSFORM = "a static transform"
     TELEOP = "the drive keys of the workbench"
 
 
-NODES: Mapping[str, Mapping[str, Role]] = {
+NODES: Mapping[str, Mapping[str, Role | None]] = {
     "robot_state_publisher": {"robot_state_publisher": Role.ROBOT_STATE},
     "joint_state_publisher": {"joint_state_publisher": Role.JOINT_STATE},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": Role.JOINT_STATE},
@@ -39,15 +38,19 @@ NODES: Mapping[str, Mapping[str, Role]] = {
         "unspawner": Role.CONTROLLER,
         "controller_manager": Role.CONTROLLER,
     },
-    "tf": {"static_transform_publisher": Role.STATIC_TRANSFORM},
-    "tf2_ros": {"static_transform_publisher": Role.STATIC_TRANSFORM},
+    "tf": {"static_transform_publisher": None},
+    "tf2_ros": {"static_transform_publisher": None},
+    "map_server": {"map_server": None, "map_saver": None},
+    "rosbag": {"play": None, "record": None},
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": Role.TELEOP,
         "teleop_twist_keyboard": Role.TELEOP,
     },
 }
 
-STAND_IN_PACKAGES = frozenset({*NODES, "xacro", "gazebo_worlds"})
+"""The nodes of packages that KBot knows, and what stands in for each; None where nothing does."""
+
+STAND_IN_PACKAGES = frozenset({*NODES, "xacro"})
 
 
 @dataclass(frozen=True, slots=True)
