@@ -13,6 +13,8 @@ from kbot.sim.recipe import SOLIMP, SOLREF
 GROUND = 1
 OBSTACLE = 2
 ROBOT = 4
+SELF = 8
+"""Links of one robot that are to touch each other."""
 
 FRICTIONLESS = 1e-4
 """Below this coefficient a contact has no friction at all."""
@@ -52,5 +54,7 @@ def as_rim(geom: Any, others: bool) -> None:  # noqa: ANN401
     geom.contype, geom.conaffinity = ROBOT, OBSTACLE | (ROBOT if others else 0)
 
 
-def as_seen_only(geom: Any) -> None:  # noqa: ANN401
-    geom.contype, geom.conaffinity = 0, 0
+def with_own_kind(geom: Any) -> None:  # noqa: ANN401
+    """Touches those links of its own robot that are marked so too."""
+    geom.contype |= SELF
+    geom.conaffinity |= SELF

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isfinite
+from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
+from kbot.sim.slope import Slope
 from kbot.text import KbotError
 
 Twist2 = tuple[float, float]
@@ -15,17 +17,25 @@ Twist2 = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """What a twist may be and how fast it may change; m/s, rad/s, m/s^2, rad/s^2."""
+    """What a twist may be and how fast it may change; m/s, rad/s, m/s^2, rad/s^2, m/s^3, rad/s^3.
+
+    Backwards and slowing down have the same limits as forwards and speeding up, unless they are given.
+    """
 
     linear_velocity: float = inf
     angular_velocity: float = inf
     linear_acceleration: float = LINEAR_ACCELERATION
     angular_acceleration: float = ANGULAR_ACCELERATION
+    reverse_velocity: float | None = None
+    linear_deceleration: float | None = None
+    angular_deceleration: float | None = None
+    linear_jerk: float = inf
+    angular_jerk: float = inf
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
             value = getattr(self, name)
-            if not value > 0.0:
+            if value is not None and not (value > 0.0 or (name == "reverse_velocity" and value == 0.0)):
                 raise KbotError(f"a limit of {name.replace('_', ' ')} is above zero, not {value}")
 
 
@@ -41,10 +51,15 @@ class TwistController:
     ) -> None:
         self.limits = limits
         self.wheel_speed = wheel_speed
+        self._back = limits.linear_velocity if limits.reverse_velocity is None else limits.reverse_velocity
         self._half_track = drive.separation / 2.0
         self._radius = drive.radius
-        self._linear_step = limits.linear_acceleration * period
-        self._angular_step = limits.angular_acceleration * period
+        self._linear = Slope(
+            period, limits.linear_acceleration, limits.linear_deceleration, limits.linear_jerk
+        )
+        self._angular = Slope(
+            period, limits.angular_acceleration, limits.angular_deceleration, limits.angular_jerk
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -52,15 +67,22 @@ class TwistController:
         """The last command as it came."""
         self.target: Twist2 = (0.0, 0.0)
         self.twist: Twist2 = (0.0, 0.0)
+        self._linear.acceleration = self._angular.acceleration = 0.0
         self.deadline: int | None = None
         """The step at which the command is taken for lost; None when it holds."""
 
-    def save(self) -> tuple[Twist2, Twist2, Twist2, int | None]:
+    def save(self) -> tuple[object, ...]:
         """What `restore` takes back."""
-        return self.wanted, self.target, self.twist, self.deadline
+        return (
+            self.wanted, self.target, self.twist, self.deadline,
+            self._linear.acceleration, self._angular.acceleration,
+        )  # fmt: skip
 
-    def restore(self, saved: tuple[Twist2, Twist2, Twist2, int | None]) -> None:
-        self.wanted, self.target, self.twist, self.deadline = saved
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        (
+            self.wanted, self.target, self.twist, self.deadline,
+            self._linear.acceleration, self._angular.acceleration,
+        ) = saved  # fmt: skip
 
     def command(self, linear: float, angular: float, deadline: int | None) -> bool:
         """Take a command, within the limits; whether there is something to slew to.
@@ -70,8 +92,8 @@ class TwistController:
         """
         if not (isfinite(linear) and isfinite(angular)):
             raise KbotError(f"a speed command is two finite numbers, not {linear}, {angular}")
-        v = _within(linear, self.limits.linear_velocity)
-        w = _within(angular, self.limits.angular_velocity)
+        v = min(max(linear, -self._back), self.limits.linear_velocity)
+        w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius
         if fastest > self.wheel_speed:
             v, w = self._slowed(v, w)
@@ -96,31 +118,12 @@ class TwistController:
         """
         v, w = self.twist
         target_v, target_w = self.target
-        settled = True
+        settled = v == target_v and w == target_w
+        mean_v, mean_w = v, w
         if v != target_v:
-            settled = False
-            v, mean_v = _slope(v, target_v, self._linear_step)
-        else:
-            mean_v = v
+            v, mean_v = self._linear.advance(v, target_v)
         if w != target_w:
-            settled = False
-            w, mean_w = _slope(w, target_w, self._angular_step)
-        else:
-            mean_w = w
+            w, mean_w = self._angular.advance(w, target_w)
         self.twist = (v, w)
         across = mean_w * self._half_track
         return (mean_v - across) / self._radius, (mean_v + across) / self._radius, settled
-
-
-def _within(value: float, limit: float) -> float:
-    return limit if value > limit else -limit if value < -limit else value
-
-
-def _slope(value: float, target: float, step: float) -> tuple[float, float]:
-    """Value at the end of a period in which it may change by `step`, and its mean over the period."""
-    change = target - value
-    if change > step:
-        return value + step, value + step / 2.0
-    if change < -step:
-        return value - step, value - step / 2.0
-    return target, value + change - change * abs(change) / (2.0 * step)

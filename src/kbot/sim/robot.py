@@ -12,7 +12,8 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
-from kbot.sim.drive import DriveLimits, TwistController
+from kbot.sim.drive import TwistController
+from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.numbers import numbers
@@ -32,9 +33,10 @@ class SimulatedRobot:
         name: str,
         robot: Robot,
         drive: DifferentialDrive | NoDrive,
-        limits: DriveLimits,
+        settings: DriveSettings | None,
         timestep: float,
     ) -> None:
+        """`settings`: how the robot's own controller drives; None for one that cannot drive."""
         self.name = name
         self.robot = robot
         self.drive = drive
@@ -42,12 +44,16 @@ class SimulatedRobot:
         self.is_slewing = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
         self._next_slew = 0
+        self.settings = settings
         self._controller: TwistController | None = None
         self._odometry: WheelOdometry | None = None
-        if isinstance(drive, DifferentialDrive):
+        self._reckoned: DifferentialDrive | None = None
+        if isinstance(drive, DifferentialDrive) and settings is not None:
+            reckoned = self._reckoned = settings.reckoned(drive)
             fastest = min(speed_limit(robot, joint) for joint in drive.joints)
-            self._controller = TwistController(drive, limits, fastest, self._slew_steps * timestep)
-            self._odometry = WheelOdometry(drive)
+            period = self._slew_steps * timestep
+            self._controller = TwistController(reckoned, settings.limits, fastest, period)
+            self._odometry = WheelOdometry(reckoned)
         self._turns = 0
         self._is_left = True
 
@@ -187,9 +193,10 @@ class SimulatedRobot:
     @property
     def odometry(self) -> Motion:
         """What the wheels tell: the base's pose in the odometry frame, and its twist."""
-        if self._odometry is None or self._servos is None or not isinstance(self.drive, DifferentialDrive):
+        reckoned = self._reckoned
+        if self._odometry is None or self._servos is None or reckoned is None:
             return Motion(PlanarPose(), PlanarTwist())
-        linear, angular = self.drive.twist(*self.drive.wheel_angles(self.joint_velocities))
+        linear, angular = reckoned.twist(*reckoned.wheel_angles(self.joint_velocities))
         return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
 
     @property

@@ -16,8 +16,9 @@ from kbot.sim.findings import Findings
 from kbot.sim.geometry import add_shape, wxyz
 from kbot.sim.inertia import check_masses, set_inertial
 from kbot.sim.joints import add_joint, add_mimics
-from kbot.sim.recipe import FRICTION, Contacts
+from kbot.sim.recipe import Contacts
 from kbot.sim.servo import add_drive_servos, add_hold_servos
+from kbot.sim.surfaces import PLAIN, link_surfaces
 from kbot.text import KbotError
 
 
@@ -25,7 +26,7 @@ from kbot.text import KbotError
 class RobotPlan:
     """What is to be built: a robot under a name, where it starts, and how it touches.
 
-    `others` says whether it can meet other robots.
+    `others` says whether it can meet other robots; `torque` (N m) is what its own drive allows a wheel.
     """
 
     name: str
@@ -34,6 +35,7 @@ class RobotPlan:
     contacts: Contacts
     pose: Transform
     others: bool
+    torque: float | None = None
 
     @property
     def prefix(self) -> str:
@@ -64,7 +66,8 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
-        add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts)
+        grip = min(shapes.surfaces.get(w.link, PLAIN).friction for w in plan.drive.wheels.values())
+        add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
     add_hold_servos(spec, robot, driven, prefix)
     shapes.keep_from_each_other()
 
@@ -75,6 +78,7 @@ class _Shapes:
     def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
+        self.surfaces = link_surfaces(plan.robot, findings)
         self.tyres: dict[str, tuple[float, Transform]] = {}
         self.casters: tuple[str, ...] = ()
         if isinstance(plan.drive, DifferentialDrive) and plan.contacts is Contacts.RECIPE:
@@ -82,7 +86,10 @@ class _Shapes:
             self.tyres = _tyres(plan.robot, plan.drive)
 
     def add(self, body: Any, link: Link) -> None:  # noqa: ANN401
-        friction = 0.0 if link.name in self.casters else FRICTION
+        surface = self.surfaces.get(link.name, PLAIN)
+        friction = 0.0 if link.name in self.casters else surface.friction
+        if not surface.gravity:
+            body.gravcomp = 1.0
         tyre = self.tyres.get(link.name)
         if tyre is not None:
             radius, pose = tyre
@@ -100,6 +107,8 @@ class _Shapes:
                 touch.as_rim(geom, self.plan.others)
             else:
                 touch.as_robot(geom, self.plan.others)
+            if surface.self_collide:
+                touch.with_own_kind(geom)
             if link.name not in self.touching:
                 self.touching.append(link.name)
 
@@ -126,10 +135,14 @@ class _Shapes:
             )
         if not self.plan.others:
             return
-        names = [self.plan.prefix + name for name in self.touching]
-        for index, name in enumerate(names):
-            for other in names[index + 1 :]:
-                self.spec.add_exclude(bodyname1=name, bodyname2=other)
+        for index, name in enumerate(self.touching):
+            for other in self.touching[index + 1 :]:
+                if not (self._meets_its_own(name) and self._meets_its_own(other)):
+                    prefix = self.plan.prefix
+                    self.spec.add_exclude(bodyname1=prefix + name, bodyname2=prefix + other)
+
+    def _meets_its_own(self, link: str) -> bool:
+        return self.surfaces.get(link, PLAIN).self_collide
 
 
 def _tyres(robot: Robot, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:

@@ -13,9 +13,12 @@ import mujoco
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
 from kbot.sim.inertia import total_mass
-from kbot.sim.recipe import FRICTION, SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
+from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 GRAVITY = 9.81
+LEAST_GRIP = 0.05
+"""Coefficient of friction that a servo is sized for at least, so that a wheel on ice still turns."""
+
 HOLD_FREQUENCY = 30.0
 """rad/s: how fast a held joint goes to where it is told to."""
 
@@ -26,11 +29,13 @@ def add_drive_servos(
     drive: DifferentialDrive,
     prefix: str,
     contacts: Contacts,
+    grip: float,
+    torque: float | None,
 ) -> None:
     """A speed servo and its motor's inertia on every drive wheel; its command is in rad/s of the joint.
 
-    Its torque is what the tyre can hold and a third more, within the joint's own effort limit; with
-    contacts as written the effort limit alone.
+    Its torque is what the tyre can hold at a coefficient of friction of `grip` and a third more, within
+    the joint's own effort limit and the drive's `torque` (N m); with contacts as written these two alone.
     """
     count = len(drive.joints)
     mass = total_mass(robot)
@@ -38,18 +43,19 @@ def add_drive_servos(
         radius = drive.wheels[name].radius
         inertia = mass * radius * radius / count
         gain = inertia / SERVO_TIME
-        traction = SERVO_MARGIN * FRICTION * mass * GRAVITY / count * radius
-        effort = effort_limit(robot, name)
-        torque = min(traction, effort)
-        if contacts is Contacts.AS_WRITTEN and effort < float("inf"):
-            torque = effort
+        traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius
+        allowed = min(effort_limit(robot, name), torque or float("inf"))
+        if contacts is Contacts.AS_WRITTEN and allowed < float("inf"):
+            most = allowed
+        else:
+            most = min(traction, allowed)
         spec.joint(prefix + name).armature = inertia
         servo = spec.add_actuator(name=prefix + name, target=prefix + name)
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         servo.set_to_intvelocity(kp=SERVO_STIFFNESS * gain, kv=gain)
         servo.actlimited = False
         servo.forcelimited = True
-        servo.forcerange = (-torque, torque)
+        servo.forcerange = (-most, most)
 
 
 def add_hold_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:  # noqa: ANN401

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -19,6 +20,8 @@ from kbot.model import Robot
 from kbot.sim import recipe
 from kbot.sim.compile import compile_model
 from kbot.sim.drive import DriveLimits
+from kbot.sim.drive_settings import DriveSettings, drive_settings
+from kbot.sim.findings import Findings
 from kbot.sim.joints import limits
 from kbot.sim.motion import Motion
 from kbot.sim.placing import lowest_point
@@ -29,7 +32,7 @@ from kbot.sim.state import State, digest, read_engine, write_engine
 from kbot.sim.topics import RobotTopics
 from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
 from kbot.sim.world_builder import body_pose, moving_bodies
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 
@@ -51,7 +54,8 @@ class Simulation:
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
     ) -> None:
-        """`timestep` in seconds; `contacts` is `recipe` or `as-written`; `limits` bound what is commanded.
+        """`timestep` in seconds; `contacts` is `recipe` or `as-written`; `limits` stand in for those that
+        the robot's own plugin or controller gives.
 
         Raises:
             DescriptionError: the robot cannot be simulated; every reason at its line.
@@ -72,18 +76,29 @@ class Simulation:
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
         drive = find_drive(robot)
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
-        self._robot = SimulatedRobot(robot.name, robot, drive, limits or DriveLimits(), timestep)
+        findings = Findings()
+        settings: DriveSettings | None = None
+        if isinstance(drive, DifferentialDrive):
+            settings = drive_settings(robot, drive, findings)
+            if limits is not None:
+                settings = dataclasses.replace(settings, limits=limits)
+        self._robot = SimulatedRobot(robot.name, robot, drive, settings, timestep)
         self._robots = {robot.name: self._robot}
         self._step_ns = timestep * 1e9
         self._limits = limits
         self._slewing: list[SimulatedRobot] = []
-        self._build(robot, drive)
+        self.diagnostics = (*findings.diagnostics, *self._build(robot, drive, settings))
         self._topics = RobotTopics(self.bus, self._robot, self.command)
         self.reset()
 
-    def _build(self, robot: Robot, drive: DifferentialDrive | NoDrive) -> None:
-        plan = RobotPlan(robot.name, robot, drive, self.contacts, Transform.identity(), others=False)
-        self._model, self.diagnostics = compile_model(self.world, [plan], self.timestep)
+    def _build(
+        self, robot: Robot, drive: DifferentialDrive | NoDrive, settings: DriveSettings | None
+    ) -> tuple[Diagnostic, ...]:
+        torque = settings.torque if settings is not None else None
+        plan = RobotPlan(
+            robot.name, robot, drive, self.contacts, Transform.identity(), others=False, torque=torque
+        )
+        self._model, diagnostics = compile_model(self.world, [plan], self.timestep)
         self._data = mujoco.MjData(self._model)
         self._qvel = self._data.qvel
         self._moving = moving_bodies(self._model, self.world)
@@ -92,6 +107,7 @@ class Simulation:
         lowest = lowest_point(self._model, self._data, plan.prefix)
         if lowest is not None and robot.root != "world":
             self._model.qpos0[self._robot.root_qpos + 2] -= lowest
+        return diagnostics
 
     # time
 
@@ -226,9 +242,13 @@ class Simulation:
         """
         self._command(self._robot, linear, angular, None)
 
-    def command(self, linear: float, angular: float, watchdog: float = recipe.WATCHDOG) -> None:
+    def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
         """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
-        after the last one: for commands that come from outside, by topic or page."""
+        after the last one (half a second, unless the robot's controller says otherwise): for commands
+        that come from outside, by topic or page."""
+        if watchdog is None:
+            settings = self._robot.settings
+            watchdog = settings.watchdog if settings is not None else recipe.WATCHDOG
         deadline = self._steps + max(1, round(watchdog / self.timestep))
         self._command(self._robot, linear, angular, deadline)
 

@@ -38,13 +38,20 @@ class RobotTopics:
             (bus.advertise(absolute("joint_states", namespace), msg.JointState), self._joint_state),
         ]
         self._commands: Subscription | None = None
-        if robot.can_drive:
+        self._odometry_frame = self._frame_prefix
+        if robot.settings is not None:
+            self._odometry_frame += robot.settings.odometry_frame
             self._outputs += [
-                (bus.advertise(absolute("odom", namespace), msg.Odometry), self._odometry),
+                (
+                    bus.advertise(absolute(robot.settings.odometry_topic, namespace), msg.Odometry),
+                    self._odometry,
+                ),
                 (bus.advertise("/tf", msg.TFMessage), self._transform),
             ]
             self._commands = bus.subscribe(
-                absolute("cmd_vel", namespace), msg.Twist, lambda m: command(m.linear.x, m.angular.z)
+                absolute(robot.settings.command_topic, namespace),
+                msg.Twist,
+                lambda m: command(m.linear.x, m.angular.z),
             )
         self._heard = self._outputs
         self._seen = -1
@@ -81,7 +88,7 @@ class RobotTopics:
         motion = self._robot.odometry
         pose, twist = motion.pose, motion.twist
         return msg.Odometry(
-            msg.Header(stamp, f"{self._frame_prefix}odom"),
+            msg.Header(stamp, self._odometry_frame),
             self._frame_prefix + self._robot.base,
             msg.PoseWithCovariance(
                 msg.Pose(msg.Point(pose.x, pose.y, 0.0), _about_z(pose.yaw)), self._covariance
@@ -100,7 +107,7 @@ class RobotTopics:
         return msg.TFMessage(
             (
                 msg.TransformStamped(
-                    msg.Header(stamp, f"{self._frame_prefix}odom"),
+                    msg.Header(stamp, self._odometry_frame),
                     self._frame_prefix + robot.robot.root,
                     msg.Transform(msg.Vector3(x, y, z), msg.Quaternion(*odom_from_root.quaternion_xyzw)),
                 ),

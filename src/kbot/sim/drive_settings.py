@@ -1,0 +1,204 @@
+"""How a description's own plugin or controller drives: its sizes, limits, topics and frames."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, isfinite
+
+from kbot.kinematics.controllers import drive_plugins
+from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.model import Robot
+from kbot.sim.controllers_yaml import diff_drive_parameters
+from kbot.sim.drive import DriveLimits
+from kbot.sim.findings import Findings
+from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
+from kbot.text import Element, Origin
+
+DEFAULT_LIMITS = DriveLimits()
+
+NOTICEABLE = 0.005
+"""Share by which a plugin's size may differ from the robot's before it is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """`radius` and `separation` (m) are those that the controller reckons with, right or wrong.
+
+    `torque` (N m) and `watchdog` (s) are None where nothing is said.
+    """
+
+    radius: float
+    separation: float
+    limits: DriveLimits = DEFAULT_LIMITS
+    torque: float | None = None
+    watchdog: float = WATCHDOG
+    command_topic: str = "cmd_vel"
+    odometry_topic: str = "odom"
+    odometry_frame: str = "odom"
+
+    def reckoned(self, drive: DifferentialDrive) -> DifferentialDrive:
+        """The drive as the controller takes it to be."""
+        return dataclasses.replace(drive, radius=self.radius, separation=self.separation)
+
+
+def drive_settings(robot: Robot, drive: DifferentialDrive, findings: Findings) -> DriveSettings:
+    """Read the robot's own settings; what it does not say is taken from its shapes and the defaults."""
+    plugin = next(iter(drive_plugins(robot)), None)
+    if plugin is not None:
+        values = _PluginValues(plugin, findings)
+        return _from_plugin(values, drive)
+    found = diff_drive_parameters(robot, findings)
+    if found is not None:
+        return _from_controller(found.values, found.origin, drive, findings)
+    return DriveSettings(drive.radius, drive.separation)
+
+
+class _PluginValues:
+    """Numbers and words of a `<plugin>`, by whichever of several names is there."""
+
+    def __init__(self, plugin: Element, findings: Findings) -> None:
+        self._plugin, self.findings = plugin, findings
+
+    def element(self, *names: str) -> Element | None:
+        return next((e for name in names if (e := self._plugin.find(name)) is not None), None)
+
+    def word(self, default: str, *names: str) -> str:
+        element = self.element(*names)
+        return (element.text.strip() if element is not None else "") or default
+
+    def number(self, *names: str) -> float | None:
+        """A finite number, None where it is not there or, with a finding, is none."""
+        element = self.element(*names)
+        if element is None:
+            return None
+        try:
+            value = float(element.text)
+        except ValueError:
+            value = inf
+        if not isfinite(value):
+            self.findings.warning(
+                "W130", f"<{element.tag}> is not a number: '{element.text.strip()}'", element.origin,
+                "it is left out",
+            )  # fmt: skip
+            return None
+        return value
+
+    def positive(self, *names: str) -> float | None:
+        value = self.number(*names)
+        return value if value is not None and value > 0.0 else None
+
+
+def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettings:
+    separation = values.positive("wheelSeparation", "wheel_separation")
+    diameter = values.positive("wheelDiameter", "wheel_diameter")
+    radius = values.positive("wheel_radius")
+    if radius is None and diameter is not None:
+        radius = diameter / 2.0
+    _compare("distance between the wheels", separation, drive.separation, values, "wheelSeparation",
+             "wheel_separation")  # fmt: skip
+    _compare("wheels' radius", radius, drive.radius, values, "wheelDiameter", "wheel_diameter",
+             "wheel_radius")  # fmt: skip
+    rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
+    half = (separation or drive.separation) / 2.0
+    linear = values.positive("max_linear_acceleration", "max_acceleration")
+    angular = values.positive("max_angular_acceleration")
+    if rim is not None:
+        # the rim's acceleration in m/s^2 bounds both ways of moving
+        linear, angular = linear or rim, angular or min(rim / half, ANGULAR_ACCELERATION)
+    limits = DriveLimits(
+        linear_velocity=values.positive("max_linear_velocity", "max_velocity") or inf,
+        angular_velocity=values.positive("max_angular_velocity") or inf,
+        linear_acceleration=linear or LINEAR_ACCELERATION,
+        angular_acceleration=angular or ANGULAR_ACCELERATION,
+        reverse_velocity=_below_zero(values.number("min_linear_velocity", "min_velocity")),
+        linear_deceleration=_below_zero(values.number("min_linear_acceleration", "min_acceleration")) or None,
+        angular_deceleration=_below_zero(values.number("min_angular_acceleration")) or None,
+        linear_jerk=values.positive("max_linear_jerk", "max_jerk") or inf,
+        angular_jerk=values.positive("max_angular_jerk") or inf,
+    )
+    return DriveSettings(
+        radius or drive.radius,
+        separation or drive.separation,
+        limits,
+        values.positive("wheelTorque", "max_wheel_torque"),
+        command_topic=values.word("cmd_vel", "commandTopic", "command_topic"),
+        odometry_topic=values.word("odom", "odometryTopic", "odometry_topic"),
+        odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
+    )
+
+
+def _compare(what: str, said: float | None, true: float, values: _PluginValues, *names: str) -> None:
+    element = values.element(*names)
+    if said is not None and element is not None:
+        _warn_of_difference(what, said, true, element.origin, values.findings)
+
+
+def _warn_of_difference(
+    what: str, said: float, true: float, origin: Origin | None, findings: Findings
+) -> None:
+    if abs(said - true) > NOTICEABLE * true:
+        findings.warning(
+            "W131",
+            f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: its odometry will be"
+            f" {100 * abs(said / true - 1):.0f} % off",
+            origin,
+            f"write {true:g}, or compute it from the sizes that the wheels are made of",
+        )
+
+
+def _below_zero(value: float | None) -> float | None:
+    """How far below zero a least value lies; None where there is none, or it is not below."""
+    return -value if value is not None and value < 0.0 else None
+
+
+def _from_controller(
+    values: Mapping[str, object], origin: Origin, drive: DifferentialDrive, findings: Findings
+) -> DriveSettings:
+    def number(name: str, default: float) -> float:
+        value = values.get(name, default)
+        if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+            return float(value)
+        if not (isinstance(value, float) and value != value):
+            findings.warning("W130", f"{name} of the controller is no number: {value}", origin)
+        return default
+
+    radius = number("wheel_radius", 0.0) or drive.radius
+    separation = number("wheel_separation", 0.0) or drive.separation
+    _warn_of_difference("distance between the wheels", separation, drive.separation, origin, findings)
+    _warn_of_difference("wheels' radius", radius, drive.radius, origin, findings)
+    separation *= number("wheel_separation_multiplier", 1.0)
+    radius *= (
+        number("left_wheel_radius_multiplier", 1.0) + number("right_wheel_radius_multiplier", 1.0)
+    ) / 2.0
+    return DriveSettings(
+        radius,
+        separation,
+        _controller_limits(values, number),
+        watchdog=number("cmd_vel_timeout", WATCHDOG) or WATCHDOG,
+        odometry_frame=str(values.get("odom_frame_id", "odom")),
+    )
+
+
+def _controller_limits(values: Mapping[str, object], number: Callable[[str, float], float]) -> DriveLimits:
+    def limit(axis: str, kind: str, end: str = "max") -> float | None:
+        """A limit that is given and, in versions with `has_…_limits`, switched on."""
+        if values.get(f"{axis}.has_{kind}_limits", True) is False:
+            return None
+        value = number(f"{axis}.{end}_{kind}", 0.0)
+        value = -value if end == "min" else value
+        return value if value > 0.0 else None
+
+    x, z = "linear.x", "angular.z"
+    return DriveLimits(
+        linear_velocity=limit(x, "velocity") or inf,
+        angular_velocity=limit(z, "velocity") or inf,
+        linear_acceleration=limit(x, "acceleration") or LINEAR_ACCELERATION,
+        angular_acceleration=limit(z, "acceleration") or ANGULAR_ACCELERATION,
+        reverse_velocity=limit(x, "velocity", "min"),
+        linear_deceleration=limit(x, "acceleration", "min"),
+        angular_deceleration=limit(z, "acceleration", "min"),
+        linear_jerk=limit(x, "jerk") or inf,
+        angular_jerk=limit(z, "jerk") or inf,
+    )

@@ -1,0 +1,205 @@
+"""What a description says of its own drive and of its links' surfaces is what is simulated."""
+
+import re
+from math import pi
+
+import pytest
+
+from kbot.kinematics.differential_drive import find_drive
+from kbot.messages import Odometry, Twist, Vector3
+from kbot.model.load import load_robot, load_robot_text
+from kbot.sim import DriveLimits, Simulation
+from kbot.sim.drive_settings import drive_settings
+from kbot.sim.findings import Findings
+from kbot.sim.slope import Slope
+from kbot.sim.surfaces import link_surfaces
+
+
+@pytest.fixture(scope="module")
+def plain() -> str:
+    """KBot as URDF without anything that drives it."""
+    return load_robot("kbot", {"control": "none"}).expansion.text
+
+
+@pytest.fixture
+def with_extension(plain):
+    def add(text: str):
+        return load_robot_text(plain.replace("</robot>", f"{text}</robot>"), "kbot.urdf").require()
+
+    return add
+
+
+def settings_of(robot):
+    findings = Findings()
+    settings = drive_settings(robot, find_drive(robot), findings)
+    return settings, findings.diagnostics
+
+
+def classic(inner: str) -> str:
+    return f'<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">{inner}</plugin></gazebo>'
+
+
+def gz(inner: str) -> str:
+    return f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{inner}</plugin></gazebo>'
+
+
+JOINTS = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
+GZ_JOINTS = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
+
+
+def test_a_classic_plugin_is_read(with_extension):
+    """Its wheelAcceleration is that of the rim in m/s^2, as its source has it."""
+    settings, diagnostics = settings_of(
+        with_extension(
+            classic(
+                f"{JOINTS}<wheelSeparation>0.174</wheelSeparation><wheelDiameter>0.07</wheelDiameter>"
+                "<wheelAcceleration>0.5</wheelAcceleration><wheelTorque>0.3</wheelTorque>"
+                "<commandTopic>drive/cmd</commandTopic><odometryTopic>wheels</odometryTopic>"
+                "<odometryFrame>start</odometryFrame>"
+            )
+        )
+    )
+    assert diagnostics == []
+    assert (settings.radius, settings.separation, settings.torque) == (0.035, 0.174, 0.3)
+    assert settings.limits.linear_acceleration == 0.5
+    assert settings.limits.angular_acceleration == pytest.approx(0.5 / 0.087)
+    assert (settings.command_topic, settings.odometry_topic) == ("drive/cmd", "wheels")
+    assert settings.odometry_frame == "start"
+
+
+def test_a_gz_plugin_is_read(with_extension):
+    settings, diagnostics = settings_of(
+        with_extension(
+            gz(
+                f"{GZ_JOINTS}<wheel_separation>0.174</wheel_separation><wheel_radius>0.035</wheel_radius>"
+                "<max_linear_velocity>0.5</max_linear_velocity><min_linear_velocity>-0.2</min_linear_velocity>"
+                "<max_linear_acceleration>0.4</max_linear_acceleration>"
+                "<min_linear_acceleration>-0.8</min_linear_acceleration>"
+                "<max_angular_velocity>1.5</max_angular_velocity><max_linear_jerk>2</max_linear_jerk>"
+            )
+        )
+    )
+    assert diagnostics == []
+    assert settings.limits == DriveLimits(
+        linear_velocity=0.5,
+        reverse_velocity=0.2,
+        linear_acceleration=0.4,
+        linear_deceleration=0.8,
+        angular_velocity=1.5,
+        linear_jerk=2.0,
+    )
+
+
+def test_a_ros2_controller_is_read_with_its_multipliers(with_extension, tmp_path):
+    file = tmp_path / "controllers.yaml"
+    file.write_text(
+        "controller_manager:\n  ros__parameters:\n    base:\n"
+        "      type: diff_drive_controller/DiffDriveController\n"
+        "base:\n  ros__parameters:\n    wheel_separation: 0.174\n    wheel_radius: 0.035\n"
+        "    wheel_separation_multiplier: 1.1\n    cmd_vel_timeout: 0.25\n    odom_frame_id: wheels\n"
+        "    linear:\n      x:\n        has_velocity_limits: true\n        max_velocity: 0.6\n"
+        "        min_velocity: -0.3\n    angular.z.max_acceleration: 2.0\n"
+        "    angular.z.has_jerk_limits: false\n    angular.z.max_jerk: 3.0\n"
+    )
+    plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
+    settings, diagnostics = settings_of(with_extension(plugin))
+    assert diagnostics == []
+    assert settings.separation == pytest.approx(0.174 * 1.1)
+    assert (settings.watchdog, settings.odometry_frame) == (0.25, "wheels")
+    assert settings.limits == DriveLimits(linear_velocity=0.6, reverse_velocity=0.3, angular_acceleration=2.0)
+
+
+def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
+    plugin = (
+        '<gazebo><plugin name="r" filename="x"><parameters>/nowhere/c.yaml</parameters></plugin></gazebo>'
+    )
+    settings, diagnostics = settings_of(with_extension(plugin))
+    assert [d.code for d in diagnostics] == ["W132"]
+    assert settings.radius == 0.035
+
+
+def test_a_wrong_separation_turns_wrong_and_is_said(with_extension):
+    """0.15 m for wheels that are 0.174 m apart: told one turn it makes 0.15/0.174 of one, and its
+    odometry believes in the whole."""
+    robot = with_extension(classic(f"{JOINTS}<wheelSeparation>0.15</wheelSeparation>"))
+    sim = Simulation(robot)
+    assert [d.code for d in sim.diagnostics] == ["W131"]
+    assert "14 % off" in sim.diagnostics[0].message
+    sim.cmd_vel(0.0, 1.0)
+    sim.run(2 * pi)
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+    assert sim.ground_truth.pose.yaw == pytest.approx(2 * pi * 0.15 / 0.174, abs=1e-3)
+    assert sim.odometry.pose.yaw == pytest.approx(2 * pi, abs=1e-3)
+
+
+def test_a_number_that_is_none_is_left_out_and_said(with_extension):
+    settings, diagnostics = settings_of(
+        with_extension(classic(f"{JOINTS}<wheelSeparation>wide</wheelSeparation>"))
+    )
+    assert [d.code for d in diagnostics] == ["W130"]
+    assert settings.separation == pytest.approx(0.174)
+
+
+def test_the_plugins_topics_are_used(with_extension):
+    robot = with_extension(
+        classic(f"{JOINTS}<commandTopic>go</commandTopic><odometryTopic>went</odometryTopic>")
+    )
+    sim, heard = Simulation(robot), []
+    sim.bus.subscribe("/went", Odometry, heard.append)
+    sim.bus.publish("/go", Twist(Vector3(0.2, 0.0, 0.0)))
+    sim.run(0.4)
+    assert heard[-1].twist.twist.linear.x > 0.1
+
+
+def test_friction_of_a_link_is_read(with_extension):
+    robot = with_extension(
+        '<gazebo reference="left_wheel"><mu1>0.2</mu1></gazebo>'
+        "<gazebo><self_collide>1</self_collide></gazebo>"
+        '<gazebo reference="base_link"><turnGravityOff>true</turnGravityOff></gazebo>'
+        '<gazebo reference="left_weel"><mu1>1</mu1></gazebo>'
+        '<gazebo reference="right_wheel"><mu1>x</mu1></gazebo>'
+    )
+    findings = Findings()
+    surfaces = link_surfaces(robot, findings)
+    assert surfaces["left_wheel"].friction == 0.2
+    assert not surfaces["base_link"].gravity
+    assert all(surface.self_collide for surface in surfaces.values())
+    assert [d.code for d in findings.diagnostics] == ["W133", "W130"]
+    assert "did you mean 'left_wheel'" in findings.diagnostics[0].hint
+
+
+def test_tyres_without_grip_slip(plain):
+    """On ice of 0.02 nothing can speed up faster than 0.2 m/s^2, however its wheels turn."""
+    ice = re.sub(r"<mu([12])>1.0</mu\1>", r"<mu\1>0.02</mu\1>", plain)
+    sim = Simulation(load_robot_text(ice, "ice.urdf").require())
+    sim.cmd_vel(0.5, 0.0)
+    sim.run(0.5)
+    assert sim.ground_truth.twist.x < 0.02 * 9.81 * 0.5 * 1.05
+    assert sim.odometry.twist.x > 0.2
+
+
+def test_jerk_is_limited_and_the_target_reached():
+    """The acceleration changes by no more than jerk x period, and never passes its limit."""
+    slope, value, before = Slope(0.01, 1.0, jerk=5.0), 0.0, 0.0
+    values = []
+    for _ in range(200):
+        if value == 0.8:
+            break
+        value, mean = slope.advance(value, 0.8)
+        assert values[-1] if values else 0.0 <= mean <= value + 1e-12
+        assert abs(slope.acceleration) <= 1.0 + 1e-9
+        assert slope.acceleration - before <= 0.05 + 1e-9
+        before = slope.acceleration
+        values.append(value)
+    assert value == 0.8
+    assert max(values) == 0.8
+    # 0.2 s up to 1 m/s^2 and 0.2 s down again, and the rest at 1 m/s^2: 0.8 + 0.2 s
+    assert len(values) == pytest.approx(100, abs=6)
+
+
+def test_slowing_down_has_its_own_limit():
+    slope = Slope(0.01, 1.0, deceleration=2.0)
+    assert slope.advance(0.5, 0.0)[0] == pytest.approx(0.48)
+    assert slope.advance(0.0, 0.5)[0] == pytest.approx(0.01)
+    assert slope.advance(-0.5, 0.5)[0] == pytest.approx(-0.48)
