@@ -35,7 +35,7 @@ test-peers: $(tests)
 	$(python) -m pytest tests/peers $(ARGS)
 
 benchmarks: $(tests)
-	$(python) -m pytest benchmarks --benchmark-only $(ARGS)
+	$(python) benchmarks/run.py $(ARGS)
 
 clean:
 	rm -rf .venv build dist web/node_modules src/kbot/workbench/page
