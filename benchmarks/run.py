@@ -49,7 +49,7 @@ def main(names: list[str]) -> int:
 def _section(script: Path, output: str, status: int) -> str:
     doc = ast.get_docstring(ast.parse(script.read_text())) or ""
     title, _, rest = doc.partition("\n")
-    said = [part for part in rest.strip().split("\n\n") if not part.startswith("    ")]
+    said = [part for part in rest.strip().split("\n\n") if not part.lstrip().startswith("python ")]
     machine = f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
     body = output.strip() if "\n|" in output else f"```text\n{output.strip()}\n```"
     end = f"\n\nExit status {status}." if status else ""
