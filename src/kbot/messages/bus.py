@@ -26,9 +26,10 @@ class Subscription:
 
 
 class _Topic:
-    def __init__(self, name: str, message_type: type) -> None:
+    def __init__(self, name: str, message_type: type, is_input: bool) -> None:
         self.name = name
         self.message_type = message_type
+        self.is_input = is_input
         self.subscriptions: list[Subscription] = []
         self.latched = False
         self.last: Any = None
@@ -91,7 +92,7 @@ class Bus:
         Raises:
             KbotError: the topic's name is not one, or it carries another type.
         """
-        entry = self._topic(topic, message_type)
+        entry = self._topic(topic, message_type, is_input=True)
         subscription = Subscription(self, entry, callback)
         self.changes += 1
         entry.subscriptions.append(subscription)
@@ -125,9 +126,14 @@ class Bus:
             raise KbotError(f"there is no topic {name}" + (f": {hint}" if hint else ""))
         return self._topics[name].message_type
 
-    def _topic(self, topic: str, message_type: type) -> _Topic:
+    @property
+    def inputs(self) -> frozenset[str]:
+        """Topics that were heard before anyone spoke on them: what is meant to come from outside."""
+        return frozenset(name for name, entry in self._topics.items() if entry.is_input)
+
+    def _topic(self, topic: str, message_type: type, is_input: bool = False) -> _Topic:
         name = absolute(topic)
-        entry = self._topics.setdefault(name, _Topic(name, message_type))
+        entry = self._topics.setdefault(name, _Topic(name, message_type, is_input))
         if entry.message_type is not message_type:
             raise KbotError(
                 f"topic {name} carries {entry.message_type.__name__}, not {message_type.__name__}"
