@@ -5,8 +5,8 @@ KBOT_DIFFERENTIAL_EXAMPLES says how many; the nightly run takes 20,000.
 
 import os
 
-from xacro_documents import documents
 from hypothesis import HealthCheck, given, settings
+from xacro_documents import documents
 from xacro_official import expand_text as official_text
 
 from kbot.xacro import expand_text

@@ -6,8 +6,8 @@ from kbot.xacro import Limits, expand_text
 from kbot.xacro.closures import InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
-from kbot.xacro.run import Run
 from kbot.xacro.packages import Packages
+from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -112,7 +112,9 @@ def test_attributes_lead_only_to_data(expression: str) -> None:
         evaluate(expression)
 
 
-@pytest.mark.parametrize("name", ["open", "eval", "exec", "getattr", "print", "input", "compile", "globals", "object"])
+@pytest.mark.parametrize(
+    "name", ["open", "eval", "exec", "getattr", "print", "input", "compile", "globals", "object"]
+)
 def test_dangerous_functions_are_not_there(name: str) -> None:
     with pytest.raises(Fault) as caught:
         evaluate(name)

@@ -61,14 +61,18 @@ values = st.one_of(
     safe,
     pieces,
     st.lists(pieces, min_size=0, max_size=3).map("".join),
-    st.sampled_from(["1", " 42 ", "true", "False", "'quoted'", "0", "1.0", "1_000", "5 -2", "[1, 2]", "inf", "+3"]),
+    st.sampled_from(
+        ["1", " 42 ", "true", "False", "'quoted'", "0", "1.0", "1_000", "5 -2", "[1, 2]", "inf", "+3"]
+    ),
 )
 truths = st.sampled_from(["true", "false", "1", "0", "${n}", "${a == b}", "${True}", "${0.0}"])
 conditions = st.one_of(
     truths,
     truths,
     truths,
-    st.sampled_from(["true", "false", "1", "0", "${n}", "${a == b}", "${True}", "${0.0}", "$(arg flag)", "2"]),
+    st.sampled_from(
+        ["true", "false", "1", "0", "${n}", "${a == b}", "${True}", "${0.0}", "$(arg flag)", "2"]
+    ),
     values,
 )
 
@@ -93,9 +97,9 @@ properties = st.one_of(
 parameters = st.lists(
     st.one_of(
         NAMES,
-        st.tuples(NAMES, st.sampled_from([":=", "="]), st.sampled_from(["1", "'a b'", "${n}", "x", "${a + 1}"])).map(
-            "".join
-        ),
+        st.tuples(
+            NAMES, st.sampled_from([":=", "="]), st.sampled_from(["1", "'a b'", "${n}", "x", "${a + 1}"])
+        ).map("".join),
         NAMES.map(lambda n: f"{n}:=^"),
         NAMES.map(lambda n: f"{n}:=^|7"),
         BLOCKS.map(lambda b: f"*{b}"),

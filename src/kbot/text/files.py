@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 
 from kbot.text.diagnostic import Diagnostic, Severity
@@ -59,6 +58,8 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     Raises:
         KbotError: the folder is missing or not writable.
     """
+    import tempfile  # costs more to import than all of this package
+
     target = Path(os.path.realpath(path))  # a link stays a link
     try:
         if target.exists() and not target.is_file():

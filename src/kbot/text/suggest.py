@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
     """Up to `count` candidates that look like `name`, best first."""
+    from difflib import get_close_matches  # only where something is misspelt: imports add up
+
     by_lower: dict[str, str] = {}
     for candidate in candidates:
         by_lower.setdefault(candidate.lower(), candidate)

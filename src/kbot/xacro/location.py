@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import re
 
 from kbot.text.span import Call, Origin, Span
@@ -47,4 +46,6 @@ def name_span(node: Element, attribute: str, call: Call | None) -> Origin:
 
 
 def _decoded(text: str, entities: bool = True) -> str:
+    import html  # only where something is wrong
+
     return (html.unescape(text) if entities else text).replace("\r\n", "\n").translate(_BLANKS)

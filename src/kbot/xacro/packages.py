@@ -11,7 +11,6 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from urllib.parse import unquote
 
 from kbot.text.errors import KbotError
 from kbot.text.suggest import did_you_mean
@@ -75,6 +74,8 @@ class Packages:
         `package://NAME/…`, `model://NAME/…`, `file://…`, an absolute path, or a path relative to
         the folder of `beside` (or of the file around which packages are searched).
         """
+        from urllib.parse import unquote
+
         scheme, separator, rest = uri.partition("://")
         if separator and scheme in ("package", "model"):
             name, _, inner = unquote(rest).partition("/")

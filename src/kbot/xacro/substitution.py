@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from collections.abc import Callable
@@ -129,6 +128,8 @@ def _anon(run: Run, words: list[str]) -> str:
     """A name of one's own: the same for the same word, and in every run, so that results repeat."""
     if len(words) != 1:
         raise Fault("X111", f"$(anon NAME) takes one name, not {len(words)}")
+    import hashlib
+
     seed = f"{run.files[0]}\0{words[0]}"
     return f"{words[0]}_{hashlib.sha256(seed.encode()).hexdigest()[:12]}"
 
