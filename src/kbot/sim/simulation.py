@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import mujoco
 import numpy as np
@@ -35,6 +35,15 @@ from kbot.sim.world_builder import body_pose, moving_bodies
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
+
+S = TypeVar("S")
+S_co = TypeVar("S_co", covariant=True)
+
+
+class Mountable(Protocol[S_co]):
+    """What can be mounted on a simulated robot."""
+
+    def mount(self, simulation: Simulation) -> S_co: ...
 
 
 class Simulation:
@@ -361,6 +370,19 @@ class Simulation:
         """`world_from_body` of those bodies of the world that can move."""
         self._refresh()
         return {name: body_pose(self._data, index) for name, index in self._moving.items()}
+
+    def engine(self) -> tuple[Any, Any]:
+        """The engine's model and data with frames as of now, for what measures in them; not to be changed."""
+        self._refresh()
+        return self._model, self._data
+
+    def add_sensor(self, sensor: Mountable[S]) -> S:
+        """Mount a sensor, as those of kbot.sensors are; returns what it is read by.
+
+        Raises:
+            KbotError: it cannot be mounted; the reason is said.
+        """
+        return sensor.mount(self)
 
     def _refresh(self) -> None:
         """Bring the engine's frames up to the positions of now; a step leaves them one behind."""
