@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -40,11 +40,12 @@ class Recorder:
         topics: Iterable[str] = (),
         description: str = "",
         world: str = "",
+        facts: Mapping[str, str] | None = None,
         compress: bool = True,
         on_failure: Callable[[KbotError], None] | None = None,
     ) -> None:
         """`topics` empty means all. `description` is the URDF that the robot was read from, `world` the
-        text that named the world.
+        text that named the world, `facts` what else is to be known of the run.
 
         Raises:
             KbotError: the file cannot be made, or a topic is asked for that nobody speaks on.
@@ -61,7 +62,7 @@ class Recorder:
         self._is_open = True
         self._flushed = time.monotonic()
         self._writer = open_writer(path, compress=compress)
-        self._guarded(lambda: self._begin(description, world))
+        self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
         simulation.journal = self._note
         self._timer = simulation.clock.every(LOOK_RATE, self._look)
         self._look()
@@ -78,11 +79,12 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _begin(self, description: str, world: str) -> None:
+    def _begin(self, description: str, facts: dict[str, str]) -> None:
         simulation = self._simulation
-        self._writer.annotate("kbot", run_facts(simulation, world))
+        self._writer.annotate("kbot", facts)
         text = String(description or to_urdf(simulation.robot))
-        if DESCRIPTION_TOPIC not in simulation.bus.topics:
+        is_said = DESCRIPTION_TOPIC in simulation.bus.topics
+        if not is_said or (self._wanted and DESCRIPTION_TOPIC not in self._wanted):
             self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds))
         self._writer.flush()
 

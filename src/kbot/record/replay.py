@@ -10,6 +10,7 @@ from typing import Any
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.load import load_robot_text
+from kbot.nodes import RobotStatePublisher
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
@@ -18,7 +19,10 @@ from kbot.text import KbotError
 from kbot.wire import Feed, Packet
 from kbot.xacro import Packages
 
-MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states"})
+MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states", "/tf_static"})
+NODES = "nodes"
+STATE_PUBLISHER = "robot_state_publisher"
+"""What a recording's facts say of nodes that ran beside the simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +80,16 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
     if facts["first_step"] != "0":
         raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be done again")
     robot = load_robot_text(text, f"{path}.urdf", packages=packages).require()
-    return Simulation(
+    simulation = Simulation(
         robot,
         facts["world"],
         int(facts["seed"]),
         timestep=float(facts["timestep"]),
         contacts=facts["contacts"],
     )
+    if facts.get(NODES) == STATE_PUBLISHER:
+        RobotStatePublisher(robot, simulation.bus, simulation.clock)
+    return simulation
 
 
 def _refuse_resets(recording: Recording, summary: Summary) -> None:

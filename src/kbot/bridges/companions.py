@@ -1,0 +1,133 @@
+"""What goes along with a simulation: a recording, and bridges to other systems."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from kbot.bridges.link import Link
+from kbot.nodes import RobotStatePublisher
+from kbot.record.recorder import Recorder
+from kbot.record.replay import NODES, STATE_PUBLISHER
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed
+
+
+class Bridge(Protocol):
+    """One protocol, spoken by threads of its own."""
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What is asked for. `topics` are those to record, all when empty; `host` is the address that
+    bridges are reached at, loopback when None."""
+
+    record: str = ""
+    topics: tuple[str, ...] = ()
+    ros1: bool = False
+    foxglove: bool = False
+    rosbridge: bool = False
+    host: str | None = None
+
+    @property
+    def is_live(self) -> bool:
+        """Whether somebody out there listens, so that time has to pass as on the wall."""
+        return self.ros1 or self.foxglove or self.rosbridge
+
+    def __bool__(self) -> bool:
+        return self.is_live or bool(self.record)
+
+
+class Companions:
+    """Opened once; `join` goes along with a simulation, also with one that takes another's place."""
+
+    def __init__(self, wishes: Wishes, tell: Callable[[str], None]) -> None:
+        """`tell` is given sentences for the user."""
+        self._wishes, self._tell = wishes, tell
+        self.failure: KbotError | None = None
+        """Why the recording ended early, if it did."""
+        self._link = Link(tell)
+        self._bridges: list[Bridge] = []
+        self._recorder: Recorder | None = None
+        self._publisher: RobotStatePublisher | None = None
+        self._joined = 0
+
+    def join(self, simulation: Simulation, description: str, world: str) -> None:
+        """Go along with a simulation from now on. `description` is its URDF, `world` names its world.
+
+        Raises:
+            KbotError: the recording cannot be made, or a bridge cannot be opened.
+        """
+        self._leave()
+        feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
+        self._publisher = RobotStatePublisher(
+            simulation.robot, simulation.bus, simulation.clock, description=description
+        )
+        if self._wishes.record:
+            self._recorder = Recorder(
+                simulation,
+                feed,
+                _numbered(self._wishes.record, self._joined),
+                topics=self._wishes.topics,
+                description=description,
+                world=world,
+                facts={NODES: STATE_PUBLISHER},
+                on_failure=self._lost,
+            )
+        self._joined += 1
+        if self._wishes.is_live:
+            self._link.parameters = {"/robot_description": description, "/use_sim_time": True}
+            self._link.attach(simulation, feed)
+            if not self._bridges:
+                self._open_bridges()
+
+    def close(self) -> None:
+        """Finish the recording and take leave of all peers."""
+        self._leave()
+        for bridge in self._bridges:
+            bridge.close()
+        self._bridges.clear()
+
+    def _leave(self) -> None:
+        if self._recorder is not None:
+            self._recorder.close()
+            if self._recorder.failure is None:
+                self._tell(f"{self._recorder.path}: {self._recorder.count} messages recorded")
+            self._recorder = None
+        if self._publisher is not None:
+            self._publisher.close()
+            self._publisher = None
+        self._link.detach()
+
+    def _lost(self, failure: KbotError) -> None:
+        self.failure = failure
+        self._tell(f"error: {failure}")
+
+    def _open_bridges(self) -> None:
+        try:
+            if self._wishes.ros1:
+                from kbot.bridges.ros1 import Ros1Bridge
+
+                self._add(Ros1Bridge(self._link, self._wishes.host))
+        except KbotError:
+            self.close()
+            raise
+
+    def _add(self, bridge: Bridge) -> None:
+        self._bridges.append(bridge)
+        self._tell(bridge.describe())
+
+
+def _numbered(path: str, number: int) -> str:
+    """`run.mcap` for the first simulation, `run-2.mcap` for the second."""
+    target = Path(path)
+    return path if number == 0 else str(target.with_name(f"{target.stem}-{number + 1}{target.suffix}"))

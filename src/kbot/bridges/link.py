@@ -1,0 +1,156 @@
+"""Where the threads of bridges meet the one thread of a simulation.
+
+Nothing of a bridge runs on the simulation's thread but putting a message in a queue, and nothing of the
+simulation is touched by another thread: what peers send and ask waits until `serve`, which the
+simulation's clock calls every control period.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from kbot.messages.types import Twist, TwistStamped
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed, Packet, ros_name
+
+SERVE_RATE = 50.0
+WAITING = 16
+"""Messages of a topic that wait to be delivered; of more the newest are kept."""
+
+Receiver = Callable[[Packet], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """What a peer may hear, or say where it `is_input`."""
+
+    name: str
+    message_type: type
+    is_input: bool
+    is_latched: bool
+
+    @property
+    def type_name(self) -> str:
+        return ros_name(self.message_type)
+
+
+class Link:
+    """Thread-safe but for `attach`, `detach` and `serve`, which are the simulation's thread's."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        """`tell` is given sentences for the user, each once."""
+        self.topics: dict[str, Topic] = {}
+        """What there is now; replaced as a whole when it changes."""
+        self.nanoseconds = 0
+        """The simulation's time when it was last served."""
+        self.parameters: dict[str, str | bool | float | int] = {}
+        self._tell, self._told = tell, set[str]()
+        self._lock = threading.Lock()
+        self._jobs: deque[tuple[bool, str, Receiver]] = deque()
+        self._mail: dict[str, deque[object]] = {}
+        self._wanted: list[tuple[str, Receiver]] = []
+        self._watchers: list[Callable[[], None]] = []
+        self._feed: Feed | None = None
+        self._simulation: Simulation | None = None
+        self._seen = -1
+
+    def open(self, topic: str, receiver: Receiver) -> None:
+        """Hear a topic from the next period on, also over a change of simulation. `receiver` is called on
+        the simulation's thread and must not wait."""
+        with self._lock:
+            self._jobs.append((True, topic, receiver))
+
+    def close(self, topic: str, receiver: Receiver) -> None:
+        """Hear it no more."""
+        with self._lock:
+            self._jobs.append((False, topic, receiver))
+
+    def send(self, topic: str, message: object) -> None:
+        """Say something on a topic that is an input, in the next period. Of a flood the newest counts."""
+        with self._lock:
+            self._mail.setdefault(topic, deque(maxlen=WAITING)).append(message)
+
+    def watch(self, changed: Callable[[], None]) -> None:
+        """Call back, on the simulation's thread, whenever `topics` changed."""
+        self._watchers.append(changed)
+
+    def tell(self, text: str) -> None:
+        """Tell the user, once for each text."""
+        with self._lock:
+            if text in self._told or len(self._told) > 100:
+                return
+            self._told.add(text)
+        self._tell(text)
+
+    def attach(self, simulation: Simulation, feed: Feed) -> None:
+        """Serve this simulation from now on, instead of the one before."""
+        self.detach()
+        self._simulation, self._feed, self._seen = simulation, feed, -1
+        for topic, receiver in self._wanted:
+            self._try_open(topic, receiver)
+        self._timer = simulation.clock.every(SERVE_RATE, self.serve)
+        self.serve()
+
+    def detach(self) -> None:
+        """Leave the simulation."""
+        if self._feed is not None:
+            self._timer.cancel()
+            for topic, receiver in self._wanted:
+                self._feed.close(topic, receiver)
+        self._simulation = self._feed = None
+
+    def serve(self) -> None:
+        """Do what peers asked for and deliver what they said since the last time."""
+        simulation, feed = self._simulation, self._feed
+        if simulation is None or feed is None:
+            return
+        self.nanoseconds = simulation.clock.nanoseconds
+        if simulation.bus.changes != self._seen:
+            self._look(simulation, feed)
+        if not self._jobs and not self._mail:
+            return
+        with self._lock:
+            jobs, self._jobs = self._jobs, deque()
+            mail, self._mail = self._mail, {}
+        for opens, topic, receiver in jobs:
+            if opens:
+                self._wanted.append((topic, receiver))
+                self._try_open(topic, receiver)
+            elif (topic, receiver) in self._wanted:
+                self._wanted.remove((topic, receiver))
+                feed.close(topic, receiver)
+        for topic, messages in mail.items():
+            for message in messages:
+                self._deliver(simulation, topic, message)
+
+    def _look(self, simulation: Simulation, feed: Feed) -> None:
+        bus = simulation.bus
+        self._seen = bus.changes
+        inputs = bus.inputs
+        found = {
+            name: Topic(name, kind, name in inputs, bus.is_latched(name))
+            for name, kind in feed.offered().items()
+        }
+        if found != self.topics:
+            self.topics = found
+            for changed in self._watchers:
+                changed()
+
+    def _try_open(self, topic: str, receiver: Receiver) -> None:
+        if self._feed is not None and topic in self._feed.offered():
+            self._feed.open(topic, receiver)
+
+    def _deliver(self, simulation: Simulation, topic: str, message: object) -> None:
+        known = self.topics.get(topic)
+        if known is None or not known.is_input:
+            return
+        if isinstance(message, TwistStamped) and known.message_type is Twist:
+            message = message.twist
+        try:
+            simulation.bus.publish(topic, message)
+        except KbotError as error:
+            self.tell(f"{topic}: a message from outside was refused: {error}")

@@ -1,0 +1,31 @@
+"""A simulation as fast as the wall's clock, for those who listen."""
+
+from __future__ import annotations
+
+import time
+
+from kbot.sim import Simulation
+
+PERIOD = 0.02
+BEHIND = 0.2
+"""Seconds of wall time that are caught up at most; a machine that is slower falls behind."""
+
+
+def run_in_real_time(simulation: Simulation, seconds: float | None) -> None:
+    """Run for so many simulated seconds, or until KeyboardInterrupt where None.
+
+    Raises:
+        SimulationDiverged: the run left the physical.
+    """
+    steps = max(1, round(PERIOD / simulation.timestep))
+    period = steps * simulation.timestep
+    left = None if seconds is None else round(seconds / simulation.timestep)
+    due = time.monotonic()
+    while left is None or left > 0:
+        count = steps if left is None else min(steps, left)
+        simulation.step(count)
+        left = None if left is None else left - count
+        due = max(due + period, time.monotonic() - BEHIND)
+        wait = due - time.monotonic()
+        if wait > 0.0:
+            time.sleep(wait)

@@ -1,0 +1,193 @@
+"""The simulation as a node of ROS 1: what it says is published, what it hears subscribed."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import Any
+from urllib.parse import urlsplit
+
+from kbot.bridges.link import Link
+from kbot.bridges.ros1.master import Master
+from kbot.bridges.ros1.publisher import Door, Outgoing
+from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
+from kbot.bridges.ros1.subscriber import Incoming
+from kbot.text import KbotError
+
+NODE = "/kbot"
+DEFAULT_MASTER = "http://localhost:11311/"
+LOOPBACK = "127.0.0.1"
+CHECK_SECONDS = 2.0
+
+
+class Ros1Bridge:
+    """A node named /kbot, with the master that answers, or one of its own.
+
+    It registers anew when a master comes back after it was gone.
+    """
+
+    def __init__(self, link: Link, host: str | None = None, master: str | None = None) -> None:
+        """`host` is the address that peers reach this node at: as given, else ROS_IP or ROS_HOSTNAME, else
+        loopback. `master` as given, else ROS_MASTER_URI, else port 11311 here.
+
+        Raises:
+            KbotError: the master is another machine's and does not answer, or an address cannot be used.
+        """
+        environment = os.environ.get
+        self._host = host or environment("ROS_IP") or environment("ROS_HOSTNAME") or LOOPBACK
+        self._link = link
+        self._own_master: Master | None = None
+        self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER)
+        self._outgoing: dict[str, Outgoing] = {}
+        self._incoming: dict[str, Incoming] = {}
+        self._lock = threading.Lock()
+        self._changed, self._closed = threading.Event(), threading.Event()
+        try:
+            self._door = Door(self._host, link, self._outgoing)
+            self._server = RpcServer(self._host, 0, self._functions())
+        except OSError as error:
+            raise KbotError(f"ROS 1 cannot be served at {self._host}: {error.strerror or error}") from None
+        self.uri = f"http://{self._host}:{self._server.port}/"
+        link.watch(self._changed.set)
+        self._changed.set()
+        self._thread = threading.Thread(target=self._keep_registered, daemon=True, name="kbot-ros1")
+        self._thread.start()
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        whose = "its own master" if self._own_master else "the master"
+        return f"ROS 1: node {NODE} with {whose} at {self.master}"
+
+    def close(self) -> None:
+        """Take leave of the master and of all peers."""
+        self._closed.set()
+        self._changed.set()
+        self._thread.join(CHECK_SECONDS)
+        for topic in list(self._outgoing.values()):
+            self._quietly("unregisterPublisher", topic.topic.name, self.uri)
+            topic.close()
+        for heard in list(self._incoming.values()):
+            self._quietly("unregisterSubscriber", heard.topic.name, self.uri)
+            heard.close()
+        self._door.close()
+        self._server.close()
+        if self._own_master is not None:
+            self._own_master.close()
+
+    def _find_master(self, uri: str) -> str:
+        try:
+            call(uri, "getPid", NODE)
+        except RpcFailed as failed:
+            parts = urlsplit(uri)
+            if parts.hostname not in ("localhost", LOOPBACK, self._host):
+                raise KbotError(f"no ROS 1 master: {failed}") from None
+            host = LOOPBACK if parts.hostname == "localhost" else parts.hostname
+            try:
+                self._own_master = Master(host, parts.port or 11311)
+            except OSError as error:
+                why = error.strerror or error
+                raise KbotError(f"no ROS 1 master answers at {uri}, and there can be none: {why}") from None
+            return self._own_master.uri
+        return uri
+
+    # registration
+
+    def _keep_registered(self) -> None:
+        """Tell the master what there is, and again when it forgot."""
+        known_to_master = False
+        while not self._closed.is_set():
+            changed = self._changed.wait(CHECK_SECONDS)
+            self._changed.clear()
+            if self._closed.is_set():
+                return
+            try:
+                if not changed and known_to_master:
+                    known_to_master = self._is_known()
+                if changed or not known_to_master:
+                    self._register()
+                    known_to_master = True
+            except RpcFailed as failed:
+                known_to_master = False
+                self._link.tell(f"ROS 1: the master is gone, and waited for: {failed}")
+
+    def _is_known(self) -> bool:
+        try:
+            return bool(call(self.master, "lookupNode", NODE, NODE) == self.uri)
+        except RpcFailed:
+            call(self.master, "getPid", NODE)  # raises where the master is gone
+            return False
+
+    def _register(self) -> None:
+        with self._lock:
+            for name, value in self._link.parameters.items():
+                call(self.master, "setParam", NODE, name, value)
+            self._drop_what_is_gone()
+            for topic in self._link.topics.values():
+                if topic.is_input:
+                    heard = self._incoming.setdefault(topic.name, Incoming(self._link, topic, NODE))
+                    uris = call(
+                        self.master, "registerSubscriber", NODE, topic.name, heard.type_name, self.uri
+                    )
+                    heard.update([str(uri) for uri in uris])
+                else:
+                    if topic.name not in self._outgoing:
+                        self._outgoing[topic.name] = Outgoing(self._link, topic, NODE)
+                    said = self._outgoing[topic.name]
+                    call(self.master, "registerPublisher", NODE, topic.name, said.type_name, self.uri)
+
+    def _drop_what_is_gone(self) -> None:
+        topics = self._link.topics
+        for name in [n for n, out in self._outgoing.items() if topics.get(n) != out.topic]:
+            self._outgoing.pop(name).close()
+            self._quietly("unregisterPublisher", name, self.uri)
+        for name in [n for n, heard in self._incoming.items() if topics.get(n) != heard.topic]:
+            self._incoming.pop(name).close()
+            self._quietly("unregisterSubscriber", name, self.uri)
+
+    def _quietly(self, method: str, *arguments: object) -> None:
+        try:
+            call(self.master, method, NODE, *arguments)
+        except RpcFailed:
+            return  # a master that is gone has forgotten it anyway
+
+    # what other nodes may ask of this one
+
+    def _functions(self) -> dict[str, Any]:
+        return {
+            "getBusStats": lambda caller: (1, "", [[], [], []]),
+            "getBusInfo": self._bus_info,
+            "getMasterUri": lambda caller: (1, "", self.master),
+            "getPid": lambda caller: (1, "", os.getpid()),
+            "shutdown": self._shutdown,
+            "getSubscriptions": lambda caller: (1, "", [[n, t.type_name] for n, t in self._incoming.items()]),
+            "getPublications": lambda caller: (1, "", [[n, t.type_name] for n, t in self._outgoing.items()]),
+            "paramUpdate": lambda caller, name, value: (1, "", 0),
+            "publisherUpdate": self._publisher_update,
+            "requestTopic": self._request_topic,
+        }
+
+    def _shutdown(self, caller: str, reason: str = "") -> Reply:
+        """A master sends this when another node takes the name; `rosnode kill` too."""
+        self._link.tell(f"ROS 1: {caller} asked {NODE} to end ({reason}); the simulation goes on")
+        return 1, "the simulation goes on", 0
+
+    def _publisher_update(self, caller: str, topic: str, uris: list[str]) -> Reply:
+        heard = self._incoming.get(topic)
+        if heard is not None:
+            heard.update([str(uri) for uri in uris])
+        return 1, "", 0
+
+    def _request_topic(self, caller: str, topic: str, protocols: list[list[Any]]) -> Reply:
+        if topic not in self._outgoing:
+            return -1, f"there is no topic {topic} here", []
+        if not any(protocol and protocol[0] == "TCPROS" for protocol in protocols):
+            return 0, "only TCPROS is spoken", []
+        return 1, f"ready on {self._host}:{self._door.port}", ["TCPROS", self._host, self._door.port]
+
+    def _bus_info(self, caller: str) -> Reply:
+        rows: list[list[Any]] = []
+        for name, said in list(self._outgoing.items()):
+            rows += [[len(rows) + i, peer, "o", "TCPROS", name, 1] for i, peer in enumerate(said.peers)]
+        for name, heard in list(self._incoming.items()):
+            rows += [[len(rows) + i, peer, "i", "TCPROS", name, 1] for i, peer in enumerate(heard.peers)]
+        return 1, "bus info", rows
