@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from kbot.xacro import Packages, expand_text
 LEFT_OUT = ("G101",)
 
 
-def corpus_module(folder: Path) -> Any:
+def corpus_module(folder: Path) -> Any:  # noqa: ANN401
     spec = importlib.util.spec_from_file_location("corpus_check", folder / "check.py")
     if spec is None or spec.loader is None:
         sys.exit(f"{folder} has no check.py")
@@ -42,7 +43,7 @@ def entries(folder: Path, only: str) -> list[dict[str, str]]:
         return [e for e in csv.DictReader(file) if only in f"{e['repo']}/{e['entry']}"]
 
 
-def best(function: Any, repeats: int = 3) -> float:
+def best(function: Callable[[], object], repeats: int = 3) -> float:
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -118,7 +119,9 @@ def report(found: list[tuple[str, Diagnostic]], times: list[tuple[str, float, fl
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     shared = os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared"
     parser.add_argument("--corpus", type=Path, default=Path(shared) / "corpus")
     parser.add_argument("--report", type=Path, help="write the table there")

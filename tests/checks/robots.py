@@ -1,3 +1,4 @@
+# ruff: noqa: E501 - XML and patterns are read as they stand
 """Clean robots for the tests to spoil: a rover with sensors and an arm, in three sizes and by three drivers."""
 
 from __future__ import annotations
@@ -36,9 +37,7 @@ def _box(mass: float, x: float, y: float, z: float) -> str:
 
 def _roller(mass: float, r: float, h: float) -> str:
     across = mass * (3 * r * r + h * h) / 12
-    return (
-        f'<inertia ixx="{across:.9g}" ixy="0" ixz="0" iyy="{across:.9g}" iyz="0" izz="{mass * r * r / 2:.9g}"/>'
-    )
+    return f'<inertia ixx="{across:.9g}" ixy="0" ixz="0" iyy="{across:.9g}" iyz="0" izz="{mass * r * r / 2:.9g}"/>'
 
 
 def _ball(mass: float, r: float) -> str:

@@ -101,3 +101,14 @@ def test_a_fix_mends_and_is_idempotent(rule: Rule, folder: Path) -> None:
 
 def test_every_fixture_belongs_to_a_rule() -> None:
     assert {p.name for p in FIXTURES.iterdir()} == {rule.code for rule in OWN}
+
+
+def test_every_code_of_the_floors_below_has_a_page() -> None:
+    source = Path(__file__).parents[2] / "src" / "kbot"
+    given = {
+        code
+        for package in ("text", "xacro", "model", "launch", "checks")
+        for file in (source / package).rglob("*.py")
+        for code in re.findall(r'"([FPXULK]\d{3})"', file.read_text("utf-8"))
+    }
+    assert given - set(all_rules()) == set()

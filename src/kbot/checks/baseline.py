@@ -36,7 +36,9 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
         {"code": code, "file": file, "message": message, "count": count}
         for (code, file, message), count in sorted(counts.items())
     ]
-    write_text(path, json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False) + "\n")
+    write_text(
+        path, json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False) + "\n"
+    )
 
 
 def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:

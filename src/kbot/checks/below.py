@@ -1,4 +1,4 @@
-"""Pages of the codes that the floors below give, and what a view of the whole file adds to them."""
+"""What a view of the whole file adds to the errors of the floors below."""
 
 from __future__ import annotations
 

@@ -133,11 +133,11 @@ def _config(table: dict[str, Any], file: Path) -> Config:
     return config
 
 
-def _words(value: Any, key: str, file: Path) -> tuple[str, ...]:
+def _words(value: object, key: str, file: Path) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
         raise KbotError(f"{file}: {key} is not a list of codes")
     return tuple(value)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)

@@ -299,7 +299,7 @@ def two_publishers(context: Context) -> Found:
         words: list[Word] = [w for names in driver.sides.values() for w in names]
         for word in words:
             first = owner.setdefault(word.text, driver)
-            if first is not driver and not {first.kind, driver.kind} == {"ros2_control"}:
+            if first is not driver and {first.kind, driver.kind} != {"ros2_control"}:
                 yield Finding(
                     word.origin,
                     f"'{word.text}' is driven by '{first.name}' and by '{driver.name}'",

@@ -160,7 +160,7 @@ def _from_yaml(path: str) -> Iterator[Driver]:
         )
 
 
-def compose(source: Source) -> Any:
+def compose(source: Source) -> Any:  # noqa: ANN401 - a node of PyYAML, which has no common type
     """The YAML node tree of a source, None where it is not YAML."""
     import yaml
 
@@ -171,12 +171,12 @@ def compose(source: Source) -> Any:
         return None
 
 
-def mapping(node: Any) -> list[tuple[Any, Any]]:
+def mapping(node: object) -> list[tuple[Any, Any]]:
     """Key and value nodes of a YAML mapping; nothing for another node."""
-    return node.value if type(node).__name__ == "MappingNode" else []
+    return getattr(node, "value", []) if type(node).__name__ == "MappingNode" else []
 
 
-def _parameters(node: Any) -> dict[str, Any]:
+def _parameters(node: object) -> dict[str, Any]:
     found = {str(key.value): value for key, value in mapping(node)}
     inner = found.get("ros__parameters")
     return {str(key.value): value for key, value in mapping(inner)} if inner is not None else found
@@ -195,7 +195,7 @@ def _scalar(source: Source, parameters: Mapping[str, Any], key: str) -> Word | N
     return _word(source, parameters[key]) if key in parameters else None
 
 
-def _word(source: Source, node: Any) -> Word:
+def _word(source: Source, node: Any) -> Word:  # noqa: ANN401
     start = source.offset(node.start_mark.line + 1, node.start_mark.column + 1)
     end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
     return Word(str(node.value), Origin(Span(source, start, end)))

@@ -42,7 +42,7 @@ def rename_tag(element: Element | None, new: str, safe: bool) -> Fix | None:
         return None
     edits = [Edit(Span(source, start, start + len(old)), new)]
     closing = source.data.rfind(b"</" + old, element.tag_end, element.end)
-    if not source.data[element.tag_end - 2 : element.tag_end] == b"/>":
+    if source.data[element.tag_end - 2 : element.tag_end] != b"/>":
         if closing < 0:
             return None
         edits.append(Edit(Span(source, closing + 2, closing + 2 + len(old)), new))

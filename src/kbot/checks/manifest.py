@@ -19,7 +19,9 @@ def check_manifest(source: Source) -> list[Diagnostic]:
     if not missing:
         return []
     message = "the package lacks " + ", ".join(f"<{tag}>" for tag in missing)
-    return [Diagnostic("K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon refuse it")]
+    return [
+        Diagnostic("K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon refuse it")
+    ]
 
 
 def _said(element: Element | None) -> bool:

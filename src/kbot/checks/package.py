@@ -58,7 +58,7 @@ def _is_robot(file: Path, text: str) -> bool:
     if root.tag != "robot":
         return False
     makes = any(e.tag != "xacro:macro" and not _is_setting(e.tag) for e in root.elements())
-    return "name" in root.attributes and makes or any(e.tag == "link" for e in root.elements())
+    return ("name" in root.attributes and makes) or any(e.tag == "link" for e in root.elements())
 
 
 def _is_setting(tag: str) -> bool:

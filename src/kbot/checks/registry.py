@@ -79,7 +79,7 @@ class Rule:
 
 _RULES: dict[str, Rule] = {}
 _FAMILIES = (
-    "below",
+    "pages",
     "source",
     "structure",
     "joints",

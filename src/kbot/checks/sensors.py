@@ -115,7 +115,7 @@ def lidar_sees_robot(context: Context) -> Found:
             name, distance, share, origin = hit
             yield Finding(
                 sensor.origin,
-                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.0f} % of its beams end on "
+                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.2g} % of its beams end on "
                 f"'{name}', the "
                 f"nearest {distance * 1e3:.3g} mm away",
                 "raise it, narrow its angles, or set its least range beyond the body",
@@ -166,7 +166,7 @@ def _own_body(
     if not hits:
         return None
     name, (count, nearest, origin) = max(hits.items(), key=lambda item: item[1][0])
-    return (name, nearest, count / _BEAMS, origin) if count >= 2 else None
+    return (name, nearest, count / _BEAMS, origin) if count else None
 
 
 def _in_plane(context: Context, frame: Frame, own: set[str]) -> list[tuple[str, Part, Frame]]:

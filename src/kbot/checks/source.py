@@ -182,16 +182,15 @@ def redefined_after_use(context: Context) -> Found:
                 name, value = element.attributes.get("name", ""), element.attributes["value"]
                 before = first.get(name)
                 words = set(words_of(element))
-                if before is not None and before.attributes["value"] != value:
-                    if name in used_after[name] and name not in words:
-                        yield Finding(
-                            element.origin,
-                            f"the property '{name}' was {before.attributes['value']} where it was used "
-                            "before, and is "
-                            f"{value} from here on",
-                            "give the second its own name",
-                            (Related("the first value", before.origin),),
-                        )
+                changed = before is not None and before.attributes["value"] != value
+                if before is not None and changed and name in used_after[name] - words:
+                    yield Finding(
+                        element.origin,
+                        f"the property '{name}' was {before.attributes['value']} where it was used before, "
+                        f"and is {value} from here on",
+                        "give the second its own name",
+                        (Related("the first value", before.origin),),
+                    )
                 for seen in used_after.values():
                     seen |= words
                 first[name] = element
@@ -327,11 +326,11 @@ def leftover(context: Context) -> Found:
                 ):
                     yield Finding(origin, f"'{value}' is left in the result as it stands")
         for child in element.children:
-            if not isinstance(child, Element | Comment) and ("${" in child.value or "$(" in child.value):
-                if not _failed_in(element, failed):
-                    yield Finding(
-                        element.origin, f"'{child.value.strip()[:60]}' is left in the result as it stands"
-                    )
+            if isinstance(child, Element | Comment) or not ("${" in child.value or "$(" in child.value):
+                continue
+            if not _failed_in(element, failed):
+                text = child.value.strip()[:60]
+                yield Finding(element.origin, f"'{text}' is left in the result as it stands")
 
 
 def _failed_in(element: Element, failed: set[int]) -> bool:

@@ -56,7 +56,10 @@ def without_suppressed(
                 kept.append(read)
             else:
                 comments.append(read)
-    kept += [d for d in found if not any([c.covers(d) for c in comments])]
+    for diagnostic in found:
+        # every comment is asked, so that each learns whether it is used
+        covered = [c.covers(diagnostic) for c in comments]
+        kept += [] if any(covered) else [diagnostic]
     kept += [d for c in comments if (d := _unused(c))]
     return kept
 

@@ -260,7 +260,7 @@ def tensor_not_turned(context: Context) -> Found:
             + (
                 "the inertial frame is not turned with the geometry"
                 if own_axis
-                else f"across it {min(around):.4g} and {max(around):.4g}, which are equal on a body of revolution"
+                else f"across it {min(around):.4g} and {max(around):.4g}, which a round body has equal"
             ),
             hint,
             _geometry(body),
@@ -272,9 +272,7 @@ def _turned(context: Context, inertial: Inertial, rpy: str) -> Fix | None:
     """A fix that gives the inertial these angles, where it is not moved from the link's own origin."""
     title = "turn the inertial with its geometry"
     if inertial.pose.origin is None:
-        return context.insert_into(
-            inertial.origin, f'<origin xyz="0 0 0" rpy="{rpy}"/>', title, safe=False
-        )
+        return context.insert_into(inertial.origin, f'<origin xyz="0 0 0" rpy="{rpy}"/>', title, safe=False)
     return replace_value(context.element_at(inertial.pose.origin), "rpy", rpy, title, safe=False)
 
 

@@ -141,7 +141,7 @@ def _place(word: str, packages: Packages) -> str:
 
 def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
     """Apply fixes to the jobs' own files, or show what they would change."""
-    for job in dict((j.path, j) for j in jobs).values():
+    for job in {j.path: j for j in jobs}.values():
         try:
             source = read_source(job.path)
         except DescriptionError:

@@ -1,0 +1,162 @@
+"""Every fault that is known of the chapter's package is found at its line, and nothing in our own KBot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kbot.checks import check_file, check_text
+from kbot.checks.config import Config
+from kbot.model.load import resolve_robot_path
+from kbot.text import Diagnostic
+
+PRINTED = Path("chapter/printed/kbot_description")
+CORRECTED = Path("chapter/corrected/kbot_description")
+
+
+def lines_of(diagnostic: Diagnostic) -> set[int]:
+    """The finding's line, those of its calls and of its related places."""
+    if diagnostic.origin is None:
+        return set()
+    calls = {c.span.line for c in diagnostic.origin.stack if c.kind == "macro"}
+    return {diagnostic.origin.span.line, *calls, *(r.origin.span.line for r in diagnostic.related)}
+
+
+def line(text: str, words: str, after: str = "") -> int:
+    at = text.index(words, text.index(after) if after else 0)
+    return text[:at].count("\n") + 1
+
+
+def expect(found: tuple[Diagnostic, ...], code: str, at: int, words: str) -> None:
+    """One finding of a code that stands at a line and says these words."""
+    matches = [d for d in found if d.code == code and d.origin and d.origin.span.line == at]
+    assert matches, f"no {code} at line {at}: " + "; ".join(map(str, found))
+    assert any(words in d.message for d in matches), [d.message for d in matches]
+
+
+@pytest.fixture(params=["printed", "corrected", "colored"])
+def robot(request: pytest.FixtureRequest, shared: Path) -> tuple[str, tuple[Diagnostic, ...]]:
+    """The chapter's robot, its root element put right, and its findings."""
+    folder, name = {
+        "printed": (PRINTED, "kbot.xacro"),
+        "corrected": (CORRECTED, "kbot.xacro"),
+        "colored": (CORRECTED, "kbot_colored.xacro"),
+    }[request.param]
+    path = shared / folder / "urdf" / name
+    text = path.read_text("utf-8").replace("<robot>\n<xmlns:xacro=", "<robot xmlns:xacro=")
+    return text, check_text(text, str(path), config=Config())
+
+
+def test_the_broken_root_is_found_and_mended(shared: Path) -> None:
+    found = check_file(str(shared / PRINTED / "urdf" / "kbot.xacro"), config=Config())
+    assert [(d.code, d.origin.span.line if d.origin else 0) for d in found] == [("P001", 3)]
+    assert found[0].fix is not None
+    assert "xmlns:xacro" in found[0].hint
+
+
+def test_every_undefined_property_is_found_in_one_run(shared: Path) -> None:
+    path = shared / PRINTED / "urdf" / "kbot.xacro"
+    text = path.read_text("utf-8").replace("<robot>\n<xmlns:xacro=", "<robot xmlns:xacro=")
+    found = [d for d in check_text(text, str(path), config=Config()) if d.is_error]
+    assert {d.code for d in found} == {"X103"}
+    names = {d.message.split("'")[1]: d.origin.span.line for d in found if d.origin}
+    assert names == {
+        "caster_wheel_radius": line(text, 'radius="${caster_wheel_radius}'),
+        "caster_wheel_joint_offset": line(text, "${caster_wheel_joint_offset}"),
+    }
+
+
+def test_the_axis_has_no_rpy(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "U202", line(text, "<axis", '<xacro:macro name="wheel"'), "'rpy'")
+    expect(found, "U202", line(text, "<axis", '<joint name="caster'), "'rpy'")
+
+
+def test_the_swapped_height_and_depth(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "I112", line(text, '<xacro:box_inertia m="10"'), "iyy 0.04267 and izz 0.02142")
+
+
+def test_the_wheels_inertia_is_not_turned(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    (finding,) = [d for d in found if d.code == "I111"]
+    assert "0.003083" in finding.message
+    assert "0.006125" in finding.message
+    assert {
+        line(text, "<inertia ", '<xacro:macro name="cylinder_inertia"'),
+        line(text, '<xacro:cylinder_inertia m="10"'),
+        line(text, '<xacro:wheel prefix="left"'),
+        line(text, '<xacro:wheel prefix="right"'),
+    } <= lines_of(finding)
+
+
+def test_the_wheel_separation(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    at = line(text, 'name="wheel_separation"')
+    expect(found, "S101", at, "never used")
+    expect(found, "D105", at, "0.174 m")
+    expect(found, "D105", at, "16 %")
+
+
+def test_the_caster_rolls_one_way_only(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "D118", line(text, "<axis", '<joint name="caster'), "scrubs")
+
+
+@pytest.mark.parametrize(("radius", "words"), [("0.015", "5 mm above"), ("0.02", "5 mm below")])
+def test_the_caster_touches_the_ground_at_one_radius(shared: Path, radius: str, words: str) -> None:
+    path = shared / CORRECTED / "urdf" / "kbot.xacro"
+    text = path.read_text("utf-8")
+    assert not [d for d in check_text(text, str(path), config=Config()) if d.code == "D112"]
+    changed = text.replace('value="0.0175"', f'value="{radius}"')
+    found = check_text(changed, str(path), config=Config())
+    expect(found, "D112", line(text, "<origin", '<joint name="caster'), words)
+
+
+def test_the_masses(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "I117", line(text, '<xacro:box_inertia m="20"'), "1 mm^3")
+    expect(found, "I117", line(text, '<xacro:cylinder_inertia m="10"'), "66.2 times steel")
+
+
+def test_the_root_has_inertia(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "I115", line(text, '<xacro:box_inertia m="20"'), "KDL")
+
+
+def test_the_footprint(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "D128", line(text, '<box size="0.001'), "0.5 mm below the ground")
+    (off_axle,) = [d for d in found if d.code == "D124"]
+    assert "20 mm behind" in off_axle.message
+    assert line(text, "<origin", '<joint name="${prefix}_wheel_joint"') in lines_of(off_axle)
+
+
+def test_nothing_drives_the_wheels(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+    text, found = robot
+    expect(found, "D125", line(text, '<joint name="${prefix}_wheel_joint"'), "no effort or velocity limit")
+
+
+def test_the_launch_files(shared: Path) -> None:
+    path = shared / PRINTED / "launch" / "kbot_base_rviz_gazebo.launch"
+    text = path.read_text("utf-8")
+    found = check_file(str(path), config=Config())
+    expect(found, "L053", line(text, 'type="state_publisher"'), "robot_state_publisher")
+    expect(found, "L056", line(text, "-verbose"), "-verbose")
+    expect(found, "L057", line(text, "--inorder"), "--inorder")
+    corrected = shared / CORRECTED / "launch" / "kbot_base_rviz.launch"
+    assert check_file(str(corrected), config=Config()) == ()
+
+
+@pytest.mark.parametrize("control", ["classic", "gz", "ros2_control", "none"])
+def test_our_own_robot_is_clean(control: str) -> None:
+    arguments = {"control": control}
+    found = check_file(resolve_robot_path("kbot"), arguments, config=Config())
+    assert [d for d in found if control != "none" or d.code != "D125"] == []
+
+
+def test_our_own_launch_files_are_clean() -> None:
+    folder = Path(resolve_robot_path("kbot")).parents[1] / "launch"
+    for file in sorted(folder.glob("*.launch")):
+        assert check_file(str(file), config=Config()) == ()
