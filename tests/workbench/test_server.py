@@ -103,8 +103,8 @@ def test_other_machines_need_the_token_for_the_socket(xacro: Path) -> None:
 
 
 def test_a_page_is_told_everything_first(page: ClientConnection) -> None:
-    kinds = [json.loads(page.recv(timeout=10))["type"] for _ in range(4)]
-    assert kinds == ["about", "scene", "findings", "state"]
+    kinds = [json.loads(page.recv(timeout=10))["type"] for _ in range(5)]
+    assert kinds == ["about", "scene", "findings", "parameters", "state"]
 
 
 def test_bad_messages_are_answered_and_not_obeyed(page: ClientConnection, viewing: str) -> None:

@@ -22,6 +22,10 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
     },
   };
   addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !isTyping(event.target) && app.parameters.value?.undo) {
+      event.preventDefault();
+      app.send({ type: "undo" });
+    }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || isTyping(event.target)) return;
     if (document.querySelector("dialog[open]") !== null) return;
     const onButton = event.target instanceof HTMLButtonElement;

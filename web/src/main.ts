@@ -15,6 +15,7 @@ import { help } from "./panels/help";
 import { hover } from "./panels/hover";
 import { joints } from "./panels/joints";
 import { links } from "./panels/links";
+import { parameters } from "./panels/parameters";
 import { notices } from "./panels/notices";
 import { source } from "./panels/source";
 import { sheets } from "./panels/sheets";
@@ -32,7 +33,7 @@ const picture = h("div", { class: "picture" });
 let view: View;
 const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture), transport(app));
 const left = h("div", { class: "dock left" }, links(app), findings(app));
-const right = h("div", { class: "dock right" }, drive(app, driver), joints(app));
+const right = h("div", { class: "dock right" }, drive(app, driver), joints(app), parameters(app));
 document.body.append(topbar(app, showHelp), left, centre, right, source(app), sheets(app), keys);
 app.about.watch((about) => {
   document.documentElement.dataset["mode"] = about?.mode ?? "view";

@@ -118,7 +118,7 @@ export interface Note {
   place: Place;
 }
 
-/** One diagnostic; `link` is the link it lies in, empty where none is known. */
+/** One diagnostic; `link` is the link it lies in and `fix` what would mend it, or they are empty. */
 export interface Finding {
   code: string;
   severity: "error" | "warning" | "info";
@@ -128,11 +128,12 @@ export interface Finding {
   stack: readonly Step[];
   related: readonly Note[];
   link: string;
+  fix: string;
 }
 
-/** All findings; `stale` when the scene shows an older, still good description. */
+/** All findings; `stale` when the scene shows an older, still good description. `serial` counts readings, so that a fix is asked for from the list that is on show. */
 export interface Findings {
-  revision: number;
+  serial: number;
   stale: boolean;
   findings: readonly Finding[];
   type: "findings";
@@ -144,6 +145,22 @@ export interface SourceText {
   text: string;
   owners: readonly (readonly string[])[];
   type: "source";
+}
+
+/** A number that the description is made with: a xacro argument or property. `written` is what the file says and `value` what the picture shows; `place` is that of the number. */
+export interface Parameter {
+  kind: "arg" | "property";
+  name: string;
+  written: number;
+  value: number;
+  place: Place;
+}
+
+/** All of them, in the order they are written. `undo` says what would be undone, if anything. */
+export interface Parameters {
+  parameters: readonly Parameter[];
+  undo: string;
+  type: "parameters";
 }
 
 /** A message was not obeyed. */
@@ -202,6 +219,46 @@ export interface OpenSource {
   type: "open_source";
 }
 
-export type FromServer = About | Scene | State | Findings | SourceText | Refused;
+/** Show the robot with another value, the file left as it is. */
+export interface SetParameter {
+  kind: "arg" | "property";
+  name: string;
+  value: number;
+  type: "set_parameter";
+}
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | OpenSource;
+/** Show what the file says again. */
+export interface DropParameters {
+  type: "drop_parameters";
+}
+
+/** Write the values on show into the file. */
+export interface KeepParameters {
+  type: "keep_parameters";
+}
+
+/** Replace `was`, which stands at a line and column (1-based) of one of the files, by `text`. */
+export interface EditSource {
+  file: string;
+  line: number;
+  column: number;
+  was: string;
+  text: string;
+  type: "edit_source";
+}
+
+/** Carry out the fix of a finding of the list with this serial. */
+export interface ApplyFix {
+  serial: number;
+  index: number;
+  type: "apply_fix";
+}
+
+/** Take back the last change that the page made to a file. */
+export interface Undo {
+  type: "undo";
+}
+
+export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo;

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from kbot.model import Robot
 from kbot.text import DescriptionError, Diagnostic, Element
+from kbot.workbench.overrides import Overrides
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +35,17 @@ class Reading:
 
 
 class Description:
-    """A xacro or URDF file with the arguments it is expanded with."""
+    """A xacro or URDF file with the arguments it is expanded with.
+
+    The findings are those of the file as it is written, with the arguments; not with overridden
+    properties, which only the picture shows.
+    """
 
     def __init__(
         self, path: str, arguments: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
     ) -> None:
         self.path = path
-        self.arguments = dict(arguments or {})
+        self.overrides = Overrides(arguments)
         self.package_path = tuple(package_path)
 
     def read(self) -> Reading:
@@ -50,8 +55,9 @@ class Description:
         from kbot.xacro.packages import Packages
 
         packages = Packages(self.package_path, around=self.path)
-        loaded = load_robot(self.path, self.arguments, packages=packages)
+        arguments = self.overrides.arguments
+        loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
-        findings = check_file(self.path, self.arguments, packages) if usable else loaded.diagnostics
+        findings = check_file(self.path, arguments, packages) if usable else loaded.diagnostics
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
         return Reading(loaded.robot, usable, loaded.expansion.document, tuple(findings), tuple(files))

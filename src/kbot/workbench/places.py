@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.text import Diagnostic, Origin, Span
+from kbot.text import Diagnostic, Origin, Severity, Span
 from kbot.workbench.ownership import Ownership
 from kbot.workbench.protocol import Finding, Note, Place, Step
 
@@ -22,11 +22,15 @@ def place_of_span(span: Span) -> Place:
     return Place(span.file, line, column, max(1, min(width, rest)))
 
 
+def gravest_first(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Errors, then warnings, then the rest, each in their order."""
+    order = tuple(Severity)
+    return tuple(sorted(diagnostics, key=lambda diagnostic: order.index(diagnostic.severity)))
+
+
 def findings_for_page(diagnostics: Iterable[Diagnostic], ownership: Ownership) -> tuple[Finding, ...]:
-    """Diagnostics for the page, the gravest first and otherwise in their order."""
-    order = ("error", "warning", "info")
-    found = (_finding(diagnostic, ownership) for diagnostic in diagnostics)
-    return tuple(sorted(found, key=lambda finding: order.index(finding.severity)))
+    """Diagnostics for the page, in the same order."""
+    return tuple(_finding(diagnostic, ownership) for diagnostic in diagnostics)
 
 
 def _finding(diagnostic: Diagnostic, ownership: Ownership) -> Finding:
@@ -42,4 +46,5 @@ def _finding(diagnostic: Diagnostic, ownership: Ownership) -> Finding:
         ),
         related=tuple(Note(note.message, place_of_span(note.origin.span)) for note in diagnostic.related),
         link=ownership.link_at(origin),
+        fix=diagnostic.fix.title if diagnostic.fix else "",
     )

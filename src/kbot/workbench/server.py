@@ -42,6 +42,7 @@ class Server:
         self.hub = Hub()
         self._page = load_page()
         self._changed = True
+        self._reading = asyncio.Lock()
 
     async def run(self, listening: socket.socket) -> None:
         """Serve on a bound socket until cancelled."""
@@ -60,6 +61,7 @@ class Server:
         ):
             tasks.create_task(self._keep_time())
             tasks.create_task(self._follow_files())
+            tasks.create_task(self._follow_page())
             await self._until_closed(sockets)
 
     async def _until_closed(self, sockets: SocketServer) -> None:
@@ -93,7 +95,7 @@ class Server:
     async def _page_connected(self, connection: ServerConnection) -> None:
         client = self.hub.join()
         session = self.session
-        for message in (session.about(client.number), session.scene, session.findings(), session.state()):
+        for message in session.greeting(client.number):
             client.put(message)
         pump = asyncio.create_task(client.pump(connection.send))
         try:
@@ -149,10 +151,27 @@ class Server:
         watcher = Watcher(self.session.files)
         while True:
             await watcher.changed()
-            reading = await asyncio.to_thread(self.session.read)
+            await self._read_anew()
+            watcher.watch(self.session.files)
+
+    async def _follow_page(self) -> None:
+        """Show the description anew when a page changed it; of many changes at once the last is shown."""
+        wanted = asyncio.Event()
+        self.session.wants_reading = wanted.set
+        while True:
+            await wanted.wait()
+            wanted.clear()
+            await self._read_anew()
+
+    async def _read_anew(self) -> None:
+        async with self._reading:
+            try:
+                reading = await asyncio.to_thread(self.session.read)
+            except KbotError as error:  # the configuration of the checks, which is no part of the robot
+                self.hub.publish(Refused(str(error)))
+                return
             for message in self.session.adopt(reading):
                 self.hub.publish(message)
-            watcher.watch(self.session.files)
 
 
 def _response(

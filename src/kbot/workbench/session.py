@@ -10,11 +10,13 @@ from typing import Literal, Protocol
 from kbot.model import Robot
 from kbot.text import DescriptionError, KbotError
 from kbot.text.files import read_source
+from kbot.workbench.authoring import Authoring
 from kbot.workbench.description import Reading
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.motion import Motion, flat
+from kbot.workbench.overrides import Overrides
 from kbot.workbench.ownership import Ownership
-from kbot.workbench.places import findings_for_page
+from kbot.workbench.places import findings_for_page, gravest_first
 from kbot.workbench.protocol import (
     About,
     Advance,
@@ -42,6 +44,8 @@ NOBODY = 0
 
 class Reader(Protocol):
     """Reads the description as it is now."""
+
+    overrides: Overrides
 
     def read(self) -> Reading: ...
 
@@ -72,6 +76,9 @@ class Session:
         self._cannot_drive = cannot_drive
         self._limits = limits
         self.meshes = MeshStore()
+        self.authoring = Authoring(reader.overrides)
+        self.wants_reading: Callable[[], None] = lambda: None
+        """Called when the description is to be read anew, without waiting for its files to change."""
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
         self._motion = make_motion(self._robot)
@@ -85,6 +92,7 @@ class Session:
         self._driver = NOBODY
         self._quiet_for = 0.0
         self.scene = self._build_scene()
+        self._look_at(self._shown)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -113,7 +121,13 @@ class Session:
                 self.scene = self._build_scene()
                 messages.append(self.scene)
         self._ownership = Ownership(reading.document)
-        return [self.about(), *messages, self.findings(), self.state()]
+        self._look_at(self._latest)
+        return [self.about(), *messages, self.findings(), self.authoring.parameters(), self.state()]
+
+    def greeting(self, client: int) -> list[FromServer]:
+        """What a page is told first."""
+        parts = (self.scene, self.findings(), self.authoring.parameters(), self.state())
+        return [self.about(client), *parts]
 
     def about(self, client: int = NOBODY) -> About:
         linear, angular = self._limits(self._robot)
@@ -130,8 +144,8 @@ class Session:
         )
 
     def findings(self) -> Findings:
-        found = findings_for_page(self._latest.findings, self._ownership)
-        return Findings(self._revision, self._stale, found)
+        found = findings_for_page(self._findings, self._ownership)
+        return Findings(self.authoring.serial, self._stale, found)
 
     def state(self) -> State:
         moment = self._motion.moment()
@@ -200,6 +214,9 @@ class Session:
                 self.speed = factor
             case OpenSource(file=file):
                 return [self.source(file)]
+            case _:
+                if self.authoring.obey(message):
+                    self.wants_reading()
         return []
 
     def leave(self, client: int) -> None:
@@ -225,6 +242,10 @@ class Session:
     def _stop(self) -> None:
         self._driver = NOBODY
         self._motion.drive(0.0, 0.0)
+
+    def _look_at(self, reading: Reading) -> None:
+        self._findings = gravest_first(reading.findings)
+        self.authoring.look_at(reading.files, self._findings)
 
     def _build_scene(self) -> Scene:
         return build_scene(

@@ -10,7 +10,7 @@ export function findings(app: App): HTMLElement {
   app.findings.watch((now) => {
     if (now === null) return;
     counts.replaceChildren(...badges(now));
-    list.replaceChildren(...(now.findings.length ? now.findings.map((finding) => card(app, finding)) : [nothing()]));
+    list.replaceChildren(...(now.findings.length ? now.findings.map((finding, index) => card(app, finding, now.serial, index)) : [nothing()]));
   });
   app.spot.watch((spot) => {
     for (const item of list.querySelectorAll<HTMLElement>("li[data-code]")) {
@@ -20,7 +20,7 @@ export function findings(app: App): HTMLElement {
   return panel("findings", "Findings", [counts], list);
 }
 
-function card(app: App, finding: Finding): HTMLElement {
+function card(app: App, finding: Finding, serial: number, index: number): HTMLElement {
   const where = finding.place;
   const item = h(
     "li",
@@ -38,6 +38,10 @@ function card(app: App, finding: Finding): HTMLElement {
       ),
     ),
   );
+  if (finding.fix !== "") {
+    const mend = (): void => app.send({ type: "apply_fix", serial, index });
+    item.append(h("button", { type: "button", class: "fix", title: "Write this into the file", onclick: mend }, icon("wand"), finding.fix));
+  }
   if (finding.stack.length || finding.related.length) item.append(more(app, finding));
   return item;
 }

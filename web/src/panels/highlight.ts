@@ -1,7 +1,7 @@
 import { h } from "../dom";
 
 const TOKENS = /(<!--[\s\S]*?(?:-->|$))|(<\/?)([\w:.-]+)|([\w:.-]+)(?=\s*=)|("[^"]*"?|'[^']*'?)|(\/?>)/g;
-const EMBEDDED = /\$\{[^}]*\}|\$\([^)]*\)/g;
+const EMBEDDED = /\$\{[^}]*\}|\$\([^)]*\)|(?<![\w.$-])-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?(?![\w.])/gi;
 
 /** A text of XML as lines of coloured pieces. */
 export function highlight(text: string): (Node | string)[][] {
@@ -34,7 +34,7 @@ function putValue(value: string, put: (piece: string, kind: string) => void): vo
   let at = 0;
   for (const match of value.matchAll(EMBEDDED)) {
     put(value.slice(at, match.index), "t-value");
-    put(match[0], "t-expression");
+    put(match[0], match[0].startsWith("$") ? "t-expression" : "t-number");
     at = match.index + match[0].length;
   }
   put(value.slice(at), "t-value");

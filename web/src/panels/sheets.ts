@@ -5,6 +5,7 @@ import { icon, type IconName } from "../icons";
 const SHEETS: readonly [string, IconName, string][] = [
   ["drive", "drive", "Drive"],
   ["joints", "joint", "Joints"],
+  ["parameters", "sliders", "Parameters"],
   ["links", "layers", "Links"],
   ["findings", "warning", "Findings"],
 ];

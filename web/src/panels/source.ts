@@ -2,16 +2,24 @@ import type { App, Spot } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import type { Finding, SourceText } from "../protocol";
+import { editNumbers } from "./edit-numbers";
 import { highlight } from "./highlight";
 
 const MOST_LINES = 6000;
+let shown: Spot | null = null;
 
 /** The description's text around a place, with findings in the margin and a caret under the one chosen. */
 export function source(app: App): HTMLElement {
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
   const body = h("div", { class: "source-body", tabindex: 0, role: "region", "aria-label": "Source" });
+  const undo = h("button", { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) }, icon("undo"));
+  app.parameters.watch((now) => {
+    undo.hidden = !now?.undo;
+    undo.title = `Undo: ${now?.undo ?? ""} (Ctrl+Z)`;
+  });
+  editNumbers(app, body);
   const close = h("button", { type: "button", class: "icon-button", title: "Close (Escape)", "aria-label": "Close the source", onclick: () => app.spot.set(null) }, icon("close"));
-  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, close), body);
+  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, undo, close), body);
   let drawn: SourceText | null = null;
 
   const draw = (): void => {
@@ -22,8 +30,11 @@ export function source(app: App): HTMLElement {
     drawTabs(app, tabs, spot.place.file);
     const text = app.sources.value.get(spot.place.file) ?? null;
     if (text !== drawn || text === null) {
+      if (text?.file !== drawn?.file) shown = null;
       drawn = text;
+      const top = body.scrollTop;
       body.replaceChildren(text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line));
+      body.scrollTop = top;
     }
     if (text !== null) mark(app, body, text, spot);
   };
@@ -87,6 +98,8 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
   const row = body.querySelector<HTMLElement>(`.line[data-line="${spot.place.line}"]`);
   if (row === null) return;
   if (spot.finding !== null) row.after(caret(spot.finding, spot));
+  if (shown === spot) return; // an edit elsewhere moves nothing
+  shown = spot;
   const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
   body.scrollTo({ top: Math.max(0, top) });
 }

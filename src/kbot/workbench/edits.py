@@ -1,0 +1,102 @@
+"""Changes that the page makes to the description's files: each checked, written whole, and undone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kbot.text import Edit, KbotError, Span, read_source, write_text
+from kbot.xacro.packages import SHIPPED
+
+MOST_UNDONE = 200
+_NOT_IN_AN_ATTRIBUTE = frozenset("<>&\"'\r\n\0")
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    title: str
+    texts: tuple[tuple[str, str, str], ...]
+    """File, its text before, its text after."""
+    spot: tuple[str, int] | None = None
+    """File and offset of a single value: changing it again and again, as a drag does, is one change."""
+
+
+class Editor:
+    """Writes changes, and remembers them to take them back."""
+
+    def __init__(self) -> None:
+        self._done: list[_Change] = []
+
+    @property
+    def undo_title(self) -> str:
+        """What `undo` would take back; empty when there is nothing."""
+        return self._done[-1].title if self._done else ""
+
+    def replace(self, file: str, line: int, column: int, was: str, text: str) -> None:
+        """Replace what stands at a line and column (1-based) within an attribute.
+
+        Raises:
+            KbotError: something else stands there now, or the text does not belong in an attribute.
+        """
+        if _NOT_IN_AN_ATTRIBUTE & set(text):
+            raise KbotError("a value cannot hold quotes, angle brackets, & or line ends")
+        source = read_source(file)
+        start = source.offset(line, column)
+        end = start + len(was.encode())
+        if source.line_column(start) != (line, column):
+            raise KbotError(f"{Path(file).name} has no line {line}, column {column}")
+        self.apply(f"{was} → {text}", [(Edit(Span(source, start, end), text), was)], (file, start))
+
+    def apply(
+        self, title: str, edits: Sequence[tuple[Edit, str]], spot: tuple[str, int] | None = None
+    ) -> None:
+        """Carry out edits, each with the text that it replaces; all of them or none.
+
+        Raises:
+            KbotError: a file has changed meanwhile, cannot be written, or is KBot's own.
+        """
+        by_file: dict[str, list[tuple[Edit, str]]] = {}
+        for edit, was in edits:
+            by_file.setdefault(edit.span.file, []).append((edit, was))
+        texts = tuple(_changed(file, both) for file, both in by_file.items())
+        for file, _, after in texts:
+            write_text(file, after)
+        last = self._done[-1] if self._done else None
+        if last is not None and spot is not None and last.spot == spot and last.texts[0][2] == texts[0][1]:
+            file, before, _ = last.texts[0]
+            title = f"{last.title.split(' → ')[0]} → {title.split(' → ')[-1]}"
+            texts = ((file, before, texts[0][2]),)
+            self._done.pop()
+        self._done = [*self._done[-MOST_UNDONE + 1 :], _Change(title, texts, spot)]
+
+    def undo(self) -> None:
+        """Take back the last change.
+
+        Raises:
+            KbotError: there is none, or the file was changed after it.
+        """
+        if not self._done:
+            raise KbotError("there is nothing to undo")
+        change = self._done[-1]
+        for file, _, after in change.texts:
+            if read_source(file).text != after:
+                raise KbotError(f"{Path(file).name} was changed since: undo it where that was done")
+        for file, before, _ in change.texts:
+            write_text(file, before)
+        self._done.pop()
+
+
+def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:
+    if Path(file).absolute().is_relative_to(SHIPPED):
+        raise KbotError("this robot ships with KBot and is not changed: work on a copy of its package")
+    source = read_source(file)
+    data, at = source.data, len(source.data) + 1
+    for edit, was in sorted(edits, key=lambda both: both[0].span.start, reverse=True):
+        start, end = edit.span.start, edit.span.end
+        if end > at:
+            raise KbotError("two changes of the same place")
+        if data[start:end] != was.encode():
+            raise KbotError(f"{Path(file).name} has changed: look at it again")
+        data, at = data[:start] + edit.replacement.encode() + data[end:], start
+    return file, source.text, data.decode()

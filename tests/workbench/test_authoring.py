@@ -1,0 +1,208 @@
+"""Changing the description from the page: values, edits, fixes, undo."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.text import Edit, KbotError, Span, read_source
+from kbot.workbench.edits import Editor
+from kbot.workbench.overrides import Overrides, number_text
+from kbot.workbench.parameters import written_parameters
+from kbot.workbench.protocol import (
+    ApplyFix,
+    DropParameters,
+    EditSource,
+    KeepParameters,
+    SetParameter,
+    Undo,
+)
+from kbot.workbench.serve import open_session
+from kbot.workbench.session import Session
+from kbot.xacro.packages import SHIPPED
+
+
+@pytest.fixture
+def session(xacro: Path) -> Session:
+    return open_session(str(xacro), simulate=False)
+
+
+def read_anew(session: Session) -> None:
+    session.adopt(session.read())
+
+
+def wheel_height(session: Session) -> float:
+    index = [link.name for link in session.scene.links].index("left_wheel")
+    return session.state().poses[index * 7 + 2]
+
+
+def values(session: Session) -> dict[str, tuple[float, float]]:
+    return {p.name: (p.written, p.value) for p in session.authoring.parameters().parameters}
+
+
+def test_a_parameter_changes_the_robot_and_not_the_file(session: Session, xacro: Path) -> None:
+    text, asked = xacro.read_text(), []
+    session.wants_reading = lambda: asked.append(True)
+    session.obey(SetParameter("arg", "wheel_radius", 0.05), 1)
+    assert asked
+    read_anew(session)
+    assert wheel_height(session) == pytest.approx(0.05)
+    assert values(session)["wheel_radius"] == (0.035, 0.05)
+    assert xacro.read_text() == text
+    session.obey(DropParameters(), 1)
+    read_anew(session)
+    assert wheel_height(session) == pytest.approx(0.035)
+
+
+def test_a_property_changes_the_robot_too(tmp_path: Path) -> None:
+    file = tmp_path / "r.xacro"
+    file.write_text(
+        """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
+  <xacro:property name="high" value="1.5"/>
+  <link name="a"/><link name="b"/>
+  <joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="0 0 ${high}"/></joint>
+</robot>"""
+    )
+    session = open_session(str(file), simulate=False)
+    session.obey(SetParameter("property", "high", 2.5), 1)
+    read_anew(session)
+    assert session.state().poses[7 + 2] == pytest.approx(2.5)
+
+
+def test_kept_values_are_written_and_undone(session: Session, xacro: Path) -> None:
+    text = xacro.read_text()
+    session.obey(SetParameter("arg", "wheel_radius", 0.05), 1)
+    session.obey(SetParameter("arg", "base_len", 0.2), 1)
+    session.obey(KeepParameters(), 1)
+    read_anew(session)
+    changed = text.replace('"wheel_radius" default="0.035"', '"wheel_radius" default="0.05"')
+    assert xacro.read_text() == changed.replace('"base_len" default="0.16"', '"base_len" default="0.2"')
+    assert values(session)["wheel_radius"] == (0.05, 0.05)
+    assert session.authoring.parameters().undo == "new values of wheel_radius, base_len"
+    session.obey(Undo(), 1)
+    assert xacro.read_text() == text
+    with pytest.raises(KbotError, match="nothing to undo"):
+        session.obey(Undo(), 1)
+
+
+def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=False, arguments={"wheel_radius": "0.04"})
+    assert values(session)["wheel_radius"] == (0.035, 0.04)
+    session.obey(SetParameter("arg", "wheel_radius", 0.06), 1)
+    session.obey(DropParameters(), 1)
+    read_anew(session)
+    assert wheel_height(session) == pytest.approx(0.04)
+
+
+def test_an_unknown_parameter_is_refused(session: Session) -> None:
+    for kind, name in (("arg", "control"), ("property", "wheel_radius"), ("arg", "nothing")):
+        with pytest.raises(KbotError, match="plain number"):
+            session.obey(SetParameter(kind, name, 1.0), 1)  # type: ignore[arg-type]
+
+
+def test_only_plain_numbers_of_the_top_level_are_parameters(xacro: Path) -> None:
+    names = [(one.kind, one.name) for one in written_parameters([str(xacro)])]
+    assert ("arg", "base_width") in names
+    assert ("arg", "control") not in names
+    assert ("property", "base_width") not in names
+
+
+def test_a_number_is_edited_where_it_stands(session: Session, xacro: Path) -> None:
+    text = xacro.read_text()
+    line = 1 + text[: text.index("0.035")].count("\n")
+    column = text.splitlines()[line - 1].index("0.035") + 1
+    session.obey(EditSource(str(xacro), line, column, "0.035", "0.045"), 1)
+    assert xacro.read_text() == text.replace("0.035", "0.045")
+    with pytest.raises(KbotError, match="has changed"):
+        session.obey(EditSource(str(xacro), line, column, "0.035", "0.055"), 1)
+    for bad in ('0"/><link name="x', "<", "a\nb", "&lt;"):
+        with pytest.raises(KbotError, match="cannot hold"):
+            session.obey(EditSource(str(xacro), line, column, "0.045", bad), 1)
+    with pytest.raises(KbotError, match="not part of this description"):
+        session.obey(EditSource("/etc/hostname", 1, 1, "a", "b"), 1)
+    with pytest.raises(KbotError, match="has no line"):
+        session.obey(EditSource(str(xacro), 100_000, 1, "", "1"), 1)
+
+
+def test_dragging_one_number_is_one_change(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("x 1.0 y 2.0")
+    editor = Editor()
+    for was, text in (("1.0", "1.1"), ("1.1", "1.2"), ("1.2", "9.99")):
+        editor.replace(str(file), 1, 3, was, text)
+    editor.replace(str(file), 1, 11, ".0", ".5")
+    assert file.read_text() == "x 9.99 y 2.5"
+    editor.undo()
+    assert editor.undo_title == "1.0 → 9.99"
+    editor.undo()
+    assert file.read_text() == "x 1.0 y 2.0"
+
+
+def test_several_edits_are_carried_out_together_or_not_at_all(tmp_path: Path) -> None:
+    first, second = tmp_path / "a", tmp_path / "b"
+    first.write_text("ä one two")
+    second.write_text("three")
+    a, b = read_source(first), read_source(second)
+    editor = Editor()
+    one = (Edit(Span(a, 3, 6), "1"), "one")
+    two = (Edit(Span(a, 7, 10), "2222"), "two")
+    three = (Edit(Span(b, 0, 5), "3"), "three")
+    editor.apply("numbers", [one, two, three])
+    assert (first.read_text(), second.read_text()) == ("ä 1 2222", "3")
+    editor.undo()
+    assert (first.read_text(), second.read_text()) == ("ä one two", "three")
+    second.write_text("four")
+    with pytest.raises(KbotError, match="has changed"):
+        editor.apply("numbers", [one, three])
+    assert first.read_text() == "ä one two"
+    with pytest.raises(KbotError, match="two changes"):
+        editor.apply("numbers", [one, (Edit(Span(a, 4, 8), ""), "ne t")])
+
+
+def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("1")
+    editor = Editor()
+    editor.replace(str(file), 1, 1, "1", "2")
+    file.write_text("3")
+    with pytest.raises(KbotError, match="was changed since"):
+        editor.undo()
+    assert file.read_text() == "3"
+
+
+def test_the_robot_that_ships_is_not_changed() -> None:
+    file = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
+    text = read_source(file).text
+    with pytest.raises(KbotError, match="ships with KBot"):
+        Editor().replace(file, 1, 1, "<", "x")
+    assert read_source(file).text == text
+
+
+def test_a_fix_is_carried_out(session: Session, xacro: Path) -> None:
+    macros = xacro.with_name("kbot_macros.xacro")
+    good = macros.read_text()
+    macros.write_text(good.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'))
+    read_anew(session)
+    findings = session.findings()
+    index = next(i for i, finding in enumerate(findings.findings) if finding.fix and "rpy" in finding.message)
+    with pytest.raises(KbotError, match="look at them again"):
+        session.obey(ApplyFix(findings.serial - 1, index), 1)
+    session.obey(ApplyFix(findings.serial, index), 1)
+    assert macros.read_text() == good
+    read_anew(session)
+    assert not any("rpy" in finding.message for finding in session.findings().findings)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.05, "0.05"), (1.0, "1"), (1e-5, "0.00001"), (-2.5, "-2.5"), (1 / 3, "0.333333333")]
+)
+def test_numbers_are_written_as_people_write_them(value: float, text: str) -> None:
+    assert number_text(value) == text
+
+
+def test_overrides_lie_over_what_was_given() -> None:
+    overrides = Overrides({"a": "1", "b": "x"})
+    overrides.set("arg", "a", 2.0)
+    overrides.set("property", "c", 3.5)
+    assert overrides.arguments == {"a": "2", "b": "x"}
+    assert overrides.properties == {"c": "3.5"}
+    assert overrides.value("arg", "b", 7.0) == 7.0

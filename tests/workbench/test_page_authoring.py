@@ -1,0 +1,71 @@
+"""Changing the description in the page, as a person does it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from .conftest import until
+from .pictures import blue, screenshot
+
+OpenPage = Callable[..., Any]
+
+
+def test_a_parameter_is_dragged_kept_and_undone(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, text = open_page(viewing), xacro.read_text()
+    before = blue(screenshot(page)).sum()
+    page.get_by_label("base_len", exact=True).fill("0.26")
+    until(lambda: page.evaluate("kbot.revision") == 2)
+    assert blue(screenshot(page)).sum() > 1.3 * before
+    assert xacro.read_text() == text
+    page.get_by_role("button", name="Keep").click()
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
+    page.locator("#parameters").get_by_role("button", name="Undo").click()
+    until(lambda: xacro.read_text() == text)
+    until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.16")
+    assert abs(blue(screenshot(page)).sum() - before) < 0.02 * before
+
+
+def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    before = blue(screenshot(page)).sum()
+    number.dblclick()
+    page.keyboard.type("0.26")
+    page.keyboard.press("Enter")
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
+    until(lambda: page.evaluate("kbot.revision") >= 2)
+    assert blue(screenshot(page)).sum() > 1.3 * before
+    page.keyboard.press("Control+z")
+    until(lambda: '"base_len" default="0.16"' in xacro.read_text())
+
+
+def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    box = number.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for far in range(0, 61, 12):
+        page.mouse.move(x + far, y)
+    page.mouse.up()
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
+    until(lambda: page.locator(".line.here .t-number").inner_text() == "0.26")
+    page.locator("#source").get_by_role("button", name="Undo").click()
+    until(lambda: '"base_len" default="0.16"' in xacro.read_text())
+
+
+def test_a_fix_is_carried_out_by_a_click(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, macros = open_page(viewing), xacro.with_name("kbot_macros.xacro")
+    good = macros.read_text()
+    macros.write_text(good.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'))
+    card = page.locator("#findings li[data-code]").filter(has_text="rpy").first
+    until(lambda: card.count() == 1)
+    card.locator(".finding").click()
+    card.locator(".fix").click()
+    until(lambda: macros.read_text() == good)
+    until(lambda: page.locator("#findings li[data-code]").filter(has_text="rpy").count() == 0)

@@ -1,0 +1,94 @@
+import type { App } from "../app";
+import { h } from "../dom";
+
+const PIXELS_A_STEP = 6;
+
+/** Where a number stands in a file, and what it is. */
+interface Spot {
+  file: string;
+  line: number;
+  column: number;
+  was: string;
+}
+
+/** Numbers in the source are dragged sideways, or changed in a field after a double click. */
+export function editNumbers(app: App, body: HTMLElement): void {
+  body.addEventListener("pointerdown", (event) => {
+    const number = numberAt(event.target);
+    const spot = number && spotOf(app, number);
+    if (number === null || spot === null || event.button !== 0) return;
+    event.preventDefault();
+    drag(app, spot, event.clientX);
+  });
+  body.addEventListener("dblclick", (event) => {
+    const number = numberAt(event.target);
+    const spot = number && spotOf(app, number);
+    if (number !== null && spot !== null) typeIn(app, number, spot);
+  });
+}
+
+function numberAt(target: EventTarget | null): HTMLElement | null {
+  return target instanceof HTMLElement && target.classList.contains("t-number") ? target : null;
+}
+
+function spotOf(app: App, number: HTMLElement): Spot | null {
+  const row = number.closest<HTMLElement>(".line");
+  const text = number.closest<HTMLElement>(".text");
+  const file = app.spot.value?.place.file;
+  if (row === null || text === null || file === undefined) return null;
+  const before = document.createRange();
+  before.setStart(text, 0);
+  before.setEndBefore(number);
+  return { file, line: Number(row.dataset["line"]), column: [...before.toString()].length + 1, was: number.textContent ?? "" };
+}
+
+function drag(app: App, spot: Spot, from: number): void {
+  const move = (event: PointerEvent): void => {
+    const steps = Math.round((event.clientX - from) / PIXELS_A_STEP);
+    put(app, spot, stepped(start, steps));
+  };
+  const end = (): void => {
+    removeEventListener("pointermove", move);
+    removeEventListener("pointerup", end);
+    removeEventListener("pointercancel", end);
+  };
+  const start = spot.was;
+  addEventListener("pointermove", move);
+  addEventListener("pointerup", end);
+  addEventListener("pointercancel", end);
+}
+
+function typeIn(app: App, number: HTMLElement, spot: Spot): void {
+  const field = h("input", { class: "edit", value: spot.was, "aria-label": `Change ${spot.was}` });
+  number.replaceWith(field);
+  field.select();
+  field.focus();
+  let over = false;
+  const done = (keep: boolean): void => {
+    if (over) return;
+    over = true;
+    const text = field.value.trim();
+    field.replaceWith(number);
+    if (keep && text !== "") put(app, spot, text);
+  };
+  field.addEventListener("blur", () => done(true));
+  field.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "Enter") done(true);
+    if (event.key === "Escape") done(false);
+  });
+}
+
+/** Asks for another text at a spot, and remembers it as what stands there. */
+function put(app: App, spot: Spot, text: string): void {
+  if (text === spot.was) return;
+  app.send({ type: "edit_source", file: spot.file, line: spot.line, column: spot.column, was: spot.was, text });
+  spot.was = text;
+}
+
+/** A number so many steps of its last digit on, written with as many digits. */
+function stepped(text: string, steps: number): string {
+  const digits = /\.(\d*)/.exec(text)?.[1]?.length ?? 0;
+  if (/e/i.test(text)) return String(Number((Number(text) * (1 + steps / 100)).toPrecision(4)));
+  return (Number(text) + steps * 10 ** -digits).toFixed(digits);
+}

@@ -1,0 +1,72 @@
+import type { App } from "../app";
+import { h, panel } from "../dom";
+import type { Parameter } from "../protocol";
+
+interface Row {
+  parameter: Parameter;
+  element: HTMLElement;
+  slider: HTMLInputElement;
+  number: HTMLInputElement;
+}
+
+/** A slider for each number the description is made with; the file is changed only when asked. */
+export function parameters(app: App): HTMLElement {
+  const list = h("div", { class: "parameters" });
+  const keep = h("button", { type: "button", title: "Write these values into the file", onclick: () => app.send({ type: "keep_parameters" }) }, "Keep");
+  const drop = h("button", { type: "button", title: "Show what the file says again", onclick: () => app.send({ type: "drop_parameters" }) }, "Drop");
+  const undo = h("button", { type: "button", onclick: () => app.send({ type: "undo" }) }, "Undo");
+  const buttons = h("div", { class: "buttons" }, undo, keep, drop);
+  let rows: Row[] = [];
+  app.parameters.watch((now) => {
+    if (now === null) return;
+    undo.hidden = now.undo === "";
+    undo.title = `Undo: ${now.undo} (Ctrl+Z)`;
+    keep.hidden = drop.hidden = !now.parameters.some(isChanged);
+    if (!sameNames(rows, now.parameters)) {
+      rows = now.parameters.map((parameter) => row(app, parameter));
+      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, "Nothing in the file is a named number.")]));
+    }
+    now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
+  });
+  return panel("parameters", "Parameters", [buttons], list);
+}
+
+function row(app: App, parameter: Parameter): Row {
+  const { kind, name } = parameter;
+  const send = (value: number): void => {
+    if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
+  };
+  const reach = Math.abs(parameter.written) * 2 || 1;
+  const slider = h("input", {
+    type: "range",
+    min: parameter.written < 0 || parameter.written === 0 ? -reach : 0,
+    max: parameter.written < 0 ? 0 : reach,
+    step: "any",
+    "aria-label": name,
+    oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
+    onchange: () => slider.blur(),
+  });
+  const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber) });
+  const title = kind === "arg" ? "argument" : "property";
+  const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
+  const element = h("div", { class: "joint", "data-parameter": name }, label, h("span", { class: "value" }, number), slider);
+  const result: Row = { parameter, element, slider, number };
+  return result;
+}
+
+function update(row: Row, parameter: Parameter): void {
+  row.parameter = parameter;
+  row.element.classList.toggle("changed", isChanged(parameter));
+  if (document.activeElement !== row.number) row.number.value = String(Number(parameter.value.toPrecision(6)));
+  if (!row.slider.matches(":active")) row.slider.value = String(parameter.value);
+  const { min, max } = row.slider;
+  row.slider.style.setProperty("--at", String((row.slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))));
+}
+
+function isChanged(parameter: Parameter): boolean {
+  return parameter.value !== parameter.written;
+}
+
+function sameNames(rows: readonly Row[], parameters: readonly Parameter[]): boolean {
+  return rows.length > 0 && rows.length === parameters.length && rows.every((row, i) => row.parameter.name === parameters[i]!.name && row.parameter.kind === parameters[i]!.kind);
+}
