@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from kbot.bridges.link import Link
+from kbot.bridges.wishes import Wishes
 from kbot.nodes import RobotStatePublisher
 from kbot.record.recorder import Recorder
 from kbot.record.replay import NODES, STATE_PUBLISHER
@@ -24,27 +24,6 @@ class Bridge(Protocol):
         ...
 
     def close(self) -> None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class Wishes:
-    """What is asked for. `topics` are those to record, all when empty; `host` is the address that
-    bridges are reached at, loopback when None."""
-
-    record: str = ""
-    topics: tuple[str, ...] = ()
-    ros1: bool = False
-    foxglove: bool = False
-    rosbridge: bool = False
-    host: str | None = None
-
-    @property
-    def is_live(self) -> bool:
-        """Whether somebody out there listens, so that time has to pass as on the wall."""
-        return self.ros1 or self.foxglove or self.rosbridge
-
-    def __bool__(self) -> bool:
-        return self.is_live or bool(self.record)
 
 
 class Companions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 
 from kbot.sim import Simulation
 
@@ -12,11 +13,16 @@ BEHIND = 0.2
 
 
 def run_in_real_time(simulation: Simulation, seconds: float | None) -> None:
-    """Run for so many simulated seconds, or until KeyboardInterrupt where None.
+    """Run for so many simulated seconds, at most until Ctrl-C; None is until then.
 
     Raises:
         SimulationDiverged: the run left the physical.
     """
+    with suppress(KeyboardInterrupt):
+        _run(simulation, seconds)
+
+
+def _run(simulation: Simulation, seconds: float | None) -> None:
     steps = max(1, round(PERIOD / simulation.timestep))
     period = steps * simulation.timestep
     left = None if seconds is None else round(seconds / simulation.timestep)

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.companions import accompanied, companion_options
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
 
 if TYPE_CHECKING:
+    from kbot.bridges.wishes import Wishes
+    from kbot.model.load import Loaded
     from kbot.sim import Simulation
 
 DURATION = 10.0
@@ -25,6 +28,8 @@ DURATION = 10.0
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --world maze:size=8,seed=3",
         "kbot sim kbot --headless --script drive.py --json",
+        "kbot sim kbot --headless --record run.mcap --cmd-vel 0.2,0",
+        "kbot sim kbot --headless --ros1            rostopic, tf and rviz see it until Ctrl-C",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
     ),
 )
@@ -44,6 +49,7 @@ DURATION = 10.0
     help="Wheels and casters that drive true, or just the shapes that are written.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
+@companion_options
 @package_path_option
 @page_options
 def command(
@@ -61,11 +67,13 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
+    wishes: Wishes,
 ) -> int:
     """Simulate the robot of FILE in a world.
 
     Without --headless it is served as a page and driven by keys. With it the run is the same every
-    time, bit for bit, and its end is reported.
+    time, bit for bit, and its end is reported; with a bridge it keeps to real time, until Ctrl-C where
+    no duration is given.
     """
     file, arguments = one_file(words)
     if not headless:
@@ -98,12 +106,15 @@ def command(
     if goto is not None and (cmd_vel is not None or script is not None):
         fail("--goto drives the robot itself; leave --cmd-vel and --script out")
     goal = None if goto is None else parse_goal(goto)
-    simulation = _simulation(file, arguments, world, seed, contacts, package_path)
-    if goal is not None:
-        return run_goto(simulation, goal, duration, as_json)
-    if speeds is not None:
-        simulation.cmd_vel(*speeds)
-    return _run(simulation, seconds, script, as_json)
+    loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path)
+    with accompanied(wishes, simulation, loaded.expansion.text, world):
+        if goal is not None:
+            return run_goto(simulation, goal, duration, as_json)
+        if speeds is not None:
+            simulation.cmd_vel(*speeds)
+        if wishes.is_live and script is None:
+            return _run(simulation, duration, script, as_json, in_real_time=True)
+        return _run(simulation, seconds, script, as_json)
 
 
 def _refuse_without_headless(**options: object) -> None:
@@ -129,7 +140,7 @@ def _simulation(
     seed: int,
     contacts: str,
     package_path: tuple[str, ...],
-) -> Simulation:
+) -> tuple[Loaded, Simulation]:
     from kbot.model.load import load_robot
     from kbot.sim import Simulation
     from kbot.world import load_world
@@ -140,10 +151,17 @@ def _simulation(
     robot = loaded.require()
     simulation = Simulation(robot, world=place, seed=seed, contacts=contacts)
     report([*loaded.diagnostics, *simulation.diagnostics])
-    return simulation
+    return loaded, simulation
 
 
-def _run(simulation: Simulation, seconds: float, script: str | None, as_json: bool) -> int:
+def _run(
+    simulation: Simulation,
+    seconds: float | None,
+    script: str | None,
+    as_json: bool,
+    in_real_time: bool = False,
+) -> int:
+    """`seconds` None is until Ctrl-C."""
     from kbot.cli.sim_progress import Progress
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
@@ -151,7 +169,11 @@ def _run(simulation: Simulation, seconds: float, script: str | None, as_json: bo
     odometer = Odometer(simulation)
     failed: ScriptFailed | None = None
     with Progress(simulation, seconds if script is None else None) as progress:
-        if script is None:
+        if in_real_time or seconds is None:
+            from kbot.bridges.pacing import run_in_real_time
+
+            run_in_real_time(simulation, seconds)
+        elif script is None:
             simulation.run(seconds)
         else:
             try:

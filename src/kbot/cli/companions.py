@@ -1,0 +1,89 @@
+"""Options of the verbs that simulate: `--record`, and a flag for each bridge."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from kbot.bridges.wishes import Wishes
+from kbot.cli.output import fail
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def companion_options(function: _Function) -> _Function:
+    """The options, handed to the verb as one `wishes: Wishes`."""
+
+    @functools.wraps(function)
+    def with_wishes(
+        *args: object,
+        record: str | None,
+        record_topics: tuple[str, ...],
+        ros1: bool,
+        bridge_host: str | None,
+        **options: object,
+    ) -> object:
+        if record_topics and record is None:
+            fail("--record-topic goes with --record FILE")
+        if bridge_host is not None and not ros1:
+            fail("--bridge-host goes with a bridge, such as --ros1")
+        wishes = Wishes(record=record or "", topics=record_topics, ros1=ros1, host=bridge_host)
+        return function(*args, wishes=wishes, **options)
+
+    wrapped: Any = with_wishes
+    for option in reversed(_OPTIONS):
+        wrapped = option(wrapped)
+    result: _Function = wrapped
+    return result
+
+
+_OPTIONS = (
+    click.option(
+        "--record",
+        metavar="FILE",
+        help="Record the run: .mcap, .bag for ROS 1, without suffix a folder of rosbag2.",
+    ),
+    click.option(
+        "--record-topic",
+        "record_topics",
+        multiple=True,
+        metavar="NAME",
+        help="Record only this topic; may be repeated.",
+    ),
+    click.option("--ros1", is_flag=True, help="Be a node of ROS 1, with a master of our own where none is."),
+    click.option(
+        "--bridge-host",
+        metavar="ADDRESS",
+        help="Address of this machine that bridges are reached at.  [default: only this machine]",
+    ),
+)
+
+
+@contextmanager
+def accompanied(wishes: Wishes, simulation: Simulation, description: str, world: str) -> Iterator[None]:
+    """Let what is wished for go along with a simulation, and end it with the block.
+
+    Raises:
+        KbotError: the recording cannot be made, or a bridge cannot be opened.
+        Exit: with status 2 at the end, if the recording broke off; why was told when it happened.
+    """
+    if not wishes:
+        yield
+        return
+    from kbot.bridges.companions import Companions
+
+    companions = Companions(wishes, lambda text: click.echo(text, err=True))
+    try:
+        companions.join(simulation, description, world)
+        yield
+    finally:
+        companions.close()
+    if companions.failure is not None:
+        raise click.exceptions.Exit(2)
