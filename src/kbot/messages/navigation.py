@@ -6,18 +6,20 @@ from dataclasses import dataclass
 
 from kbot.messages.types import Header, Pose, Time
 
+HEADER, ORIGIN, START = Header(), Pose(), Time()
+
 
 @dataclass(frozen=True, slots=True)
 class PoseStamped:
-    header: Header = Header()
-    pose: Pose = Pose()
+    header: Header = HEADER
+    pose: Pose = ORIGIN
 
 
 @dataclass(frozen=True, slots=True)
 class Path:
     """Poses in the order in which they are passed."""
 
-    header: Header = Header()
+    header: Header = HEADER
     poses: tuple[PoseStamped, ...] = ()
 
 
@@ -25,17 +27,17 @@ class Path:
 class MapMetaData:
     """`resolution` in m a cell; `origin` is the pose of the first cell's corner."""
 
-    map_load_time: Time = Time()
+    map_load_time: Time = START
     resolution: float = 0.0
     width: int = 0
     height: int = 0
-    origin: Pose = Pose()
+    origin: Pose = ORIGIN
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyGrid:
     """Row by row from the origin along x: 0 free to 100 occupied, -1 unknown."""
 
-    header: Header = Header()
+    header: Header = HEADER
     info: MapMetaData = MapMetaData()
     data: tuple[int, ...] = ()

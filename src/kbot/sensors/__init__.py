@@ -1,1 +1,41 @@
-"""What a robot perceives: lidar, IMU, encoders and the rest, with their noise and rates."""
+"""What a robot perceives: lidar, IMU, encoders and the rest, with their noise and rates.
+
+A sensor is declared by its spec and mounted: `lidar = sim.add_sensor(Lidar(link="base_link"))`. From then
+on it measures at its rate; `lidar.latest` is what was heard last.
+"""
+
+from kbot.sensors.contact import Contact, ContactSensor
+from kbot.sensors.encoders import Encoders, EncoderSensor
+from kbot.sensors.imu import Imu, ImuSensor
+from kbot.sensors.lidar import CloudSensor, Lidar, LidarSensor, scan_points
+from kbot.sensors.line import Line, LineSensor
+from kbot.sensors.noise import Noise
+from kbot.sensors.position import Gps, GpsSensor, GroundTruth, GroundTruthSensor
+from kbot.sensors.proximity import Cliff, CliffSensor, Range, RangeSensor
+from kbot.sensors.sensor import Sensor, Spec
+
+__all__ = [
+    "Cliff",
+    "CliffSensor",
+    "CloudSensor",
+    "Contact",
+    "ContactSensor",
+    "EncoderSensor",
+    "Encoders",
+    "Gps",
+    "GpsSensor",
+    "GroundTruth",
+    "GroundTruthSensor",
+    "Imu",
+    "ImuSensor",
+    "Lidar",
+    "LidarSensor",
+    "Line",
+    "LineSensor",
+    "Noise",
+    "Range",
+    "RangeSensor",
+    "Sensor",
+    "Spec",
+    "scan_points",
+]

@@ -36,6 +36,12 @@ def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points 
     return convex_outline(np.concatenate(inside)[:, :2])
 
 
+def top(shape: Shape, pose: Transform) -> float:
+    """Height in m of a shape's highest point; that of its pose where it is without end."""
+    corners = _corners(shape)
+    return float((pose.translation if corners is None else pose.apply(corners).max(axis=0))[2])
+
+
 def _corners(shape: Shape) -> Points | None:
     match shape:
         case Box(size=size):

@@ -1,0 +1,173 @@
+"""Messages of sensors, named and shaped as in sensor_msgs and std_msgs; large data are arrays or bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages.types import Header, Quaternion, Vector3
+
+HEADER, UPRIGHT, ZERO = Header(), Quaternion(), Vector3()
+
+Covariance = tuple[float, float, float, float, float, float, float, float, float]
+
+UNKNOWN_COVARIANCE: Covariance = (0.0,) * 9
+
+
+def _nothing() -> NDArray[np.float32]:
+    return np.empty(0, dtype=np.float32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaserScan:
+    """`ranges` in m, +inf where nothing returned, -inf where it was too close (REP 117)."""
+
+    header: Header = HEADER
+    angle_min: float = 0.0
+    angle_max: float = 0.0
+    angle_increment: float = 0.0
+    time_increment: float = 0.0
+    scan_time: float = 0.0
+    range_min: float = 0.0
+    range_max: float = 0.0
+    ranges: NDArray[np.float32] = field(default_factory=_nothing)
+    intensities: NDArray[np.float32] = field(default_factory=_nothing)
+
+
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """Turning speed in rad/s and specific force in m/s^2 (gravity is felt upwards), in the sensor's axes."""
+
+    header: Header = HEADER
+    orientation: Quaternion = UPRIGHT
+    orientation_covariance: Covariance = UNKNOWN_COVARIANCE
+    angular_velocity: Vector3 = ZERO
+    angular_velocity_covariance: Covariance = UNKNOWN_COVARIANCE
+    linear_acceleration: Vector3 = ZERO
+    linear_acceleration_covariance: Covariance = UNKNOWN_COVARIANCE
+
+
+ULTRASOUND, INFRARED = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """One distance in m, +inf and -inf as in LaserScan."""
+
+    header: Header = HEADER
+    radiation_type: int = ULTRASOUND
+    field_of_view: float = 0.0
+    min_range: float = 0.0
+    max_range: float = 0.0
+    range: float = 0.0
+    variance: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class NavSatStatus:
+    status: int = 0
+    service: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class NavSatFix:
+    """Degrees and metres above the WGS 84 ellipsoid; covariance in m^2 over east, north, up."""
+
+    header: Header = HEADER
+    status: NavSatStatus = NavSatStatus()
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude: float = 0.0
+    position_covariance: Covariance = UNKNOWN_COVARIANCE
+    position_covariance_type: int = 0
+
+
+FLOAT32 = 7
+
+
+@dataclass(frozen=True, slots=True)
+class PointField:
+    name: str = ""
+    offset: int = 0
+    datatype: int = FLOAT32
+    count: int = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointCloud2:
+    """Points as bytes, `point_step` a point, `row_step` a row."""
+
+    header: Header = HEADER
+    height: int = 0
+    width: int = 0
+    fields: tuple[PointField, ...] = ()
+    is_bigendian: bool = False
+    point_step: int = 0
+    row_step: int = 0
+    data: bytes = b""
+    is_dense: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Image:
+    """Rows from the top; `encoding` is rgb8 or 32FC1 (metres)."""
+
+    header: Header = HEADER
+    height: int = 0
+    width: int = 0
+    encoding: str = ""
+    is_bigendian: int = 0
+    step: int = 0
+    data: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class RegionOfInterest:
+    x_offset: int = 0
+    y_offset: int = 0
+    height: int = 0
+    width: int = 0
+    do_rectify: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CameraInfo:
+    """Intrinsics as ROS 2 names them: `k` (3x3), `r` (3x3), `p` (3x4), row by row, in pixels."""
+
+    header: Header = HEADER
+    height: int = 0
+    width: int = 0
+    distortion_model: str = "plumb_bob"
+    d: tuple[float, ...] = (0.0,) * 5
+    k: tuple[float, ...] = (0.0,) * 9
+    r: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    p: tuple[float, ...] = (0.0,) * 12
+    binning_x: int = 0
+    binning_y: int = 0
+    roi: RegionOfInterest = RegionOfInterest()
+
+
+@dataclass(frozen=True, slots=True)
+class Bool:
+    data: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MultiArrayDimension:
+    label: str = ""
+    size: int = 0
+    stride: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class MultiArrayLayout:
+    dim: tuple[MultiArrayDimension, ...] = ()
+    data_offset: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Float32MultiArray:
+    layout: MultiArrayLayout = MultiArrayLayout()
+    data: tuple[float, ...] = ()

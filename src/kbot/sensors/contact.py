@@ -1,0 +1,78 @@
+"""Bumpers: whether a link touches anything that is not its own robot, and how hard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+
+from kbot.messages.sensing import Bool
+from kbot.sensors.sensor import Sensor, Spec, own_geometries
+from kbot.sim import Simulation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact(Spec):
+    """`everywhere`: any link of the robot counts, not only `link`. What is driven on does not count."""
+
+    kind: ClassVar[str] = "bumper"
+    rate: float = 50.0
+    everywhere: bool = False
+
+    def mount(self, simulation: Simulation) -> ContactSensor:
+        return ContactSensor(simulation, self)
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """What is touched, by the name of its body in the world or `robot/link`, and with how many newtons."""
+
+    body: str
+    force: float
+
+
+class ContactSensor(Sensor[Bool]):
+    """Says whether something is touched (std_msgs/Bool). A touch between two samples is not lost: it is said
+    with the next, if it was there at a step that anyone looked at."""
+
+    message_type = Bool
+    spec: Contact
+
+    def __init__(self, simulation: Simulation, spec: Contact) -> None:
+        super().__init__(simulation, spec)
+        model, _ = simulation.engine()
+        own = own_geometries(model, simulation.robot.name)
+        self._own = np.zeros(model.ngeom, dtype=bool)
+        self._own[own] = True
+        self._mine = self._own.copy()
+        if not spec.everywhere:
+            self._mine &= model.geom_bodyid == self._body
+        ground = {body.name for body in simulation.world.bodies if all(p.ground for p in body.parts)}
+        names = [model.body(int(b)).name for b in model.geom_bodyid]
+        self._ground = np.array([name.startswith("/") and name[1:] in ground for name in names])
+
+    def touches(self) -> list[Touch]:
+        """Everything touched now."""
+        model, data = self.simulation.engine()
+        if not data.ncon:
+            return []
+        pairs = data.contact.geom[: data.ncon]
+        found, force = [], np.zeros(6)
+        for at, (one, other) in enumerate(pairs.tolist()):
+            if one < 0 or other < 0:
+                continue
+            if self._mine[other]:
+                one, other = other, one
+            if not self._mine[one] or self._own[other] or self._ground[other]:
+                continue
+            if data.contact.exclude[at]:
+                continue
+            mujoco.mj_contactForce(model, data, at, force)
+            name = model.body(int(model.geom_bodyid[other])).name
+            found.append(Touch(name.removeprefix("/"), float(np.linalg.norm(force[:3]))))
+        return found
+
+    def measure(self, sample: int | None = None) -> Bool:
+        return Bool(bool(self.touches()))

@@ -1,0 +1,81 @@
+"""Wheel encoders: joint angles as whole counts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from kbot.kinematics.differential_drive import NoDrive
+from kbot.messages import JointState
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+@dataclass(frozen=True, kw_only=True)
+class Encoders(Spec):
+    """Of `joints`, by default the wheels that drive. `resolution`: counts a turn, 0 for any angle at all;
+    `noise` in rad is added before counting. `link` only names a frame."""
+
+    kind: ClassVar[str] = "encoders"
+    link: str = ""
+    rate: float = 50.0
+    joints: tuple[str, ...] = ()
+    resolution: int = 0
+    noise: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.resolution < 0:
+            raise KbotError(f"{self.label}: a resolution is a number of counts a turn, not {self.resolution}")
+
+    def mount(self, simulation: Simulation) -> EncoderSensor:
+        return EncoderSensor(simulation, self)
+
+
+class EncoderSensor(Sensor[JointState]):
+    """Says a JointState: angles of whole counts in rad, and the speed that they changed by since the last."""
+
+    message_type = JointState
+    spec: Encoders
+
+    def __init__(self, simulation: Simulation, spec: Encoders) -> None:
+        """Raises KbotError: no such joint, or none is given and the robot does not drive."""
+        self._joints = spec.joints or _driving(simulation, spec)
+        for joint in self._joints:
+            if joint not in simulation.joint_positions:
+                hint = did_you_mean(joint, simulation.joint_positions)
+                raise KbotError(f"{spec.label}: there is no joint '{joint}'" + (f": {hint}" if hint else ""))
+        super().__init__(simulation, replace(spec, link=spec.link or simulation.robot.root))
+        self._noise = NoiseSource(
+            spec.noise, simulation.seed, f"{spec.label}/angle", len(self._joints), self._period
+        )
+        self._before: tuple[float, tuple[float, ...]] | None = None
+
+    def measure(self, sample: int | None = None) -> JointState:
+        angles = np.array([self.simulation.joint_positions[joint] for joint in self._joints])
+        if sample is not None:
+            angles = self._noise.apply(angles, sample)
+        if self.spec.resolution:
+            count = 2.0 * math.pi / self.spec.resolution
+            angles = np.floor(angles / count) * count
+        now, positions = self.simulation.time, tuple(angles.tolist())
+        speeds = (0.0,) * len(positions)
+        if self._before is not None and now - self._before[0] > 1e-9:
+            passed = now - self._before[0]
+            speeds = tuple((p - b) / passed for p, b in zip(positions, self._before[1], strict=True))
+        if sample is not None:
+            self._before = now, positions
+        return JointState(self._header(), self._joints, positions, speeds)
+
+
+def _driving(simulation: Simulation, spec: Encoders) -> tuple[str, ...]:
+    drive = simulation.drive
+    if isinstance(drive, NoDrive):
+        raise KbotError(f"{spec.label}: name its joints, for the robot does not drive: {drive.reason}")
+    return drive.joints

@@ -1,0 +1,160 @@
+"""Lidars: one row of beams as a LaserScan, several rows as a PointCloud2."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages.sensing import LaserScan, PointCloud2, PointField
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.rays import Rays, within
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lidar(Spec):
+    """Beams spread evenly from `angle_min` to `angle_max` (rad, about z, both ends included as in Gazebo);
+    `range_min` and `range_max` in m. With several `rows` they are also spread over the elevations from
+    `elevation_min` to `elevation_max`, and the readings are clouds of points."""
+
+    kind: ClassVar[str] = "scan"
+    samples: int = 360
+    angle_min: float = -math.pi
+    angle_max: float = math.pi
+    range_min: float = 0.05
+    range_max: float = 10.0
+    rows: int = 1
+    elevation_min: float = 0.0
+    elevation_max: float = 0.0
+    noise: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (1 <= self.samples <= 1_000_000 and 1 <= self.rows <= 10_000):
+            raise KbotError(f"{self.label}: a lidar has 1 to 1000000 beams a row and 1 to 10000 rows")
+        if not -math.inf < self.angle_min <= self.angle_max < math.inf:
+            raise KbotError(f"{self.label}: the angles go up, unlike {self.angle_min} to {self.angle_max}")
+        if not -math.pi / 2 - 1e-6 <= self.elevation_min <= self.elevation_max <= math.pi / 2 + 1e-6:
+            raise KbotError(f"{self.label}: the elevations go up, within a quarter turn of the level")
+        if not 0.0 <= self.range_min < self.range_max < math.inf:
+            raise KbotError(
+                f"{self.label}: the ranges go up from 0 m, unlike {self.range_min} to {self.range_max}"
+            )
+
+    @property
+    def increment(self) -> float:
+        """rad between two beams of a row."""
+        return (self.angle_max - self.angle_min) / max(self.samples - 1, 1)
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """Of every beam (rows * samples, 3) in the sensor's frame, row by row from the lowest."""
+        angles = np.linspace(self.angle_min, self.angle_max, self.samples)
+        elevations = np.linspace(self.elevation_min, self.elevation_max, self.rows)[:, None]
+        level = np.cos(elevations)
+        parts = (level * np.cos(angles), level * np.sin(angles), np.sin(elevations) + 0.0 * angles)
+        return np.stack(parts, axis=-1).reshape(-1, 3)
+
+    def mount(self, simulation: Simulation) -> LidarSensor | CloudSensor:
+        return LidarSensor(simulation, self) if self.rows == 1 else CloudSensor(simulation, self)
+
+
+class _Beams:
+    """Distances of a lidar's beams, with its noise."""
+
+    def __init__(self, simulation: Simulation, spec: Lidar) -> None:
+        self.spec = spec
+        model, _ = simulation.engine()
+        self.directions = spec.directions
+        self.rays = Rays(model, simulation.robot.name, self.directions)
+        self.noise = NoiseSource(
+            spec.noise, simulation.seed, f"{spec.label}/range", len(self.directions), 1.0 / spec.rate
+        )
+
+    def noisy(self, distances: NDArray[np.float64], sample: int | None) -> NDArray[np.float64]:
+        """What returned keeps within the range, as Gazebo has it."""
+        spec = self.spec
+        ranges = within(distances, spec.range_min, spec.range_max)
+        if sample is None or spec.noise.is_none:
+            return ranges
+        clipped = np.clip(self.noise.apply(ranges, sample), spec.range_min, spec.range_max)
+        return np.where(np.isfinite(ranges), clipped, ranges)
+
+
+class LidarSensor(Sensor[LaserScan]):
+    """Says a LaserScan, all of whose beams are of one moment."""
+
+    message_type = LaserScan
+    spec: Lidar
+
+    def __init__(self, simulation: Simulation, spec: Lidar) -> None:
+        super().__init__(simulation, spec)
+        self._beams = _Beams(simulation, spec)
+        self._intensities = np.empty(0, dtype=np.float32)
+
+    def distances(self) -> NDArray[np.float64]:
+        """What the beams truly measure now, in m; inf where nothing is."""
+        return self._beams.rays.cast(*self._place(), self.spec.range_max)
+
+    def measure(self, sample: int | None = None) -> LaserScan:
+        spec = self.spec
+        ranges = self._beams.noisy(self.distances(), sample)
+        return LaserScan(
+            self._header(),
+            spec.angle_min,
+            spec.angle_max,
+            spec.increment,
+            0.0,
+            self._period,
+            spec.range_min,
+            spec.range_max,
+            ranges.astype(np.float32),
+            self._intensities,
+        )
+
+
+_FIELDS = tuple(PointField(name, 4 * at) for at, name in enumerate("xyz"))
+
+
+class CloudSensor(Sensor[PointCloud2]):
+    """Says a PointCloud2: a row of points for each row of beams, inf where nothing is, as gz has it."""
+
+    message_type = PointCloud2
+    spec: Lidar
+
+    def __init__(self, simulation: Simulation, spec: Lidar) -> None:
+        super().__init__(simulation, spec)
+        self._beams = _Beams(simulation, spec)
+
+    def points(self, sample: int | None = None) -> NDArray[np.float64]:
+        """(rows, samples, 3) in the sensor's frame, in m; not finite where nothing returned."""
+        spec = self.spec
+        ranges = self._beams.noisy(self._beams.rays.cast(*self._place(), spec.range_max), sample)
+        with np.errstate(invalid="ignore"):
+            points = ranges[:, None] * self._beams.directions
+        points[~np.isfinite(ranges)] = np.inf
+        return points.reshape(spec.rows, spec.samples, 3)
+
+    def measure(self, sample: int | None = None) -> PointCloud2:
+        points = self.points(sample).astype("<f4")
+        rows, samples, _ = points.shape
+        dense = bool(np.isfinite(points).all())
+        return PointCloud2(
+            self._header(), rows, samples, _FIELDS, False, 12, 12 * samples, points.tobytes(), dense
+        )
+
+
+def scan_points(scan: LaserScan, base_from_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A scan's returns as points (n, 2) in m in the base's frame; `base_from_sensor` is its (4, 4) matrix."""
+    at = np.flatnonzero(np.isfinite(scan.ranges))
+    angles = scan.angle_min + at * scan.angle_increment
+    ranges = scan.ranges[at].astype(np.float64)
+    flat = np.stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+    points: NDArray[np.float64] = (base_from_sensor[:2, :2] @ flat).T + base_from_sensor[:2, 3]
+    return points

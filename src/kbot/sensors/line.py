@@ -1,0 +1,100 @@
+"""Line sensors: how bright the floor is under a row of eyes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages.sensing import Float32MultiArray, MultiArrayDimension, MultiArrayLayout
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world import Plane
+from kbot.world.footprints import footprint, top
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Of red, green and blue (ITU-R BT.709)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line(Spec):
+    """`eyes` in a row along y, `spacing` m apart, the first on the left; each says 0 (black) to 1 (white)."""
+
+    kind: ClassVar[str] = "line"
+    rate: float = 50.0
+    eyes: int = 5
+    spacing: float = 0.01
+    noise: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1 <= self.eyes <= 1000 or not self.spacing >= 0.0:
+            raise KbotError(f"{self.label}: a line sensor has 1 to 1000 eyes, 0 m apart or more")
+
+    def mount(self, simulation: Simulation) -> LineSensor:
+        return LineSensor(simulation, self)
+
+
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    corners: NDArray[np.float64]
+    height: float
+    brightness: float
+
+
+class LineSensor(Sensor[Float32MultiArray]):
+    """Says a Float32MultiArray. It sees what stands still, seen from above, painted or solid."""
+
+    message_type = Float32MultiArray
+    spec: Line
+
+    def __init__(self, simulation: Simulation, spec: Line) -> None:
+        super().__init__(simulation, spec)
+        across = (np.arange(spec.eyes) - (spec.eyes - 1) / 2.0) * -spec.spacing
+        self._eyes = np.stack([0.0 * across, across, 0.0 * across], axis=1)
+        self._noise = NoiseSource(spec.noise, simulation.seed, f"{spec.label}/eyes", spec.eyes, self._period)
+        self._surfaces, self._floor = _surfaces(simulation)
+        size = MultiArrayDimension("eyes", spec.eyes, spec.eyes)
+        self._layout = MultiArrayLayout((size,))
+
+    def measure(self, sample: int | None = None) -> Float32MultiArray:
+        _, _, place, axes = self._place()
+        points = place + self._eyes @ axes.T
+        seen = np.full(len(points), self._floor)
+        for surface in self._surfaces:
+            inside = _holds(surface.corners, points[:, :2]) & (points[:, 2] >= surface.height)
+            seen[inside] = surface.brightness
+        if sample is not None:
+            seen = np.clip(self._noise.apply(seen, sample), 0.0, 1.0)
+        return Float32MultiArray(self._layout, tuple(seen.tolist()))
+
+
+def _surfaces(simulation: Simulation) -> tuple[list[_Surface], float]:
+    """What lies on the floor, the highest last, and the floor's own brightness."""
+    found, floor = [], 1.0
+    for body in simulation.world.bodies:
+        if not body.is_static:
+            continue
+        for part in body.parts:
+            brightness = float(_LUMINANCE @ part.rgba[:3])
+            if isinstance(part.shape, Plane):
+                floor = brightness
+                continue
+            pose = body.pose @ part.pose
+            corners = footprint(part.shape, pose, -1e6, 1e6)
+            if corners is not None and len(corners) > 2:
+                found.append(_Surface(corners, top(part.shape, pose), brightness))
+    return sorted(found, key=lambda surface: surface.height), floor
+
+
+def _holds(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points (n, 2) are inside a convex outline, counter-clockwise."""
+    along = np.roll(corners, -1, axis=0) - corners
+    off = points[:, None] - corners[None]
+    left = along[None, :, 0] * off[..., 1] - along[None, :, 1] * off[..., 0]
+    inside: NDArray[np.bool_] = np.all(left >= 0.0, axis=1)
+    return inside

@@ -1,0 +1,157 @@
+"""Where the robot is: satellite navigation, and the truth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.transform import Transform
+from kbot.messages import (
+    Header,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Twist,
+    TwistWithCovariance,
+    Vector3,
+)
+from kbot.messages.sensing import Covariance, NavSatFix
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+WGS84_A = 6378137.0
+WGS84_F = 1.0 / 298.257223563
+_E2 = WGS84_F * (2.0 - WGS84_F)
+_DIAGONAL = 2
+"""COVARIANCE_TYPE_DIAGONAL_KNOWN."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gps(Spec):
+    """The world's origin lies at `latitude` and `longitude` (degrees) and `altitude` (m over the ellipsoid);
+    its x points east and y north. `horizontal` and `vertical` noise in m."""
+
+    kind: ClassVar[str] = "gps"
+    rate: float = 5.0
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude: float = 0.0
+    horizontal: Noise = NONE
+    vertical: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (-90.0 <= self.latitude <= 90.0 and -180.0 <= self.longitude <= 180.0):
+            raise KbotError(f"{self.label}: ({self.latitude}, {self.longitude}) is no place on the earth")
+
+    def mount(self, simulation: Simulation) -> GpsSensor:
+        return GpsSensor(simulation, self)
+
+
+class GpsSensor(Sensor[NavSatFix]):
+    """Says a NavSatFix."""
+
+    message_type = NavSatFix
+    spec: Gps
+
+    def __init__(self, simulation: Simulation, spec: Gps) -> None:
+        super().__init__(simulation, spec)
+        seed = simulation.seed
+        self._horizontal = NoiseSource(spec.horizontal, seed, f"{spec.label}/horizontal", 2, self._period)
+        self._vertical = NoiseSource(spec.vertical, seed, f"{spec.label}/vertical", 1, self._period)
+        across, up = spec.horizontal.variance, spec.vertical.variance
+        self._covariance: Covariance = (across, 0.0, 0.0, 0.0, across, 0.0, 0.0, 0.0, up)
+
+    def measure(self, sample: int | None = None) -> NavSatFix:
+        spec = self.spec
+        _, _, place, _ = self._place()
+        if sample is not None:
+            level = self._horizontal.apply(place[:2], sample)
+            place = np.append(level, self._vertical.apply(place[2:], sample))
+        latitude, longitude, altitude = geodetic(place.tolist(), spec.latitude, spec.longitude, spec.altitude)
+        return NavSatFix(
+            self._header(),
+            latitude=latitude,
+            longitude=longitude,
+            altitude=altitude,
+            position_covariance=self._covariance,
+            position_covariance_type=_DIAGONAL,
+        )
+
+
+def geodetic(
+    east_north_up: list[float], latitude: float, longitude: float, altitude: float
+) -> tuple[float, float, float]:
+    """Latitude, longitude (degrees) and altitude (m) of a place given in m about a point on the earth.
+
+    By way of earth-centred coordinates on WGS 84 (B. Hofmann-Wellenhof et al., GNSS, 2008, chapter 8); the
+    way back by Bowring's formula, good to far less than a millimetre near the ground.
+    """
+    phi, lam = math.radians(latitude), math.radians(longitude)
+    sin_phi, cos_phi, sin_lam, cos_lam = math.sin(phi), math.cos(phi), math.sin(lam), math.cos(lam)
+    n = WGS84_A / math.sqrt(1.0 - _E2 * sin_phi**2)
+    east, north, up = east_north_up
+    x = (
+        (n + altitude) * cos_phi * cos_lam
+        - sin_lam * east
+        - sin_phi * cos_lam * north
+        + cos_phi * cos_lam * up
+    )
+    y = (
+        (n + altitude) * cos_phi * sin_lam
+        + cos_lam * east
+        - sin_phi * sin_lam * north
+        + cos_phi * sin_lam * up
+    )
+    z = (n * (1.0 - _E2) + altitude) * sin_phi + cos_phi * north + sin_phi * up
+    b = WGS84_A * (1.0 - WGS84_F)
+    p = math.hypot(x, y)
+    theta = math.atan2(z * WGS84_A, p * b)
+    other = (WGS84_A**2 - b**2) / b**2
+    phi = math.atan2(z + other * b * math.sin(theta) ** 3, p - _E2 * WGS84_A * math.cos(theta) ** 3)
+    n = WGS84_A / math.sqrt(1.0 - _E2 * math.sin(phi) ** 2)
+    # of the two forms each is exact where the other divides by next to nothing
+    height = p / math.cos(phi) - n if abs(phi) < 1.0 else z / math.sin(phi) - n * (1.0 - _E2)
+    return math.degrees(phi), math.degrees(math.atan2(y, x)), height
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroundTruth(Spec):
+    """The true pose of a link in the world, and its twist in its own axes."""
+
+    kind: ClassVar[str] = "ground_truth"
+    rate: float = 50.0
+
+    def mount(self, simulation: Simulation) -> GroundTruthSensor:
+        return GroundTruthSensor(simulation, self)
+
+
+class GroundTruthSensor(Sensor[Odometry]):
+    """Says an Odometry in the frame `world`."""
+
+    message_type = Odometry
+    spec: GroundTruth
+
+    def measure(self, sample: int | None = None) -> Odometry:
+        model, data, place, axes = self._place()
+        velocity = np.zeros(6)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, self._body, velocity, 0)
+        spin = velocity[:3]
+        speed = velocity[3:] + np.cross(spin, place - data.xpos[self._body])
+        turned = Transform.from_rotation_translation(axes, (0.0, 0.0, 0.0)).quaternion_xyzw
+        return Odometry(
+            Header(self.simulation.clock.stamp, "world"),
+            self.spec.frame or self.spec.link,
+            PoseWithCovariance(Pose(Point(*place.tolist()), Quaternion(*turned))),
+            TwistWithCovariance(
+                Twist(Vector3(*(axes.T @ speed).tolist()), Vector3(*(axes.T @ spin).tolist()))
+            ),
+        )

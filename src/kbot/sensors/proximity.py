@@ -1,0 +1,115 @@
+"""Sonar, infrared and cliff sensors: one distance within a cone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages import sensing as msg
+from kbot.messages.sensing import INFRARED, ULTRASOUND, Bool
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.rays import Rays, within
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+_RINGS, _SPOKES = 4, 12
+"""Rays that stand for a cone: its axis, and so many rings of so many."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range(Spec):
+    """The nearest thing within a cone of `field_of_view` rad about x, between `range_min` and `range_max` m;
+    `infrared` or ultrasound only changes what the message says."""
+
+    kind: ClassVar[str] = "range"
+    field_of_view: float = 0.26
+    range_min: float = 0.02
+    range_max: float = 4.0
+    infrared: bool = False
+    noise: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.field_of_view < math.pi:
+            raise KbotError(
+                f"{self.label}: a field of view is 0 to less than pi rad, not {self.field_of_view}"
+            )
+        if not 0.0 <= self.range_min < self.range_max < math.inf:
+            raise KbotError(
+                f"{self.label}: the ranges go up from 0 m, unlike {self.range_min} to {self.range_max}"
+            )
+
+    def mount(self, simulation: Simulation) -> RangeSensor:
+        return RangeSensor(simulation, self)
+
+
+class RangeSensor(Sensor[msg.Range]):
+    """Says a Range."""
+
+    message_type = msg.Range
+    spec: Range
+
+    def __init__(self, simulation: Simulation, spec: Range) -> None:
+        super().__init__(simulation, spec)
+        model, _ = simulation.engine()
+        self._rays = Rays(model, simulation.robot.name, cone(spec.field_of_view))
+        self._noise = NoiseSource(spec.noise, simulation.seed, f"{spec.label}/range", 1, self._period)
+
+    def measure(self, sample: int | None = None) -> msg.Range:
+        spec = self.spec
+        distance = self._rays.cast(*self._place(), spec.range_max).min(keepdims=True)
+        value = within(distance, spec.range_min, spec.range_max)
+        if sample is not None and np.isfinite(value[0]):
+            value = np.clip(self._noise.apply(value, sample), spec.range_min, spec.range_max)
+        kind = INFRARED if spec.infrared else ULTRASOUND
+        return msg.Range(
+            self._header(), kind, spec.field_of_view, spec.range_min, spec.range_max, float(value[0]),
+            spec.noise.variance,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cliff(Spec):
+    """Looks along x, which is to point at the ground; says true where nothing is within `distance` m."""
+
+    kind: ClassVar[str] = "cliff"
+    rate: float = 20.0
+    distance: float = 0.1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.distance < math.inf:
+            raise KbotError(f"{self.label}: a distance is above 0 m, not {self.distance}")
+
+    def mount(self, simulation: Simulation) -> CliffSensor:
+        return CliffSensor(simulation, self)
+
+
+class CliffSensor(Sensor[Bool]):
+    """Says whether there is a cliff (std_msgs/Bool)."""
+
+    message_type = Bool
+    spec: Cliff
+
+    def __init__(self, simulation: Simulation, spec: Cliff) -> None:
+        super().__init__(simulation, spec)
+        model, _ = simulation.engine()
+        self._rays = Rays(model, simulation.robot.name, np.array([[1.0, 0.0, 0.0]]))
+
+    def measure(self, sample: int | None = None) -> Bool:
+        distance = self._rays.cast(*self._place(), self.spec.distance)[0]
+        return Bool(not math.isfinite(distance))
+
+
+def cone(angle: float) -> NDArray[np.float64]:
+    """Directions (n, 3) that fill a cone of this full angle (rad) about x, its edge included."""
+    off = np.linspace(0.0, angle / 2.0, _RINGS + 1)[1:, None]
+    around = np.arange(_SPOKES) * (2.0 * math.pi / _SPOKES)
+    parts = (np.cos(off) + 0.0 * around, np.sin(off) * np.cos(around), np.sin(off) * np.sin(around))
+    rings = np.stack(parts, axis=-1).reshape(-1, 3)
+    return np.concatenate([[[1.0, 0.0, 0.0]], rings])

@@ -1,0 +1,141 @@
+"""What all sensors have in common: where they sit, how often they measure, how late that is heard."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, TypeVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.messages import Header
+from kbot.messages.bus import Publisher
+from kbot.messages.clock import NANOSECONDS
+from kbot.sim import Simulation
+from kbot.text import KbotError, Origin
+from kbot.text.suggest import did_you_mean
+
+M = TypeVar("M")
+
+HERE = Transform.identity()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spec(ABC):
+    """A sensor as it is declared. `pose` is `link_from_sensor`; `rate` in Hz; `latency` in s is how long a
+    reading takes to be heard; `topic` and `frame` are the sensor's name and the link where not given."""
+
+    link: str
+    name: str = ""
+    pose: Transform = HERE
+    rate: float = 10.0
+    latency: float = 0.0
+    topic: str = ""
+    frame: str = ""
+    origin: Origin | None = None
+
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.rate) and 0.0 < self.rate <= 1e5):
+            raise KbotError(f"{self.label}: a rate is above 0 Hz, not {self.rate}")
+        if not (math.isfinite(self.latency) and self.latency >= 0.0):
+            raise KbotError(f"{self.label}: a latency is 0 s or more, not {self.latency}")
+
+    @property
+    def label(self) -> str:
+        return self.name or self.kind
+
+    @abstractmethod
+    def mount(self, simulation: Simulation) -> Sensor[Any]: ...
+
+
+class Sensor(ABC, Generic[M]):
+    """A sensor on a simulated robot. It measures at its rate as time passes, and what it says is heard on its
+    topic and read as `latest`."""
+
+    message_type: type[M]
+
+    def __init__(self, simulation: Simulation, spec: Spec) -> None:
+        """Raises KbotError: the robot has no such link, or the topic is another's."""
+        self.simulation, self.spec = simulation, spec
+        robot = simulation.robot
+        if spec.link not in robot.links:
+            hint = did_you_mean(spec.link, robot.links)
+            raise KbotError(
+                f"{spec.label}: robot '{robot.name}' has no link '{spec.link}'"
+                + (f": {hint}" if hint else "")
+            )
+        model, _ = simulation.engine()
+        self._body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{robot.name}/{spec.link}")
+        self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
+        self._period = 1.0 / spec.rate
+        self._publisher: Publisher[M] = simulation.bus.advertise(spec.topic or spec.label, self.message_type)
+        self._latest: tuple[int, M] | None = None
+        self._pending: list[tuple[int, M]] = []
+        self._timer = simulation.clock.every(spec.rate, self._sample)
+
+    @property
+    def latest(self) -> M | None:
+        """What was heard last; None before the first reading, also after a reset."""
+        if self._latest is not None and self._latest[0] > self.simulation.clock.nanoseconds:
+            self._latest = None
+        return self._latest[1] if self._latest else None
+
+    @property
+    def latest_time(self) -> float:
+        """Simulated time in s of the latest reading, -inf before the first."""
+        return self._latest[0] / NANOSECONDS if self.latest is not None and self._latest else -math.inf
+
+    @abstractmethod
+    def measure(self, sample: int | None = None) -> M:
+        """What it senses now: without its noise, or with that of a sample's number."""
+
+    def close(self) -> None:
+        """Measure no more."""
+        self._timer.cancel()
+
+    def _sample(self) -> None:
+        now = self.simulation.clock.nanoseconds
+        message = self.measure(round(now / NANOSECONDS * self.spec.rate))
+        if not self.spec.latency:
+            self._hear(now, message)
+            return
+        self._pending = [p for p in self._pending if p[0] < now]
+        self._pending.append((now, message))
+
+        def arrive() -> None:
+            later.cancel()
+            self._arrive()
+
+        later = self.simulation.clock.every(1.0 / self.spec.latency, arrive)
+
+    def _arrive(self) -> None:
+        due = self.simulation.clock.nanoseconds - round(self.spec.latency * NANOSECONDS)
+        while self._pending and self._pending[0][0] <= due:
+            self._hear(*self._pending.pop(0))
+
+    def _hear(self, stamp: int, message: M) -> None:
+        self._latest = stamp, message
+        if self._publisher.is_heard:
+            self._publisher.publish(message)
+
+    def _header(self) -> Header:
+        return Header(self.simulation.clock.stamp, self.spec.frame or self.spec.link)
+
+    def _place(self) -> tuple[Any, Any, NDArray[np.float64], NDArray[np.float64]]:
+        """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
+        model, data = self.simulation.engine()
+        rotation = data.xmat[self._body].reshape(3, 3)
+        return model, data, data.xpos[self._body] + rotation @ self._offset, rotation @ self._rotation
+
+
+def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:  # noqa: ANN401
+    """The engine's indices of a robot's shapes."""
+    prefix = f"{robot}/"
+    bodies = np.array([model.body(b).name.startswith(prefix) for b in range(model.nbody)])
+    return np.flatnonzero(bodies[model.geom_bodyid])

@@ -1,0 +1,215 @@
+"""Lidar readings against the geometry of the world."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from kbot.kinematics import PlanarPose, Transform
+from kbot.messages.sensing import LaserScan, PointCloud2
+from kbot.sensors import Lidar, Noise, scan_points
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.builders import box, cylinder, floor
+from kbot.world.world import World
+
+ROOM = World("room", (floor(), *(
+    box(f"wall{i}", size, x, y)
+    for i, (size, x, y) in enumerate([
+        ((0.1, 6.0, 1.0), 2.05, 0.0), ((0.1, 6.0, 1.0), -1.05, 0.0),
+        ((6.0, 0.1, 1.0), 0.0, 1.55), ((6.0, 0.1, 1.0), 0.0, -3.05),
+    ])
+)))  # fmt: skip
+"""Inner faces at x = 2 and -1, y = 1.5 and -3."""
+
+UP = Transform.from_xyz_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0))
+
+
+def _room(angle, x=0.0, y=0.0):
+    """Distance in m from a point to the room's walls."""
+    c, s = math.cos(angle), math.sin(angle)
+    along = ((2.0 - x) if c > 0 else (-1.0 - x)) / c if abs(c) > 1e-12 else math.inf
+    across = ((1.5 - y) if s > 0 else (-3.0 - y)) / s if abs(s) > 1e-12 else math.inf
+    return min(along, across)
+
+
+def test_a_room_is_measured_to_a_nanometre(robot):
+    simulation = Simulation(robot, ROOM)
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=720))
+    distances = lidar.distances()
+    angles = np.linspace(-math.pi, math.pi, 720)
+    assert distances == pytest.approx([_room(a) for a in angles], abs=1e-9)
+
+
+def test_it_turns_and_moves_with_its_robot(robot):
+    simulation = Simulation(robot, ROOM)
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=91, range_max=12.0))
+    simulation.place(PlanarPose(0.7, -0.4, 0.6))
+    angles = np.linspace(-math.pi, math.pi, 91)
+    expected = [_room(a + 0.6, 0.7, -0.4) for a in angles]
+    assert lidar.distances() == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_pillar_is_round(robot):
+    simulation = Simulation(robot, World("pillar", (floor(), cylinder("pillar", 0.2, 1.0, 1.0, 0.0))))
+    lidar = simulation.add_sensor(
+        Lidar(link="base_footprint", pose=UP, samples=41, angle_min=-0.3, angle_max=0.3)
+    )
+    for angle, distance in zip(np.linspace(-0.3, 0.3, 41), lidar.distances(), strict=True):
+        inside = 0.2**2 - math.sin(angle) ** 2
+        expected = math.cos(angle) - math.sqrt(inside) if inside > 0 else math.inf
+        assert distance == pytest.approx(expected, abs=1e-9)
+
+
+def test_what_is_out_of_range_is_infinite_as_rep_117_has_it(robot):
+    simulation = Simulation(robot, ROOM)
+    spec = Lidar(link="base_footprint", pose=UP, samples=360, range_min=1.2, range_max=2.5, noise=Noise(0.01))
+    lidar = simulation.add_sensor(spec)
+    simulation.run(0.1)
+    scan = lidar.latest
+    for angle, value in zip(np.linspace(-math.pi, math.pi, 360), scan.ranges.tolist(), strict=True):
+        true = _room(angle)
+        if true < 1.2:
+            assert value == -math.inf
+        elif true > 2.5:
+            assert value == math.inf
+        else:
+            assert abs(value - true) < 0.06
+            assert 1.2 <= value <= 2.5
+
+
+def test_its_own_robot_is_not_seen_but_the_ground_is(robot):
+    simulation = Simulation(robot)
+    inside = simulation.add_sensor(Lidar(link="base_link", name="inside"))
+    assert np.isinf(inside.distances()).all()
+    down = Transform.from_xyz_rpy((0.0, 0.0, 0.2), (0.0, math.pi / 2, 0.0))
+    below = simulation.add_sensor(
+        Lidar(link="base_footprint", name="below", pose=down, samples=1, angle_min=0)
+    )
+    assert below.distances() == pytest.approx([0.2], abs=1e-6)
+
+
+def test_it_equals_the_engines_own_rays(robot):
+    simulation = Simulation(robot, "boxes:count=30")
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP))
+    model, data = simulation.engine()
+    base = simulation.link_pose("base_footprint") @ UP
+    for direction, distance in zip(lidar.spec.directions, lidar.distances(), strict=True):
+        hit = np.zeros(1, dtype=np.int32)
+        groups = None
+        # from beyond the robot's own body, which is at most 0.13 m away
+        start = base.translation + base.rotation @ direction * 0.13
+        single = mujoco.mj_ray(model, data, start, base.rotation @ direction, groups, 1, -1, hit, None)
+        if single >= 0 and single + 0.13 <= 10.0:
+            assert distance == pytest.approx(single + 0.13, abs=1e-9)
+        else:
+            assert distance == math.inf
+
+
+def test_scans_come_at_their_rate_with_stamps_and_a_frame(robot):
+    simulation = Simulation(robot, ROOM)
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, rate=25.0))
+    heard = []
+    simulation.bus.subscribe("/scan", LaserScan, heard.append)
+    simulation.run(1.0)
+    assert [m.header.stamp.nanoseconds for m in heard] == [40_000_000 * k for k in range(1, 26)]
+    assert heard[0].header.frame_id == "base_footprint"
+    assert len(heard[0].ranges) == 360
+    assert heard[0].angle_increment == pytest.approx(2 * math.pi / 359)
+    assert lidar.latest is heard[-1]
+
+
+def test_latency_delays_what_is_heard(robot):
+    simulation = Simulation(robot, ROOM)
+    spec = Lidar(link="base_footprint", pose=UP, rate=10.0, latency=0.25)
+    lidar = simulation.add_sensor(spec)
+    heard = []
+    simulation.bus.subscribe(
+        "scan", LaserScan, lambda m: heard.append((m.header.stamp.seconds, simulation.clock.seconds))
+    )
+    simulation.run(0.34)
+    assert lidar.latest is None
+    simulation.run(0.36)
+    assert heard == [pytest.approx((k / 10, k / 10 + 0.25), abs=0.0021) for k in (1, 2, 3, 4)]
+
+
+def test_noise_is_the_same_after_a_reset_and_differs_by_seed(robot):
+    spec = Lidar(link="base_footprint", pose=UP, noise=Noise(stddev=0.02))
+
+    def scans(simulation, lidar):
+        simulation.run(0.3)
+        return lidar.latest.ranges
+
+    simulation = Simulation(robot, ROOM, seed=3)
+    lidar = simulation.add_sensor(spec)
+    first = scans(simulation, lidar)
+    simulation.reset()
+    assert lidar.latest is None
+    assert np.array_equal(scans(simulation, lidar), first)
+    other = Simulation(robot, ROOM, seed=4)
+    assert not np.array_equal(scans(other, other.add_sensor(spec)), first)
+    off = first - np.array([_room(a) for a in np.linspace(-math.pi, math.pi, 360)])
+    assert np.std(off) == pytest.approx(0.02, rel=4 / math.sqrt(2 * 360))
+
+
+def test_measuring_leaves_the_simulation_as_it_is(robot):
+    runs = []
+    for with_lidar in (False, True):
+        simulation = Simulation(robot, ROOM)
+        if with_lidar:
+            simulation.add_sensor(Lidar(link="base_footprint", pose=UP, rate=33.0))
+        simulation.cmd_vel(0.2, 0.5)
+        simulation.run(2.0)
+        runs.append(simulation.state_sha256())
+    assert runs[0] == runs[1]
+
+
+def test_rows_make_a_cloud(robot):
+    simulation = Simulation(robot, ROOM)
+    spec = Lidar(
+        link="base_footprint",
+        name="points",
+        pose=UP,
+        samples=90,
+        rows=5,
+        elevation_min=-0.3,
+        elevation_max=0.3,
+    )
+    cloud = simulation.add_sensor(spec)
+    points = cloud.points()
+    assert points.shape == (5, 90, 3)
+    finite = points[np.isfinite(points).all(axis=2)]
+    x, y, z = (finite + np.array((0.0, 0.0, 0.1))).T
+    # every point is on a wall, or on the ground
+    off = np.min([abs(x - 2), abs(x + 1), abs(y - 1.5), abs(y + 3), abs(z)], axis=0)
+    assert off.max() < 1e-6
+    message = cloud.measure()
+    assert isinstance(message, PointCloud2)
+    assert (message.height, message.width, message.row_step) == (5, 90, 1080)
+    back = np.frombuffer(message.data, "<f4").reshape(5, 90, 3)
+    assert np.array_equal(back, points.astype("<f4"))
+    assert [f.name for f in message.fields] == ["x", "y", "z"]
+
+
+def test_points_are_where_the_walls_are(robot):
+    simulation = Simulation(robot, ROOM)
+    pose = Transform.from_xyz_rpy((0.05, -0.02, 0.1), (0.0, 0.0, 0.7))
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=pose))
+    x, y = scan_points(lidar.measure(), pose.matrix).T
+    off = np.min([abs(x - 2), abs(x + 1), abs(y - 1.5), abs(y + 3)], axis=0)
+    assert off.max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        {"samples": 0}, {"angle_min": 1.0, "angle_max": 0.0}, {"range_min": 2.0, "range_max": 1.0},
+        {"rate": 0.0}, {"latency": -1.0}, {"elevation_max": 2.0}, {"link": "base_lnik"},
+    ],
+)  # fmt: skip
+def test_numbers_that_make_no_lidar_are_refused(robot, numbers):
+    with pytest.raises(KbotError) as error:
+        Simulation(robot).add_sensor(Lidar(**{"link": "base_link", **numbers}))
+    if "link" in numbers:
+        assert "did you mean 'base_link'" in str(error.value)

@@ -1,0 +1,161 @@
+"""IMU, encoders, GPS and ground truth against theory."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kbot.kinematics import PlanarPose, Transform
+from kbot.sensors import Encoders, Gps, GroundTruth, Imu, Noise
+from kbot.sensors.position import geodetic
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.builders import floor
+from kbot.world.world import World
+
+G = 9.81
+
+
+def _vector(v):
+    return np.array([v.x, v.y, v.z])
+
+
+def _collect(simulation, sensor, seconds):
+    heard = []
+    simulation.bus.subscribe(sensor.spec.topic or sensor.spec.label, sensor.message_type, heard.append)
+    simulation.run(seconds)
+    return heard
+
+
+def test_at_rest_on_a_slope_the_imu_feels_gravity(robot):
+    angle = math.radians(10)
+    # a slope up ahead is a level floor under gravity that leans back
+    gravity = (-G * math.sin(angle), 0.0, -G * math.cos(angle))
+    simulation = Simulation(robot, World("slope", (floor(),), gravity))
+    imu = simulation.add_sensor(Imu(link="base_link"))
+    simulation.run(0.5)
+    heard = _collect(simulation, imu, 0.2)
+    force = np.mean([_vector(m.linear_acceleration) for m in heard], axis=0)
+    assert force == pytest.approx((G * math.sin(angle), 0.0, G * math.cos(angle)), abs=2e-3)
+    assert np.abs([_vector(m.angular_velocity) for m in heard]).max() < 2e-3
+
+
+def test_the_axes_of_a_tilted_imu(robot):
+    simulation = Simulation(robot)
+    pose = Transform.from_xyz_rpy((0, 0, 0), (math.pi / 2, 0.0, 0.0))
+    imu = simulation.add_sensor(Imu(link="base_link", pose=pose))
+    simulation.run(0.3)
+    # its y points up
+    assert _vector(imu.latest.linear_acceleration) == pytest.approx((0.0, G, 0.0), abs=2e-3)
+    q = imu.latest.orientation
+    assert (q.x, q.y, q.z, q.w) == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)), abs=1e-4)
+
+
+def test_on_a_turn_of_known_rate_and_radius(robot):
+    v, w = 0.3, 1.2
+    simulation = Simulation(robot)
+    off = Transform.from_xyz_rpy((0.03, 0.05, 0.0), (0.0, 0.0, 0.0))
+    imu = simulation.add_sensor(Imu(link="base_footprint", pose=off))
+    simulation.cmd_vel(v, w)
+    simulation.run(1.5)
+    heard = _collect(simulation, imu, 1.0)
+    force = np.mean([_vector(m.linear_acceleration) for m in heard], axis=0)
+    # towards the middle of the turn, which is v / w to the left: w^2 times the way there
+    assert force == pytest.approx((-(w**2) * 0.03, w**2 * (v / w - 0.05), G), abs=5e-3)
+    spin = np.mean([m.angular_velocity.z for m in heard])
+    assert spin == pytest.approx(w, abs=1e-3)
+
+
+def test_speeding_up_is_felt(robot):
+    simulation = Simulation(robot)
+    imu = simulation.add_sensor(Imu(link="base_footprint"))
+    simulation.run(0.2)
+    simulation.cmd_vel(0.5, 0.0)
+    heard = _collect(simulation, imu, 0.4)
+    # commands are slewed by 1 m/s^2
+    assert np.mean([m.linear_acceleration.x for m in heard[5:]]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_imu_noise_has_its_deviation_and_covariance(robot):
+    simulation = Simulation(robot, seed=5)
+    spec = Imu(
+        link="base_link",
+        rate=500.0,
+        gyroscope=Noise(stddev=0.02),
+        accelerometer=Noise(stddev=0.3, bias_mean=1.0),
+    )
+    imu = simulation.add_sensor(spec)
+    simulation.run(0.3)
+    heard = _collect(simulation, imu, 2.0)
+    force = np.array([_vector(m.linear_acceleration) for m in heard])
+    spin = np.array([_vector(m.angular_velocity) for m in heard])
+    n = len(heard)
+    assert force.mean(axis=0) == pytest.approx((1.0, 1.0, G + 1.0), abs=4 * 0.3 / math.sqrt(n) + 2e-3)
+    assert force.std(axis=0) == pytest.approx([0.3] * 3, rel=4 / math.sqrt(2 * n))
+    assert spin.std(axis=0) == pytest.approx([0.02] * 3, rel=4 / math.sqrt(2 * n) + 0.01)
+    assert heard[0].linear_acceleration_covariance[4] == pytest.approx(0.09)
+    assert heard[0].angular_velocity_covariance[8] == pytest.approx(0.0004)
+
+
+def test_encoders_count_a_known_path(robot):
+    simulation = Simulation(robot)
+    encoders = simulation.add_sensor(Encoders(resolution=1000))
+    simulation.cmd_vel(0.35, 0.0)
+    simulation.run(3.0)
+    count = 2 * math.pi / 1000
+    way = simulation.ground_truth.pose.x
+    for joint, position in zip(encoders.latest.name, encoders.latest.position, strict=True):
+        assert (position / count) == pytest.approx(round(position / count), abs=1e-6)
+        # the radius is 0.035 m; a count, and the wheel's sinking in, may be missing
+        assert position == pytest.approx(way / 0.035, abs=count + 0.01)
+        assert joint in ("left_wheel_joint", "right_wheel_joint")
+    # 10 rad/s, told by whole counts over 20 ms
+    assert encoders.latest.velocity == pytest.approx((10.0, 10.0), abs=count / 0.02 + 0.01)
+
+
+def test_encoders_say_which_joint_there_is_not(robot):
+    with pytest.raises(KbotError, match="left_wheel_joint"):
+        Simulation(robot).add_sensor(Encoders(joints=("left_wheel_jont",)))
+
+
+@pytest.mark.parametrize("latitude", [0.0, 47.3769, -60.0, 89.9])
+def test_gps_goes_by_the_curvature_of_the_earth(latitude):
+    # metres a degree from the ellipsoid's radii of curvature
+    a, f = 6378137.0, 1 / 298.257223563
+    e2 = f * (2 - f)
+    s = math.sin(math.radians(latitude))
+    across = a / math.sqrt(1 - e2 * s * s)
+    along = a * (1 - e2) / (1 - e2 * s * s) ** 1.5
+    lat, lon, alt = geodetic([0.0, 10.0, 0.0], latitude, 8.5, 400.0)
+    assert math.radians(lat - latitude) * (along + 400.0) == pytest.approx(10.0, abs=1e-4)
+    lat, lon, _ = geodetic([10.0, 0.0, 0.0], latitude, 8.5, 400.0)
+    east = math.radians(lon - 8.5) * (across + 400.0) * math.cos(math.radians(latitude))
+    assert east == pytest.approx(10.0, abs=1e-4)
+    assert geodetic([0.0, 0.0, 7.0], latitude, 8.5, 400.0) == pytest.approx((latitude, 8.5, 407.0), abs=1e-6)
+    assert alt == pytest.approx(400.0, abs=1e-4)
+
+
+def test_gps_of_a_robot(robot):
+    simulation = Simulation(robot)
+    gps = simulation.add_sensor(
+        Gps(link="base_footprint", latitude=47.0, longitude=8.0, horizontal=Noise(2.0))
+    )
+    simulation.place(PlanarPose(5.0, 3.0))
+    fix = gps.measure()
+    east = math.radians(fix.longitude - 8.0) * 6.39e6 * math.cos(math.radians(47.0))
+    assert east == pytest.approx(5.0, rel=2e-3)
+    assert fix.position_covariance[0] == 4.0
+    with pytest.raises(KbotError, match="no place"):
+        Gps(link="base_footprint", latitude=91.0)
+
+
+def test_ground_truth_is_the_simulations(robot):
+    simulation = Simulation(robot)
+    truth = simulation.add_sensor(GroundTruth(link="base_footprint"))
+    simulation.cmd_vel(0.2, 0.5)
+    simulation.run(2.0)
+    motion, said = simulation.ground_truth, truth.measure()
+    assert (said.pose.pose.position.x, said.pose.pose.position.y) == (motion.pose.x, motion.pose.y)
+    assert said.twist.twist.angular.z == pytest.approx(0.5, abs=1e-3)
+    assert said.twist.twist.linear.x == pytest.approx(0.2, abs=1e-3)
+    assert said.header.frame_id == "world"

@@ -1,0 +1,78 @@
+"""Range, cliff, bumper and line sensors in worlds whose answers are known."""
+
+import math
+
+import pytest
+
+from kbot.kinematics import PlanarPose, Transform
+from kbot.sensors import Cliff, Contact, Line, Noise, Range
+from kbot.sim import Simulation
+from kbot.world.builders import box, floor
+from kbot.world.world import World
+
+WALL = World("wall", (floor(), box("wall", (0.1, 4.0, 1.0), 1.05, 0.0)))
+UP = Transform.from_xyz_rpy((0.0, 0.0, 0.5), (0.0, 0.0, 0.0))
+DOWN = Transform.from_xyz_rpy((0.05, 0.0, 0.03), (0.0, math.pi / 2, 0.0))
+
+
+def test_a_sonar_tells_the_nearest_point_of_a_wall(robot):
+    simulation = Simulation(robot, WALL)
+    sonar = simulation.add_sensor(Range(link="base_footprint", pose=UP))
+    assert sonar.measure().range == pytest.approx(1.0, abs=1e-9)
+    simulation.place(PlanarPose(0.0, 0.0, math.radians(5)))
+    # the wall's foot is still within the cone of 7.4 degrees to each side; rays are 7.4/4 degrees apart
+    assert sonar.measure().range == pytest.approx(1.0, abs=1.0 / math.cos(math.radians(2)) - 1.0 + 1e-9)
+
+
+def test_a_sonar_out_of_range_says_infinity(robot):
+    simulation = Simulation(robot, WALL)
+    far = simulation.add_sensor(Range(link="base_footprint", name="far", pose=UP, range_max=0.9))
+    near = simulation.add_sensor(
+        Range(link="base_footprint", name="near", pose=UP, range_min=1.5, noise=Noise(0.1))
+    )
+    simulation.run(0.1)
+    assert far.latest.range == math.inf
+    assert near.latest.range == -math.inf
+
+
+def test_a_cliff_is_where_the_floor_ends(robot):
+    plate = World("plate", (box("plate", (1.0, 1.0, 0.5), 0.0, 0.0, z=-0.25, ground=True),))
+    simulation = Simulation(robot, plate)
+    cliff = simulation.add_sensor(Cliff(link="base_footprint", pose=DOWN, distance=0.06))
+    assert cliff.measure().data is False
+    simulation.place(PlanarPose(0.44, 0.0))
+    assert cliff.measure().data is False
+    simulation.place(PlanarPose(0.46, 0.0))
+    assert cliff.measure().data is True
+
+
+def test_a_bumper_tells_what_it_runs_into(robot):
+    simulation = Simulation(robot, World("wall", (floor(), box("wall", (0.1, 2.0, 0.3), 0.35, 0.0))))
+    bumper = simulation.add_sensor(Contact(link="base_link"))
+    wheel = simulation.add_sensor(Contact(link="left_wheel", name="wheel"))
+    simulation.run(0.5)
+    assert bumper.latest.data is False
+    simulation.cmd_vel(0.2, 0.0)
+    # the plate's front is 0.06 m ahead of the axle, the wall's face at 0.30 m
+    simulation.run(1.0)
+    assert bumper.latest.data is False
+    simulation.run(2.0)
+    assert bumper.latest.data is True
+    touches = bumper.touches()
+    assert {touch.body for touch in touches} == {"wall"}
+    assert sum(touch.force for touch in touches) > 1.0
+    # standing on the ground is no touch
+    assert wheel.latest.data is False
+
+
+def test_a_line_is_darker_than_the_floor(robot):
+    simulation = Simulation(robot, "track:line=0.03")
+    low = Transform.from_xyz_rpy((0.05, 0.0, 0.01), (0.0, 0.0, 0.0))
+    line = simulation.add_sensor(Line(link="base_footprint", pose=low, eyes=5, spacing=0.02))
+    seen = line.measure().data
+    # the line is 0.03 m wide: only the middle eye of those at 0.04, 0.02, 0 … is over it
+    assert [value < 0.2 for value in seen] == [False, False, True, False, False]
+    assert seen[0] > 0.8
+    simulation.place(PlanarPose(0.0, 0.02))
+    # the robot is to the left of the line: an eye on its right sees it
+    assert [value < 0.2 for value in line.measure().data] == [False, False, False, True, False]
