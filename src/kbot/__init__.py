@@ -14,9 +14,7 @@ Names are imported when they are first used, so that `import kbot` costs next to
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
+TYPE_CHECKING = False  # as in typing, which takes longer to import than all of this
 if TYPE_CHECKING:
     from kbot import checks, kinematics, messages, model, sim, text, world, xacro
     from kbot.kinematics import PlanarPose, Transform
@@ -67,6 +65,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
+    from importlib import import_module
+
     value: object
     if name in _HOMES:
         value = getattr(import_module(_HOMES[name]), name)

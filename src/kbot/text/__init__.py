@@ -1,10 +1,20 @@
 """Ground floor: files, spans, XML with exact positions, and the one Diagnostic that everything reports in."""
 
-from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
-from kbot.text.errors import DescriptionError, KbotError
-from kbot.text.files import read_source, write_text
-from kbot.text.span import Call, Origin, Source, Span
-from kbot.text.xml import Comment, Element, Text, parse_xml
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
+    from kbot.text.errors import DescriptionError, KbotError
+    from kbot.text.files import read_source, write_text
+    from kbot.text.span import Call, Origin, Source, Span
+    from kbot.text.xml import Comment, Element, Text, parse_xml
+
+_HOMES = {
+    "diagnostic": ("Diagnostic", "Edit", "Fix", "Related", "Severity"),
+    "errors": ("DescriptionError", "KbotError"),
+    "files": ("read_source", "write_text"),
+    "span": ("Call", "Origin", "Source", "Span"),
+    "xml": ("Comment", "Element", "Text", "parse_xml"),
+}
 
 __all__ = [
     "Call",
@@ -25,3 +35,15 @@ __all__ = [
     "read_source",
     "write_text",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """A name from its module, which is imported only now: most texts need no diagnostics."""
+    from importlib import import_module
+
+    for module, names in _HOMES.items():
+        if name in names:
+            value: object = getattr(import_module(f"kbot.text.{module}"), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module 'kbot.text' has no attribute '{name}'")

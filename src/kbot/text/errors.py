@@ -6,9 +6,11 @@ KbotError                what a user can cause: bad input, bad arguments, a port
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
-from kbot.text.diagnostic import Diagnostic
+    from kbot.text.diagnostic import Diagnostic
 
 
 class KbotError(Exception):

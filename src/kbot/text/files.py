@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
-from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError, KbotError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
@@ -14,6 +12,8 @@ MAX_BYTES = 32 * 1024 * 1024
 
 
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
+    from kbot.text.diagnostic import Diagnostic, Severity
+
     origin = Origin(Span(Source(path, ""), 0, 0))
     return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
 
@@ -58,7 +58,8 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     Raises:
         KbotError: the folder is missing or not writable.
     """
-    import tempfile  # costs more to import than all of this package
+    import tempfile  # this and pathlib cost more to import than all of this package
+    from pathlib import Path
 
     target = Path(os.path.realpath(path))  # a link stays a link
     try:

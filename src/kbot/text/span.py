@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import Literal
 
 
 class Source:
@@ -64,13 +66,30 @@ class Source:
         return Span(self, 0, len(self.data))
 
 
-@dataclass(frozen=True, slots=True)
 class Span:
-    """A piece of a source: byte offsets `start` to `end`, the end not included."""
+    """A piece of a source: byte offsets `start` to `end`, the end not included.
 
-    source: Source
-    start: int
-    end: int
+    Not to be changed. This and the two classes below are written out, and no dataclasses: they are
+    made for every macro call, and what dataclasses import would double the time `kbot expand` takes.
+    """
+
+    __slots__ = ("end", "source", "start")
+
+    def __init__(self, source: Source, start: int, end: int) -> None:
+        self.source = source
+        self.start = start
+        self.end = end
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Span):
+            return NotImplemented
+        return (self.source, self.start, self.end) == (other.source, other.start, other.end)
+
+    def __hash__(self) -> int:
+        return hash((self.source, self.start, self.end))
+
+    def __repr__(self) -> str:
+        return f"Span({self})"
 
     @property
     def file(self) -> str:
@@ -93,17 +112,38 @@ class Span:
         return f"{self.file}:{line}:{column}"
 
 
-@dataclass(frozen=True, slots=True)
 class Call:
     """One step that brought an element here: a macro call or an include, and where it was written.
 
     Calls are a linked list, so that the thousands of elements a macro makes share one chain.
+    Not to be changed.
     """
 
-    kind: Literal["macro", "include"]
-    name: str
-    span: Span
-    caller: Call | None = None
+    __slots__ = ("caller", "kind", "name", "span")
+
+    def __init__(
+        self, kind: Literal["macro", "include"], name: str, span: Span, caller: Call | None = None
+    ) -> None:
+        self.kind: Literal["macro", "include"] = kind
+        self.name = name
+        self.span = span
+        self.caller = caller
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Call):
+            return NotImplemented
+        return self is other or (self.kind, self.name, self.span, self.caller) == (
+            other.kind,
+            other.name,
+            other.span,
+            other.caller,
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.name, self.span))
+
+    def __repr__(self) -> str:
+        return f"Call({self.kind} {self.name} at {self.span})"
 
     def chain(self) -> Iterator[Call]:
         """This call and those outside it, innermost first."""
@@ -113,12 +153,25 @@ class Call:
             call = call.caller
 
 
-@dataclass(frozen=True, slots=True)
 class Origin:
-    """The span something came from, and the includes and macro calls that brought it."""
+    """The span something came from, and the includes and macro calls that brought it. Not to be changed."""
 
-    span: Span
-    call: Call | None = None
+    __slots__ = ("call", "span")
+
+    def __init__(self, span: Span, call: Call | None = None) -> None:
+        self.span = span
+        self.call = call
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Origin):
+            return NotImplemented
+        return self.span == other.span and self.call == other.call
+
+    def __hash__(self) -> int:
+        return hash((self.span, self.call))
+
+    def __repr__(self) -> str:
+        return f"Origin({self.span})"
 
     @property
     def stack(self) -> tuple[Call, ...]:

@@ -8,13 +8,17 @@ written as, and the chain of calls that brought it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from typing import Any
 from xml.parsers import expat
 
-from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Origin, Source, Span
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Any
+
+    from kbot.text.diagnostic import Diagnostic
 
 MAX_NESTING = 1000
 
@@ -238,6 +242,8 @@ def _error(source: Source, code: str, message: str, offset: int, hint: str = "")
 
 
 def _diagnostic(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
+    from kbot.text.diagnostic import Diagnostic, Severity
+
     return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
 
 

@@ -10,11 +10,14 @@ import math
 import operator
 import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 from kbot.xacro.faults import Fault, LimitFault
 from kbot.xacro.limits import Limits
 from kbot.xacro.values import TYPES, Value, attribute
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 _RAISE_HINT = "raise the bound with Limits({name}=…) if the description is to be trusted"
 _WIDTH = re.compile(r"\d{4,}|\*")
@@ -257,7 +260,7 @@ def _guarded(budget: Budget, function: Value) -> Value:
     return bounded
 
 
-Guard = Callable[[Budget, Any, list[Value], dict[str, Value]], Value]
+Guard = Callable[[Budget, Value, list[Value], dict[str, Value]], Value]
 
 
 def _calls_back(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:

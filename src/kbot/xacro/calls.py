@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kbot.text.span import Call, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
@@ -16,6 +14,7 @@ from kbot.xacro.scope import FAILED, READY, Binding, Scope
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.expander import Expander
 

@@ -10,24 +10,26 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
 
 from kbot.xacro import bounds
 from kbot.xacro.bounds import Budget
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, attribute, public_names
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Protocol
 
-class Environment(Protocol):
-    """Where names are looked up."""
+    class Environment(Protocol):
+        """Where names are looked up."""
 
-    @property
-    def budget(self) -> Budget: ...
-    def lookup(self, name: str) -> Value: ...
-    def assign(self, name: str, value: Value) -> None: ...
+        @property
+        def budget(self) -> Budget: ...
+        def lookup(self, name: str) -> Value: ...
+        def assign(self, name: str, value: Value) -> None: ...
 
 
-Closure = Callable[[Any], Value]
+Closure = Callable[[Value], Value]
 
 
 class InvalidExpression(Exception):

@@ -7,11 +7,10 @@ here the same way.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kbot.text.span import Source
 from kbot.text.xml import Comment, Element, Text
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     Nodes = list[Element | Text]
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kbot.text.xml import Element
 from kbot.xacro.faults import Fault, Problem
 from kbot.xacro.macros import Macro
 from kbot.xacro.place import Node, Place
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.expander import Expander
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Mapping
 
-from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
@@ -16,11 +14,17 @@ from kbot.xacro import expressions, files, templates
 from kbot.xacro.expander import Expander
 from kbot.xacro.faults import LimitFault, Problem
 from kbot.xacro.limits import DEFAULT, Limits
-from kbot.xacro.packages import Packages
 from kbot.xacro.result import Expansion
 from kbot.xacro.run import Log, Run
 from kbot.xacro.scope import READY, Binding, Scope
 from kbot.xacro.values import Value
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from kbot.text.diagnostic import Diagnostic
+    from kbot.xacro.packages import Packages
 
 _FRAMES_PER_LEVEL = 8
 
@@ -45,7 +49,7 @@ def expand(
     It never raises for what is wrong with the file: see `Expansion.diagnostics`.
     """
     name = os.fspath(path)
-    run = Run(name, arguments or {}, (packages or Packages()).beside(name), limits, root_dir)
+    run = Run(name, arguments or {}, packages, limits, root_dir)
     run.log = log
     try:
         source = run.read(name)
@@ -66,7 +70,7 @@ def expand_text(
 ) -> Expansion:
     """Expand a text as if it were the file `base_path`, which need not exist."""
     name = os.fspath(base_path)
-    run = Run(name, arguments or {}, (packages or Packages()).beside(name or os.curdir), limits, root_dir)
+    run = Run(name, arguments or {}, packages, limits, root_dir)
     return _expand(Source(name, text), name, run, properties or {})
 
 
@@ -127,5 +131,7 @@ def _warn_of_unknown(run: Run, properties: Mapping[str, Value], overridden: set[
 
 
 def _stopped(fault: LimitFault, name: str) -> Diagnostic:
+    from kbot.text.diagnostic import Severity
+
     origin = fault.origin or Origin(Span(Source(name, ""), 0, 0))
     return Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint).diagnostic()

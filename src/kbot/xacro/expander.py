@@ -8,8 +8,6 @@ stands in the modules that `HANDLERS` names.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Comment, Element, Text
@@ -23,6 +21,10 @@ from kbot.xacro.run import Run
 from kbot.xacro.scope import FAILED, Binding, Scope
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value, truth
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 HANDLERS: dict[str, Handler] = {
     "xacro:if": conditions.condition,

@@ -12,8 +12,12 @@ import unicodedata
 import warnings
 
 from kbot.xacro import closures
-from kbot.xacro.closures import Closure, Environment, InvalidExpression
+from kbot.xacro.closures import Closure, InvalidExpression
 from kbot.xacro.values import Value, YamlDict, wrap
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.xacro.closures import Environment
 
 MAX_CHARACTERS = 20_000
 

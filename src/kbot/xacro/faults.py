@@ -6,8 +6,10 @@ text is, gives it an origin; the run reports it once and turns it into a Diagnos
 
 from __future__ import annotations
 
-from kbot.text.diagnostic import Diagnostic, Related, Severity
-from kbot.text.span import Origin
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic, Related, Severity
+    from kbot.text.span import Origin
 
 
 class Problem:
@@ -25,6 +27,8 @@ class Problem:
 
     def also(self, message: str, origin: Origin) -> None:
         """Add a place, unless it is the problem's own or known already."""
+        from kbot.text.diagnostic import Related
+
         span = origin.span
         if self.origin is None or (span.source, span.start) != (
             self.origin.span.source,
@@ -33,6 +37,8 @@ class Problem:
             self.related.setdefault((span.file, span.start, message), Related(message, origin))
 
     def diagnostic(self) -> Diagnostic:
+        from kbot.text.diagnostic import Diagnostic
+
         related = tuple(self.related.values())
         return Diagnostic(self.code, self.severity, self.message, self.origin, self.hint, related)
 

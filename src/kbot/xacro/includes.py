@@ -5,7 +5,6 @@ from __future__ import annotations
 import glob
 import os
 import re
-from typing import TYPE_CHECKING
 
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Span
@@ -17,6 +16,7 @@ from kbot.xacro.macros import MacroTable
 from kbot.xacro.place import Node, Place
 from kbot.xacro.scope import READY, Binding, Scope
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.expander import Expander
 

@@ -2,39 +2,69 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True, slots=True)
 class Limits:
     """Bounds on one expansion; a caller raises them with `Limits(steps=…)`.
 
     With the defaults an expansion from a stranger ends within about half a minute and half a
-    gigabyte, whatever it holds; real robots stay a hundred times below them.
+    gigabyte, whatever it holds; real robots stay a hundred times below them. Not to be changed.
+
+    file_bytes      Size of one file that is read.
+    nesting         Depth of elements, macro calls and includes taken together.
+    includes        Depth of files that include one another.
+    macro_calls     Depth of macros that call one another.
+    nodes           Elements and texts of the result, and of all that is evaluated on the way to it.
+    text            Characters of evaluated text in all.
+    steps           Items that loops and functions of expressions go through.
+    length          Length of one string, list, tuple, set or dictionary.
+    bits            Size of one whole number.
+    function_depth  Depth of lambda functions that call one another.
+    errors          Errors after which expansion gives up.
     """
 
-    file_bytes: int = 32 * 1024 * 1024
-    """Size of one file that is read."""
-    nesting: int = 1000
-    """Depth of elements, macro calls and includes taken together."""
-    includes: int = 100
-    """Depth of files that include one another."""
-    macro_calls: int = 500
-    """Depth of macros that call one another."""
-    nodes: int = 2_000_000
-    """Elements and texts of the result, and of all that is evaluated on the way to it."""
-    text: int = 64 * 1024 * 1024
-    """Characters of evaluated text in all."""
-    steps: int = 5_000_000
-    """Items that loops and functions of expressions go through."""
-    length: int = 4_000_000
-    """Length of one string, list, tuple, set or dictionary."""
-    bits: int = 32_768
-    """Size of one whole number."""
-    function_depth: int = 100
-    """Depth of lambda functions that call one another."""
-    errors: int = 200
-    """Errors after which expansion gives up."""
+    __slots__ = (
+        "bits",
+        "errors",
+        "file_bytes",
+        "function_depth",
+        "includes",
+        "length",
+        "macro_calls",
+        "nesting",
+        "nodes",
+        "steps",
+        "text",
+    )
+
+    def __init__(
+        self,
+        *,
+        file_bytes: int = 32 * 1024 * 1024,
+        nesting: int = 1000,
+        includes: int = 100,
+        macro_calls: int = 500,
+        nodes: int = 2_000_000,
+        text: int = 64 * 1024 * 1024,
+        steps: int = 5_000_000,
+        length: int = 4_000_000,
+        bits: int = 32_768,
+        function_depth: int = 100,
+        errors: int = 200,
+    ) -> None:
+        self.file_bytes = file_bytes
+        self.nesting = nesting
+        self.includes = includes
+        self.macro_calls = macro_calls
+        self.nodes = nodes
+        self.text = text
+        self.steps = steps
+        self.length = length
+        self.bits = bits
+        self.function_depth = function_depth
+        self.errors = errors
+
+    def __repr__(self) -> str:
+        return f"Limits({', '.join(f'{name}={getattr(self, name)}' for name in self.__slots__)})"
 
 
 DEFAULT = Limits()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from kbot.text.span import Call
 from kbot.text.xml import Element
 from kbot.xacro.faults import Problem
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    pass
 
 _PARAMETER = re.compile(
     r"""\s*(?P<name>[^\s:=]+?)\s*:?=\s*
@@ -22,12 +24,15 @@ _PARAMETER = re.compile(
 )
 
 
-class Parameter(NamedTuple):
+class Parameter:
     """A parameter: `forwarded` takes the caller's value of the same name, `default` stands in."""
 
-    name: str
-    forwarded: bool = False
-    default: str | None = None
+    __slots__ = ("default", "forwarded", "name")
+
+    def __init__(self, name: str, forwarded: bool = False, default: str | None = None) -> None:
+        self.name = name
+        self.forwarded = forwarded
+        self.default = default
 
     @property
     def is_block(self) -> bool:
@@ -38,26 +43,39 @@ class Parameter(NamedTuple):
         return self.forwarded or self.default is not None
 
 
-@dataclass(slots=True)
 class Macro:
-    """A macro as it was last defined: its element, its parameters, and what brought it there."""
+    """A macro as it was last defined: its element, its parameters, and what brought it there.
 
-    name: str
-    body: Element
-    parameters: tuple[Parameter, ...]
-    call: Call | None = None
-    is_plain: bool = True
-    """Whether its own attributes hold no expressions and no namespaces."""
-    problem: Problem | None = None
-    """What is wrong with the definition; calls are then no errors of their own."""
+    is_plain  whether its own attributes hold no expressions and no namespaces
+    problem   what is wrong with the definition; calls are then no errors of their own
+    """
+
+    __slots__ = ("body", "call", "is_plain", "name", "parameters", "problem")
+
+    def __init__(
+        self,
+        name: str,
+        body: Element,
+        parameters: tuple[Parameter, ...],
+        call: Call | None = None,
+        problem: Problem | None = None,
+    ) -> None:
+        self.name = name
+        self.body = body
+        self.parameters = parameters
+        self.call = call
+        self.is_plain = True
+        self.problem = problem
 
 
-@dataclass(slots=True)
 class MacroTable:
     """Macros of one file, macro call or namespace, before those of the table around it."""
 
-    parent: MacroTable | None = None
-    own: dict[str, Macro | MacroTable] = field(default_factory=dict)
+    __slots__ = ("own", "parent")
+
+    def __init__(self, parent: MacroTable | None = None) -> None:
+        self.parent = parent
+        self.own: dict[str, Macro | MacroTable] = {}
 
     def find(self, name: str) -> Macro | MacroTable | None:
         table: MacroTable | None = self

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from kbot.text.span import Call
 from kbot.text.xml import Element, Text
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.scope import Scope
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.expander import Expander
 

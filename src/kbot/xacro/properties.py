@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kbot.text.xml import Element
 from kbot.xacro.expressions import is_identifier
 from kbot.xacro.faults import Fault
@@ -11,6 +9,7 @@ from kbot.xacro.location import locate, name_span
 from kbot.xacro.place import Place
 from kbot.xacro.scope import FAILED, LAZY, READY, Binding, Scope
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.expander import Expander
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError
 from kbot.text.xml import Document, Element, Text
 from kbot.xacro.serialise import banner, serialise
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope

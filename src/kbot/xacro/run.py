@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from functools import cached_property
 
-from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.files import read_source
 from kbot.text.span import Call, Origin, Source, Span
@@ -14,21 +13,20 @@ from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element, Text
 from kbot.xacro.bounds import Budget
 from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
-from kbot.xacro.limits import Limits
 from kbot.xacro.location import locate
-from kbot.xacro.packages import Packages
 from kbot.xacro.values import Value
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic
+    from kbot.xacro.limits import Limits
+    from kbot.xacro.packages import Packages
     from kbot.xacro.scope import Binding, Scope
 
-Log = Callable[[str, "Scope", str, Value], None]
+Log = Callable[[str, Value, str, Value], None]
+"""Told of `set` or `use`, the scope, the name and the value."""
 
-_SPOKEN = {
-    "message": ("X301", Severity.INFO),
-    "warning": ("X302", Severity.WARNING),
-    "error": ("X303", Severity.WARNING),
-}
+_SPOKEN = {"message": ("X301", "info"), "warning": ("X302", "warning"), "error": ("X303", "warning")}
 
 
 class Run:
@@ -39,14 +37,19 @@ class Run:
     """
 
     def __init__(
-        self, path: str, arguments: Mapping[str, str], packages: Packages, limits: Limits, root_dir: str
+        self,
+        path: str,
+        arguments: Mapping[str, str],
+        packages: Packages | None,
+        limits: Limits,
+        root_dir: str,
     ) -> None:
         self.files = [path]
         self.given = dict(arguments)
         self.arguments = dict(arguments)
         self.failed_arguments: dict[str, Problem] = {}
         self.declared: set[str] = set()
-        self.packages = packages
+        self._packages = packages
         self.limits = limits
         self.root_dir = root_dir
         self.budget = Budget(limits)
@@ -61,7 +64,7 @@ class Run:
         self.incomplete: Problem | None = None
         """A file that could not be included: what it would have defined is not to be missed."""
         self.log: Log | None = None
-        self.pending: list[tuple[str, Severity, str, str]] = []
+        self.pending: list[tuple[str, str, str, str]] = []
         """Warnings of the text being evaluated, which get their place when it is done."""
         self._known: dict[object, Problem] = {}
         self._errors = 0
@@ -70,6 +73,13 @@ class Run:
     def file(self) -> str:
         """The file that is being read, as it was named."""
         return self.files[-1]
+
+    @cached_property
+    def packages(self) -> Packages:
+        """Where packages are looked for: around the file too, unless the caller said where."""
+        from kbot.xacro.packages import Packages
+
+        return (self._packages or Packages()).beside(self.files[0] or os.curdir)
 
     def absolute(self, name: str) -> str:
         """A file name relative to the file being read, as a path."""
@@ -170,6 +180,8 @@ class Run:
         if problem is not None:
             problem.also("needed here", origin)
             return problem
+        from kbot.text.diagnostic import Severity
+
         problem = Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         self._known[key] = problem
         self.problems.append(problem)
@@ -192,13 +204,13 @@ class Run:
             raise ValueError("nothing to report")
         return first
 
-    def warn(self, code: str, message: str, hint: str = "", severity: Severity = Severity.WARNING) -> None:
+    def warn(self, code: str, message: str, hint: str = "", severity: str = "warning") -> None:
         """Warn of the text that is being evaluated."""
         self.pending.append((code, severity, message, hint))
 
     def warn_at(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
         """Warn of a place, once."""
-        self._warning(code, Severity.WARNING, message, origin or self._start(), hint)
+        self._warning(code, "warning", message, origin or self._start(), hint)
 
     def flush(self, node: Element | Text, attribute: str, call: Call | None) -> None:
         """Give the warnings of the text just evaluated their place."""
@@ -206,10 +218,12 @@ class Run:
         for code, severity, message, hint in pending:
             self._warning(code, severity, message, locate(node, attribute, call, None), hint)
 
-    def _warning(self, code: str, severity: Severity, message: str, origin: Origin, hint: str) -> None:
+    def _warning(self, code: str, severity: str, message: str, origin: Origin, hint: str) -> None:
         key = (code, message, origin.span.file, origin.span.start)
         if key not in self._known and len(self._known) < 10_000:
-            problem = self._known[key] = Problem(code, severity, message, origin, hint)
+            from kbot.text.diagnostic import Severity
+
+            problem = self._known[key] = Problem(code, Severity(severity), message, origin, hint)
             self.problems.append(problem)
 
     def speak(self, kind: str, text: str) -> None:

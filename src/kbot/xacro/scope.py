@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from kbot.text.span import Call, Origin
 from kbot.text.suggest import nearest
 from kbot.text.xml import Element
@@ -13,6 +11,7 @@ from kbot.xacro.names import GLOBAL, KNOWN, run_name
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value, literal
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.run import Run
 

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
 
 from kbot.text.xml import CData, Comment, Element, Instruction, Text
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _NEW_ESCAPES = sys.version_info >= (3, 13)
 _SPECIAL = re.compile(r'[&<>"]')

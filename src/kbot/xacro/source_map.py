@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import json
 from bisect import bisect_right
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Origin, Source, Span
@@ -19,7 +17,12 @@ from kbot.xacro.faults import Fault
 from kbot.xacro.location import within
 from kbot.xacro.templates import pieces
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
+    from collections.abc import Iterator
+
     from kbot.xacro.result import Expansion
     from kbot.xacro.scope import Binding
 

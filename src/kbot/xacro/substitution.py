@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.closures import Frame, InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
-from kbot.xacro.packages import PackageNotFound
 from kbot.xacro.values import Value
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from kbot.xacro.run import Run
 
 _CONSTANTS: dict[str, Any] = {
@@ -92,6 +93,8 @@ def _arg(run: Run, words: list[str]) -> str:
 def _find(run: Run, words: list[str]) -> str:
     if len(words) != 1:
         raise Fault("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
+    from kbot.xacro.packages import PackageNotFound
+
     try:
         return run.packages.find(words[0])
     except PackageNotFound as error:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from kbot.xacro.closures import InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.scope import Scope
 
@@ -29,13 +29,16 @@ EXPRESSION_ERRORS = (
 )  # fmt: skip
 
 
-class Piece(NamedTuple):
-    """A piece of a text, from one character to another."""
+class Piece:
+    """A piece of a text, from one character to another: "text", "expression" or "command"."""
 
-    kind: Literal["text", "expression", "command"]
-    content: str
-    start: int
-    end: int
+    __slots__ = ("content", "end", "kind", "start")
+
+    def __init__(self, kind: str, content: str, start: int, end: int) -> None:
+        self.kind = kind
+        self.content = content
+        self.start = start
+        self.end = end
 
 
 def pieces(text: str) -> list[Piece]:
@@ -140,7 +143,7 @@ def evaluate(text: str, scope: Scope) -> Value:
 
 
 def _evaluator(piece: Piece) -> Evaluator:
-    kind, content, _, _ = piece
+    kind, content = piece.kind, piece.content
     if kind == "text":
         return lambda scope: content
     if kind == "command":

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
-Value = Any
-"""What an expression computes; the language is dynamically typed."""
+TYPE_CHECKING = False  # as in typing, which takes long to import
+if TYPE_CHECKING:
+    from typing import Any
+
+    Value = Any
+    """What an expression computes; the language is dynamically typed."""
+else:
+    Value = object
 
 
-class YamlList(list[Any]):
+class YamlList(list[Value]):
     """A list from YAML: its items give dotted access too."""
 
     def __getitem__(self, index: Value) -> Value:
         return wrap(super().__getitem__(index))
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[Value]:
         for item in super().__iter__():
             yield wrap(item)
 
 
-class YamlDict(dict[Any, Any]):
+class YamlDict(dict[Value, Value]):
     """A dictionary from YAML: `data.key` is `data['key']`, and a missing key has the same error."""
 
     def __getitem__(self, key: Value) -> Value:

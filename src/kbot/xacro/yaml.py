@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, wrap
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
     from kbot.text.span import Source
 
 UNITS = {
