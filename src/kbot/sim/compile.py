@@ -8,12 +8,12 @@ from typing import Any
 
 import mujoco
 
-from kbot.sim.findings import Findings
 from kbot.sim.recipe import IMPRATIO
 from kbot.sim.robot_builder import RobotPlan, add_robot
 from kbot.sim.world_builder import add_world
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity
 from kbot.world import World
+from kbot.world.findings import Findings
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kbot.model import Robot
-from kbot.sim.findings import Findings
 from kbot.text import DescriptionError, Element, Origin
 from kbot.text.files import read_source
+from kbot.world.findings import Findings
 
 DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
 

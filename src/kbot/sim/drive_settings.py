@@ -12,9 +12,9 @@ from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
 from kbot.sim.controllers_yaml import diff_drive_parameters
 from kbot.sim.drive import DriveLimits
-from kbot.sim.findings import Findings
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
+from kbot.world.findings import Findings
 
 DEFAULT_LIMITS = DriveLimits()
 

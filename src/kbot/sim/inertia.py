@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.transform import rotation_from_rpy
 from kbot.model import Inertial, Link, Robot
 from kbot.model.shapes import tensor
-from kbot.sim.findings import Findings
+from kbot.world.findings import Findings
 
 SMALLEST = 1e-14
 """Kilograms, or kg m^2: less than this the engine takes for nothing."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from kbot.kinematics.frames import unit_axis
 from kbot.model import Joint, JointType, Robot
-from kbot.sim.findings import Findings
+from kbot.world.findings import Findings
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
@@ -41,6 +42,8 @@ class SimulatedRobot:
         self.robot = robot
         self.drive = drive
         self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
+        self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
+        """Fixed, for the base hangs rigidly on the root."""
         self.is_slewing = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
         self._next_slew = 0
@@ -209,11 +212,6 @@ class SimulatedRobot:
         yaw = base.yaw + full * round((counted - base.yaw) / full)
         spin, speed = self.link_velocity(self.base)
         return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
-
-    @property
-    def base_from_root(self) -> Transform:
-        """Fixed, for the base hangs rigidly on the root."""
-        return self.link_pose(self.base).inverse() @ self.link_pose(self.robot.root)
 
     @property
     def joint_positions(self) -> dict[str, float]:

@@ -12,7 +12,6 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, Robot
 from kbot.sim import contacts as touch
-from kbot.sim.findings import Findings
 from kbot.sim.geometry import add_shape, wxyz
 from kbot.sim.inertia import check_masses, set_inertial
 from kbot.sim.joints import add_joint, add_mimics
@@ -20,6 +19,7 @@ from kbot.sim.recipe import Contacts
 from kbot.sim.servo import add_drive_servos, add_hold_servos
 from kbot.sim.surfaces import PLAIN, link_surfaces
 from kbot.text import KbotError
+from kbot.world.findings import Findings
 
 
 @dataclass(frozen=True)

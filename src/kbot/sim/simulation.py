@@ -21,7 +21,6 @@ from kbot.sim import recipe
 from kbot.sim.compile import compile_model
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, drive_settings
-from kbot.sim.findings import Findings
 from kbot.sim.joints import limits
 from kbot.sim.motion import Motion
 from kbot.sim.placing import lowest_point
@@ -35,6 +34,7 @@ from kbot.sim.world_builder import body_pose, moving_bodies
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
+from kbot.world.findings import Findings
 
 S = TypeVar("S")
 S_co = TypeVar("S_co", covariant=True)
@@ -96,7 +96,11 @@ class Simulation:
         self._step_ns = timestep * 1e9
         self._limits = limits
         self._slewing: list[SimulatedRobot] = []
-        self.diagnostics = (*findings.diagnostics, *self._build(robot, drive, settings))
+        self.diagnostics = (
+            *self.world.diagnostics,
+            *findings.diagnostics,
+            *self._build(robot, drive, settings),
+        )
         self._topics = RobotTopics(self.bus, self._robot, self.command)
         self.reset()
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from math import isfinite
 
 from kbot.model import Robot
-from kbot.sim.findings import Findings
 from kbot.sim.recipe import FRICTION
 from kbot.text import Element
 from kbot.text.suggest import did_you_mean
+from kbot.world.findings import Findings
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +65,16 @@ def _friction(element: Element, default: float, findings: Findings) -> float:
     said = element.find("mu1") or element.find("mu")
     if said is None:
         return default
+    # as a text or as an attribute: the reader of Gazebo takes both
+    written = said.attributes.get("value", said.text).strip()
     try:
-        value = float(said.text)
+        value = float(written)
     except ValueError:
         value = -1.0
     if isfinite(value) and value >= 0.0:
         return value
     findings.warning(
-        "W130", f"<{said.tag}> is no coefficient of friction: '{said.text.strip()}'", said.origin,
+        "W130", f"<{said.tag}> is no coefficient of friction: '{written}'", said.origin,
         f"{default:g} is taken instead",
     )  # fmt: skip
     return default

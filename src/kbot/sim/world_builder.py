@@ -10,10 +10,10 @@ import numpy as np
 
 from kbot.kinematics.transform import Transform
 from kbot.sim import contacts as touch
-from kbot.sim.findings import Findings
 from kbot.sim.geometry import add_shape, wxyz
 from kbot.text import KbotError
 from kbot.world import world as w
+from kbot.world.findings import Findings
 
 PREFIX = "/"
 """A robot has a name before the slash, the world has none."""

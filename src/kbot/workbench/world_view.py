@@ -45,6 +45,8 @@ def _body(body: Body, meshes: MeshStore) -> BodyView:
 
 def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
     for part in body.parts:
+        if not part.visible:
+            continue
         shape, mesh = part.shape, ""
         kind: ShapeKind
         size: tuple[float, ...]

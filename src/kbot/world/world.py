@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
-from kbot.text import Origin
+from kbot.text import Diagnostic, Origin
 
 Rgba = tuple[float, float, float, float]
 
@@ -83,7 +83,7 @@ class Part:
 
     `ground` parts are driven on, the others run into: a drive wheel meets them differently.
     `friction` is the sliding coefficient; of two surfaces that touch the smaller one counts.
-    A part that is not `solid` is only seen.
+    A part that is not `solid` is only seen, one that is not `visible` only touched.
     """
 
     shape: Shape
@@ -92,6 +92,7 @@ class Part:
     friction: float = 1.0
     ground: bool = False
     solid: bool = True
+    visible: bool = True
     origin: Origin | None = None
 
 
@@ -118,8 +119,10 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Bodies by name, and gravity in m/s^2. The origin is free: a robot starts there."""
+    """Bodies by name, and gravity in m/s^2; a robot starts at the origin. `diagnostics` are what was said
+    while it was read."""
 
     name: str
     bodies: tuple[Body, ...]
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    diagnostics: tuple[Diagnostic, ...] = ()

@@ -1,9 +1,14 @@
-"""What there is to say about a robot or world on its way into the simulation.
+"""What there is to say about a world, or a robot on its way into the simulation.
 
 Codes: W101 a moving link weighs nothing, W102 bad mass, W103 bad inertia, W104 inertia that no body
 has, W105 a joint without an axis, W106 a shape that cannot touch, W107 a robot that touches nothing,
 W108 a mimic that follows nothing, W109 bad limits, W110 what the engine refuses, W120 a run that
-diverged.
+diverged; W130 a number that is none, W131 a size that the drive has wrong, W132 a file of parameters
+that cannot be used, W133 a link that is spoken of and not there.
+
+Of worlds: W201 no SDF, W202 a model that is not found, W203 a ring of includes, W204 bad number,
+W205 something missing, W206 a shape that cannot be built, W207 an unknown frame, W208 a name that
+comes twice, W210 what is not simulated, W220 a map that cannot be used.
 """
 
 from __future__ import annotations
@@ -22,6 +27,9 @@ class Findings:
 
     def warning(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
         self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint))
+
+    def info(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.INFO, message, origin, hint))
 
     def require(self) -> None:
         """Raises DescriptionError with all diagnostics when one of them is an error."""

@@ -1,0 +1,107 @@
+"""Files that a world names: `model://`, `package://`, `file://` and relative ones."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from kbot.text import DescriptionError, Element, KbotError, parse_xml, read_source
+from kbot.text.suggest import did_you_mean
+from kbot.world.sdf.values import Values
+from kbot.xacro import Packages
+
+LIBRARY = Path(__file__).parents[1] / "models"
+"""The models that ship with KBot."""
+
+PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
+
+
+class Files:
+    """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
+    then among the models that ship with KBot."""
+
+    def __init__(self, values: Values) -> None:
+        self._values = values
+
+    def find(self, uri: Element, beside: str) -> str | None:
+        """The file or folder that a `<uri>` in the file `beside` names; None, with a finding, if none."""
+        text = uri.text.strip()
+        if text.startswith(("http://", "https://")):
+            hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
+            self._values.findings.error(
+                "W202", f"nothing is fetched from the network: {text}", uri.origin, hint
+            )
+            return None
+        path = self._path(text, Path(beside).absolute().parent)
+        if path is not None and path.exists():
+            return str(path)
+        hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
+        self._values.findings.error("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
+        return None
+
+    def _path(self, text: str, folder: Path) -> Path | None:
+        scheme, mark, rest = text.partition("://")
+        if not text:
+            return None
+        if mark and scheme == "model":
+            return next((root / rest for root in self._roots(folder) if (root / rest).exists()), None)
+        if mark and scheme == "package":
+            try:
+                found = Packages(around=str(folder)).resolve(text)
+            except KbotError:
+                return None
+            return Path(found) if found else None
+        if mark and scheme == "file":
+            absolute = Path(rest)
+            if absolute.is_absolute():
+                return absolute
+            return next((root / rest for root in self._roots(folder) if (root / rest).exists()), None)
+        beside = folder / text
+        if beside.exists():
+            return beside
+        return next((root / text for root in self._roots(folder) if (root / text).exists()), None)
+
+    def _roots(self, folder: Path) -> Iterator[Path]:
+        """Folders that may hold model folders."""
+        for variable in PATH_VARIABLES:
+            yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
+        for parent in (folder, *folder.parents[:3]):
+            yield parent
+            yield parent / "models"
+        yield LIBRARY
+
+    def _names(self, beside: str) -> list[str]:
+        roots = (root for root in self._roots(Path(beside).absolute().parent) if root.is_dir())
+        return [
+            entry.name for root in roots for entry in root.iterdir() if (entry / "model.config").is_file()
+        ]
+
+
+def model_file(path: str) -> str:
+    """The SDF file of a model's folder, by its model.config: that of the newest version; a file is its own.
+
+    Raises:
+        KbotError: the folder has no SDF file.
+    """
+    folder = Path(path)
+    if folder.is_file():
+        return path
+    config = folder / "model.config"
+    if not config.is_file():
+        fallback = folder / "model.sdf"
+        if fallback.is_file():
+            return str(fallback)
+        raise KbotError(f"{path} has no model.config")
+    try:
+        entries = list(parse_xml(read_source(config)).elements("sdf"))
+    except DescriptionError as error:
+        raise KbotError(str(error)) from None
+    named = sorted(entries, key=lambda e: _version(e.attributes.get("version", "0")))
+    if not named:
+        raise KbotError(f"{config} names no <sdf>")
+    return str(folder / named[-1].text.strip())
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(word) if word.isdigit() else 0 for word in text.split("."))

@@ -1,0 +1,140 @@
+"""SDF geometries as shapes: their sizes, meshes, height maps and outlines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from kbot.kinematics.transform import Transform
+from kbot.model.meshes import load_mesh
+from kbot.text import Element, KbotError
+from kbot.world.images import read_grey
+from kbot.world.outline import Outline, prisms
+from kbot.world.sdf.values import Values
+from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
+
+Placed = tuple[Shape, Transform]
+FindFile = Callable[[Element], str | None]
+CONE_SIDES = 32
+
+
+class Shapes:
+    """Makes shapes of `<geometry>`; `find_file` leads a `<uri>` to a file."""
+
+    def __init__(self, values: Values, find_file: FindFile) -> None:
+        self._values, self._find_file = values, find_file
+
+    def read(self, geometry: Element | None, parent: Element) -> list[Placed]:
+        """The shapes of a `<geometry>`, each with its place in the visual or collision; none, with a
+        finding, where there is none to build."""
+        shape = next(geometry.elements(), None) if geometry is not None else None
+        if shape is None:
+            self._values.findings.error("W205", f"<{parent.tag}> has no <geometry>", parent.origin)
+            return []
+        if shape.tag == "empty":
+            return []
+        make = getattr(self, f"_{shape.tag}", None)
+        if make is None:
+            self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
+            return []
+        try:
+            placed: list[Placed] = make(shape)
+        except KbotError as error:
+            self._values.findings.error("W206", str(error), shape.origin)
+            return []
+        return placed
+
+    def _numbers(self, shape: Element, tag: str, count: int = 1) -> tuple[float, ...] | None:
+        return self._values.sizes(shape.find(tag), shape, tag, count)
+
+    def _box(self, shape: Element) -> list[Placed]:
+        size = self._numbers(shape, "size", 3)
+        return [(Box((size[0], size[1], size[2])), Transform.identity())] if size else []
+
+    def _sphere(self, shape: Element) -> list[Placed]:
+        radius = self._numbers(shape, "radius")
+        return [(Sphere(radius[0]), Transform.identity())] if radius else []
+
+    def _cylinder(self, shape: Element) -> list[Placed]:
+        radius, length = self._numbers(shape, "radius"), self._numbers(shape, "length")
+        return [(Cylinder(radius[0], length[0]), Transform.identity())] if radius and length else []
+
+    def _capsule(self, shape: Element) -> list[Placed]:
+        radius, length = self._numbers(shape, "radius"), self._numbers(shape, "length")
+        return [(Capsule(radius[0], length[0]), Transform.identity())] if radius and length else []
+
+    def _ellipsoid(self, shape: Element) -> list[Placed]:
+        radii = self._numbers(shape, "radii", 3)
+        return [(Ellipsoid((radii[0], radii[1], radii[2])), Transform.identity())] if radii else []
+
+    def _cone(self, shape: Element) -> list[Placed]:
+        radius, length = self._numbers(shape, "radius"), self._numbers(shape, "length")
+        if not (radius and length):
+            return []
+        angles = np.linspace(0.0, 2.0 * np.pi, CONE_SIDES, endpoint=False)
+        rim = np.column_stack([np.cos(angles), np.sin(angles)]) * radius[0]
+        low = np.full((CONE_SIDES, 1), -length[0] / 2)
+        vertices = np.vstack([np.hstack([rim, low]), [[0, 0, length[0] / 2], [0, 0, -length[0] / 2]]])
+        at = np.arange(CONE_SIDES)
+        after = (at + 1) % CONE_SIDES
+        side = np.column_stack([at, after, np.full(CONE_SIDES, CONE_SIDES)])
+        bottom = np.column_stack([after, at, np.full(CONE_SIDES, CONE_SIDES + 1)])
+        faces = np.vstack([side, bottom]).astype(np.int32)
+        return [(Mesh(vertices, faces), Transform.identity())]
+
+    def _plane(self, shape: Element) -> list[Placed]:
+        written = shape.find("size")
+        size = self._values.sizes(written, shape, "size", 2) if written is not None else None
+        plane = Plane((size[0], size[1])) if size else Plane()
+        normal = shape.find("normal")
+        values = self._values.numbers(normal, 3) if normal is not None else None
+        return [(plane, _turned_to(np.array(values)) if values and any(values) else Transform.identity())]
+
+    def _mesh(self, shape: Element) -> list[Placed]:
+        uri = shape.find("uri") or shape.find("filename")
+        if uri is None:
+            self._values.findings.error("W205", "<mesh> has no <uri>", shape.origin)
+            return []
+        path = self._find_file(uri)
+        if path is None:
+            return []
+        written = shape.find("scale")
+        scale = (self._values.numbers(written, 3) if written is not None else None) or (1.0, 1.0, 1.0)
+        if shape.find("submesh") is not None:
+            self._values.unsupported(shape, "a <submesh> is not picked out: the whole mesh stands for it")
+        data = load_mesh(path)
+        vertices = data.vertices * np.array(scale)
+        return [(Mesh(vertices, data.faces.astype(np.int32)), Transform.identity())]
+
+    def _heightmap(self, shape: Element) -> list[Placed]:
+        uri, size = shape.find("uri"), self._numbers(shape, "size", 3)
+        if uri is None or size is None:
+            return []
+        path = self._find_file(uri)
+        if path is None:
+            return []
+        grey = read_grey(path)
+        where = shape.find("pos")
+        place = (self._values.numbers(where, 3) if where is not None else None) or (0.0, 0.0, 0.0)
+        # the picture's first row is the far side, +y
+        heights = np.flipud(grey).astype(np.float64) / 255.0 * size[2]
+        field = HeightField(heights, (size[0], size[1]))
+        return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]
+
+    def _polyline(self, shape: Element) -> list[Placed]:
+        height = self._numbers(shape, "height")
+        points = [self._values.numbers(point, 2) for point in shape.elements("point")]
+        outline: Outline = [(p[0], p[1]) for p in points if p is not None]
+        if height is None or len(outline) != len(points):
+            return []
+        return [(mesh, Transform.identity()) for mesh in prisms(outline, height[0])]
+
+
+def _turned_to(normal: np.ndarray) -> Transform:
+    """The least turn that takes z to a direction."""
+    z = normal / np.linalg.norm(normal)
+    if z[2] < -1.0 + 1e-12:
+        return Transform.from_xyz_rpy((0.0, 0.0, 0.0), (np.pi, 0.0, 0.0))
+    x, y = -z[1], z[0]
+    return Transform.from_quaternion_xyzw((x, y, 0.0, 1.0 + float(z[2])))

@@ -1,0 +1,133 @@
+"""An SDF link: what is seen of it, what is touched, what it weighs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.text import Element
+from kbot.world.sdf.frames import Frames
+from kbot.world.sdf.geometry import Shapes
+from kbot.world.sdf.materials import colour
+from kbot.world.sdf.values import Values
+from kbot.world.world import Box, HeightField, Part, Plane, Shape
+
+Array = NDArray[np.float64]
+FLATNESS = 0.25
+MOST_FRICTION = 1e3
+
+
+@dataclass(frozen=True, slots=True)
+class Mass:
+    """`tensor` (3, 3) about `centre` (3,), along the axes they are given in; kg, m, kg m^2."""
+
+    mass: float
+    centre: Array
+    tensor: Array
+
+    def seen_from(self, outer_from_inner: Transform) -> Mass:
+        turn = outer_from_inner.rotation
+        return Mass(self.mass, outer_from_inner.apply(self.centre), turn @ self.tensor @ turn.T)
+
+
+def together(masses: list[Mass]) -> Mass:
+    """Of bodies that move as one (Steiner's theorem)."""
+    total = sum(m.mass for m in masses)
+    centre: Array = sum((m.mass * m.centre for m in masses), np.zeros(3)) / total
+    tensor = np.zeros((3, 3))
+    for m in masses:
+        away = m.centre - centre
+        tensor += m.tensor + m.mass * (away @ away * np.eye(3) - np.outer(away, away))
+    return Mass(total, centre, tensor)
+
+
+class Links:
+    """Reads links; `shapes` knows the file they stand in."""
+
+    def __init__(self, values: Values, shapes: Shapes) -> None:
+        self._values, self._shapes = values, shapes
+
+    def parts(self, link: Element, frames: Frames, world_from_link: Transform) -> list[Part]:
+        """Visuals and collisions in the link's frame; one that is both is one part."""
+        name = link.attributes.get("name", "")
+        seen = [p for e in link.elements("visual") for p in self._visual(e, frames, name)]
+        touched = [
+            p for e in link.elements("collision") for p in self._collision(e, frames, name, world_from_link)
+        ]
+        parts = []
+        for part in touched:
+            same = next((v for v in seen if v.shape == part.shape and v.pose.is_close(part.pose)), None)
+            if same is not None:
+                seen.remove(same)
+                part = Part(part.shape, part.pose, same.rgba, part.friction, part.ground, origin=part.origin)
+            parts.append(part)
+        return parts + seen
+
+    def mass(self, link: Element) -> Mass:
+        """1 kg as a ball of 1 kg m^2 where nothing is said, as SDF has it."""
+        inertial = link.find("inertial")
+        if inertial is None:
+            return Mass(1.0, np.zeros(3), np.eye(3))
+        pose = self._values.pose(inertial.find("pose"))
+        mass = self._values.number(inertial, "mass", 1.0)
+        if mass <= 0.0:
+            self._values.findings.error("W204", f"a mass of {mass:g} kg is not above zero", inertial.origin)
+            mass = 1.0
+        inertia = inertial.find("inertia")
+        xx, yy, zz = (self._values.number(inertia, f"i{a}{a}", 1.0) for a in "xyz")
+        xy, xz, yz = (self._values.number(inertia, tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return Mass(mass, np.zeros(3), tensor).seen_from(pose)
+
+    def _visual(self, visual: Element, frames: Frames, link: str) -> list[Part]:
+        rgba = colour(visual, self._values)
+        place = self._place(visual, frames, link)
+        found = self._shapes.read(visual.find("geometry"), visual)
+        return [Part(s, place @ at, rgba, solid=False, origin=visual.origin) for s, at in found]
+
+    def _collision(
+        self, collision: Element, frames: Frames, link: str, world_from_link: Transform
+    ) -> list[Part]:
+        place = self._place(collision, frames, link)
+        friction = self._friction(collision)
+        return [
+            Part(
+                shape,
+                place @ at,
+                friction=friction,
+                ground=is_ground(shape, world_from_link @ place @ at),
+                visible=False,
+                origin=collision.origin,
+            )
+            for shape, at in self._shapes.read(collision.find("geometry"), collision)
+        ]
+
+    def _place(self, element: Element, frames: Frames, link: str) -> Transform:
+        written = element.find("pose")
+        pose = self._values.pose(written)
+        relative = written.attributes.get("relative_to", "") if written is not None else ""
+        if written is None or not relative or relative == link:
+            return pose
+        return frames.pose(link, element).inverse() @ frames.pose(relative, written) @ pose
+
+    def _friction(self, collision: Element) -> float:
+        at: Element | None = collision
+        for tag in ("surface", "friction", "ode"):
+            at = at.find(tag) if at is not None else None
+        return min(max(self._values.number(at, "mu", 1.0), 0.0), MOST_FRICTION)
+
+
+def is_ground(shape: Shape, world_from_shape: Transform) -> bool:
+    """Whether a shape is driven on: a plane, a height field, or a box that lies flat."""
+    if isinstance(shape, Plane | HeightField):
+        return True
+    if not isinstance(shape, Box):
+        return False
+    up = np.abs(world_from_shape.rotation[2])
+    axis = int(np.argmax(up))
+    height = shape.size[axis]
+    across = min(size for i, size in enumerate(shape.size) if i != axis)
+    return bool(up[axis] > 0.7 and height < FLATNESS * across)

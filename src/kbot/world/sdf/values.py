@@ -1,0 +1,88 @@
+"""Numbers, poses and truth values of SDF elements; what is none of them is a finding at its line."""
+
+from __future__ import annotations
+
+from math import isfinite, radians
+
+from kbot.kinematics.transform import Transform
+from kbot.text import Element
+from kbot.world.findings import Findings
+
+
+class Values:
+    """Reads values and keeps what was wrong with them."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings = findings
+        self._told: set[str] = set()
+
+    def numbers(self, element: Element, count: int) -> tuple[float, ...] | None:
+        """`count` finite numbers, None where they are not."""
+        words = element.text.split()
+        try:
+            values = tuple(float(word) for word in words)
+        except ValueError:
+            values = ()
+        if len(values) == count and all(isfinite(value) for value in values):
+            return values
+        what = "a finite number" if count == 1 else f"{count} finite numbers"
+        text = element.text.strip()
+        self.findings.error("W204", f"<{element.tag}> is {what}, not '{text}'", element.origin)
+        return None
+
+    def number(self, parent: Element | None, tag: str, default: float) -> float:
+        element = parent.find(tag) if parent is not None else None
+        if element is None:
+            return default
+        values = self.numbers(element, 1)
+        return values[0] if values else default
+
+    def truth(self, parent: Element, tag: str, default: bool) -> bool:
+        element = parent.find(tag)
+        if element is None:
+            return default
+        word = element.text.strip().lower()
+        if word in ("1", "true", "0", "false"):
+            return word in ("1", "true")
+        self.findings.error("W204", f"<{tag}> is true or false, not '{word}'", element.origin)
+        return default
+
+    def sizes(
+        self, element: Element | None, shape: Element, tag: str, count: int
+    ) -> tuple[float, ...] | None:
+        """`count` numbers above zero of a shape's child, None with a finding where they are not."""
+        if element is None:
+            self.findings.error("W205", f"<{shape.tag}> has no <{tag}>", shape.origin)
+            return None
+        values = self.numbers(element, count)
+        if values is not None and any(value <= 0.0 for value in values):
+            text = element.text.strip()
+            self.findings.error(
+                "W204", f"<{tag}> of a <{shape.tag}> is above zero, not '{text}'", element.origin
+            )
+            return None
+        return values
+
+    def pose(self, element: Element | None) -> Transform:
+        """x y z roll pitch yaw (or, as its `rotation_format` says, a quaternion); nothing is no motion."""
+        if element is None or not element.text.strip():
+            return Transform.identity()
+        if element.attributes.get("rotation_format") == "quat_xyzw":
+            values = self.numbers(element, 7)
+            if values is None or not any(values[3:]):
+                return Transform.identity()
+            return Transform.from_quaternion_xyzw(values[3:], values[:3])
+        values = self.numbers(element, 6)
+        if values is None:
+            return Transform.identity()
+        turn = values[3:]
+        if element.attributes.get("degrees") in ("1", "true"):
+            turn = tuple(radians(angle) for angle in turn)
+        return Transform.from_xyz_rpy(values[:3], turn)
+
+    def unsupported(self, element: Element, what: str, once: bool = True) -> None:
+        """Say, once a run for each kind, that something is not simulated."""
+        if once and what in self._told:
+            return
+        self._told.add(what)
+        self.findings.info("W210", what, element.origin)

@@ -1,0 +1,114 @@
+"""Maps of ROS's map_server: what is dark becomes a wall, where it is."""
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+from kbot.text import KbotError
+from kbot.world import load_world
+from kbot.world.images import read_grey
+from kbot.world.maps import rectangles
+
+YAML = "image: {image}\nresolution: 0.5\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
+
+
+def png(pixels: np.ndarray, kind: int = 0, depth: int = 8, filters: int = 0) -> bytes:
+    def chunk(name: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+    height, width = pixels.shape[:2]
+    rows = b"".join(bytes([filters]) + row.tobytes() for row in pixels)
+    header = struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0)
+    data = chunk(b"IDAT", zlib.compress(rows))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + data + chunk(b"IEND", b"")
+
+
+def test_a_map_becomes_walls_at_their_places(tmp_path):
+    """Four columns, three rows, the lower left cell at the origin: the black one is the second of the
+    upper row, its middle at -1 + 1.5 x 0.5 and -2 + 2.5 x 0.5."""
+    cells = np.full((3, 4), 254, dtype=np.uint8)
+    cells[0, 1] = 0
+    (tmp_path / "room.pgm").write_bytes(b"P5\n# made by hand\n4 3\n255\n" + cells.tobytes())
+    (tmp_path / "room.yaml").write_text(YAML.format(image="room.pgm"))
+    world = load_world(tmp_path / "room.yaml")
+    (wall,) = world.bodies[1].parts
+    assert wall.shape.size == (0.5, 0.5, 0.3)
+    place = (world.bodies[1].pose @ wall.pose).translation
+    assert place == pytest.approx((-0.25, -0.75, 0.15))
+
+
+def test_rectangles_cover_each_cell_once():
+    random = np.random.default_rng(3)
+    cells = random.random((30, 40)) < 0.4
+    covered = np.zeros(cells.shape, dtype=int)
+    for r0, c0, r1, c1 in rectangles(cells):
+        covered[r0:r1, c0:c1] += 1
+    assert (covered == cells).all()
+
+
+def test_a_long_wall_is_one_rectangle():
+    cells = np.zeros((10, 10), dtype=bool)
+    cells[2:8, 3:5] = True
+    assert rectangles(cells) == [(2, 3, 8, 5)]
+
+
+GREY = np.arange(12, dtype=np.uint8).reshape(3, 4) * 20
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        png(GREY),
+        png(np.stack([GREY] * 3, axis=-1), kind=2),
+        png(GREY.astype(">u2") * 257, depth=16),
+        b"P2\n4 3\n255\n" + " ".join(str(v) for v in GREY.ravel()).encode(),
+    ],
+    ids=["grey", "colour", "sixteen bits", "plain text"],
+)
+def test_pictures_are_read(tmp_path, data):
+    (tmp_path / "picture").write_bytes(data)
+    assert (read_grey(str(tmp_path / "picture")) == GREY).all()
+
+
+@pytest.mark.parametrize("kind", [1, 2, 3, 4])
+def test_filtered_rows_are_taken_back(tmp_path, kind):
+    """Each filter of the standard, written here from its definition."""
+    pixels = np.random.default_rng(kind).integers(0, 256, (5, 7)).astype(int)
+    coded = np.zeros_like(pixels)
+    for r in range(5):
+        for c in range(7):
+            a = pixels[r, c - 1] if c else 0
+            b = pixels[r - 1, c] if r else 0
+            corner = pixels[r - 1, c - 1] if r and c else 0
+            p = a + b - corner
+            paeth = min((a, b, corner), key=lambda v, p=p: abs(p - v))
+            coded[r, c] = (pixels[r, c] - {1: a, 2: b, 3: (a + b) // 2, 4: paeth}[kind]) % 256
+    (tmp_path / "p.png").write_bytes(png(coded.astype(np.uint8), filters=kind))
+    assert (read_grey(str(tmp_path / "p.png")) == pixels).all()
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"m.yaml": "image: no.pgm\nresolution: 1\norigin: [0, 0, 0]\n"}, "no.pgm cannot be read"),
+        ({"m.yaml": "a: 1\n"}, "is no map"),
+        ({"m.yaml": "a: [\n"}, "is no YAML"),
+        ({"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"}, "above zero"),
+        ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cut short"),
+        ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "neither PGM nor PNG"),
+        ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
+    ],
+)
+def test_what_is_no_map_is_said(tmp_path, files, message):
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    with pytest.raises(KbotError, match=message):
+        load_world(tmp_path / "m.yaml")
+
+
+def test_a_broken_png_is_said(tmp_path):
+    (tmp_path / "p.png").write_bytes(png(GREY)[:40])
+    with pytest.raises(KbotError, match="broken"):
+        read_grey(str(tmp_path / "p.png"))

@@ -1,0 +1,317 @@
+"""SDF worlds as Gazebo has them: poses, frames, includes, shapes, and every fault at its line."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from kbot.text import DescriptionError
+from kbot.world import Box, Cylinder, Mesh, Plane, Sphere, load_world
+from kbot.world.sdf.files import LIBRARY
+
+BOX = "<geometry><box><size>1 2 0.1</size></box></geometry>"
+COLLISION = f"<collision name='c'>{BOX}</collision>"
+TURN = "<pose relative_to='{}'>0 0 0 0 0 0</pose>"
+NO_MESH = "<collision name='c'><geometry><mesh><uri>no.stl</uri></mesh></geometry></collision>"
+
+
+@pytest.fixture
+def world(tmp_path):
+    def read(inner: str, name: str = "test.world"):
+        file = tmp_path / name
+        file.write_text(f"<sdf version='1.7'>\n<world name='w'>\n{inner}\n</world>\n</sdf>\n")
+        return load_world(file)
+
+    return read
+
+
+def faults(world, inner):
+    with pytest.raises(DescriptionError) as caught:
+        world(inner)
+    return caught.value.diagnostics
+
+
+def static(inner: str, name: str = "m", pose: str = "0 0 0 0 0 0") -> str:
+    return f"<model name='{name}'><static>true</static><pose>{pose}</pose>{inner}</model>"
+
+
+def link(inner: str = "", name: str = "l", pose: str = "") -> str:
+    collision = inner or f"<collision name='c'>{BOX}</collision>"
+    return f"<link name='{name}'>{pose}{collision}</link>"
+
+
+def place(body, part=0):
+    pose = body.pose @ body.parts[part].pose
+    return [*pose.translation, *pose.rpy]
+
+
+def test_poses_compose_from_world_to_collision(world):
+    """A model turned by 90 degrees carries its link's x to the world's y."""
+    inner = "<collision name='c'><pose>0.5 0 0 0 0 0</pose>" + BOX + "</collision>"
+    (body,) = world(
+        static(link(inner, pose="<pose>1 0 0.2 0 0 0</pose>"), pose="1 2 0 0 0 1.5707963267948966")
+    ).bodies
+    assert place(body) == pytest.approx([1, 3.5, 0.2, 0, 0, pi / 2])
+    assert body.is_static
+
+
+def test_degrees_and_quaternions(world):
+    bodies = world(
+        "<model name='a'><static>1</static><pose degrees='true'>0 0 0 0 0 90</pose>" + link() + "</model>"
+        "<model name='b'><static>1</static><pose rotation_format='quat_xyzw'>1 0 0 0 0 1 1</pose>"
+        + link()
+        + "</model>"
+    ).bodies
+    assert place(bodies[0]) == pytest.approx([0, 0, 0, 0, 0, pi / 2])
+    assert place(bodies[1]) == pytest.approx([1, 0, 0, 0, 0, pi / 2])
+
+
+def test_frames_lead_to_each_other(world):
+    """The frame hangs on the first model; the second stands relative to the frame."""
+    bodies = world(
+        static(link(), "first", "1 0 0 0 0 1.5707963267948966")
+        + "<frame name='f' attached_to='first'><pose>2 0 0 0 0 0</pose></frame>"
+        "<model name='second'><static>1</static><pose relative_to='f'>0.5 0 0 0 0 0</pose>"
+        + link()
+        + "</model>"
+    ).bodies
+    assert place(bodies[1])[:3] == pytest.approx([1, 2.5, 0])
+
+
+def test_links_may_stand_relative_to_links_and_joints(world):
+    inner = (
+        link(name="a", pose="<pose>1 0 0 0 0 0</pose>")
+        + link(name="b", pose="<pose relative_to='a'>1 0 0 0 0 0</pose>")
+        + "<joint name='j' type='fixed'><pose>0 1 0 0 0 0</pose><parent>a</parent><child>b</child></joint>"
+        + link(name="c", pose="<pose relative_to='j'>0 1 0 0 0 0</pose>")
+    )
+    bodies = world(static(inner)).bodies
+    found = sorted(tuple(np.round(place(b, i)[:3], 9)) for b in bodies for i in range(len(b.parts)))
+    assert found == [(1, 0, 0), (2, 0, 0), (2, 2, 0)]
+
+
+def test_a_placement_frame_is_what_the_pose_places(world):
+    model = (
+        "<model name='m' placement_frame='l'><static>1</static><pose>5 0 0 0 0 0</pose>"
+        + link(pose="<pose>1 1 0 0 0 0</pose>")
+        + "</model>"
+    )
+    assert place(world(model).bodies[0])[:3] == pytest.approx([5, 0, 0])
+
+
+def test_a_model_within_a_model(world):
+    inner = "<model name='inner'><pose>0 1 0 0 0 0</pose>" + link() + "</model>" + link(name="own")
+    bodies = {b.name: b for b in world(static(inner, pose="1 0 0 0 0 0")).bodies}
+    assert set(bodies) == {"m", "m::inner"}
+    assert place(bodies["m::inner"])[:3] == pytest.approx([1, 1, 0])
+    assert bodies["m::inner"].is_static
+
+
+SHAPES = {
+    "<box><size>1 2 3</size></box>": Box((1, 2, 3)),
+    "<sphere><radius>0.5</radius></sphere>": Sphere(0.5),
+    "<cylinder><radius>0.5</radius><length>2</length></cylinder>": Cylinder(0.5, 2),
+    "<plane><normal>0 0 1</normal><size>3 4</size></plane>": Plane((3, 4)),
+}
+
+
+@pytest.mark.parametrize("text", list(SHAPES))
+def test_shapes(world, text):
+    collision = f"<collision name='c'><geometry>{text}</geometry></collision>"
+    assert world(static(link(collision))).bodies[0].parts[0].shape == SHAPES[text]
+
+
+@pytest.mark.parametrize(
+    ("text", "volume"),
+    [
+        ("<cone><radius>0.5</radius><length>2</length></cone>", pi * 0.25 * 2 / 3),
+        ("<polyline><point>0 0</point><point>2 0</point><point>2 1</point><point>1 1</point>"
+         "<point>1 2</point><point>0 2</point><height>0.5</height></polyline>", 1.5),
+    ],
+)  # fmt: skip
+def test_shapes_made_of_triangles_have_their_volume(world, text, volume):
+    """A cone of r^2 pi h / 3, and an L of three unit squares, 0.5 m high."""
+    from kbot.sim.world_builder import volume as volume_of
+
+    collision = f"<collision name='c'><geometry>{text}</geometry></collision>"
+    parts = world(static(link(collision))).bodies[0].parts
+    assert all(isinstance(part.shape, Mesh) for part in parts)
+    assert sum(volume_of(part.shape) for part in parts) == pytest.approx(volume, rel=0.01)
+
+
+def test_a_visual_that_is_a_collision_too_is_one_part(world):
+    red = "<material><diffuse>1 0 0 1</diffuse></material>"
+    ball = "<geometry><sphere><radius>1</radius></sphere></geometry>"
+    parts = (
+        world(
+            static(
+                link(
+                    f"<collision name='c'>{BOX}</collision><visual name='v'>{BOX}{red}</visual>"
+                    f"<visual name='w'>{ball}<transparency>0.5</transparency></visual>"
+                    f"<collision name='d'><pose>0 0 1 0 0 0</pose>{ball}</collision>"
+                )
+            )
+        )
+        .bodies[0]
+        .parts
+    )
+    assert [(p.solid, p.visible) for p in parts] == [(True, True), (True, False), (False, True)]
+    assert parts[0].rgba == (1, 0, 0, 1)
+    assert parts[2].rgba[3] == 0.5
+
+
+def test_what_lies_flat_is_driven_on_and_what_stands_is_run_into(world):
+    wall = "<geometry><box><size>2 0.1 0.5</size></box></geometry>"
+    parts = (
+        world(static(link(f"<collision name='c'>{BOX}</collision><collision name='d'>{wall}</collision>")))
+        .bodies[0]
+        .parts
+    )
+    assert [part.ground for part in parts] == [True, False]
+
+
+def test_friction_and_gravity(world):
+    surface = "<surface><friction><ode><mu>0.3</mu></ode></friction></surface>"
+    found = world(
+        "<gravity>0 0 -1.62</gravity>" + static(link(f"<collision name='c'>{BOX}{surface}</collision>"))
+    )
+    assert found.gravity == (0, 0, -1.62)
+    assert found.bodies[0].parts[0].friction == 0.3
+
+
+def test_a_moving_model_has_its_mass(world):
+    inertia = "<inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.25</izz></inertia>"
+    inertial = f"<inertial><pose>0 0 0.5 0 0 1.5707963267948966</pose><mass>3</mass>{inertia}</inertial>"
+    (body,) = world(f"<model name='m'>{link(inertial + COLLISION)}</model>").bodies
+    assert body.mass == 3
+    assert body.centre_of_mass == pytest.approx((0, 0, 0.5))
+    assert body.inertia[:3] == pytest.approx((0.2, 0.1, 0.25))
+
+
+def test_links_held_together_weigh_together(world):
+    """Two balls of 1 kg and 1 kg m^2 two metres apart: 2 kg, and 1 + 1 + 1 + 1 across (Steiner)."""
+    inner = (
+        link(name="a") + link(name="b", pose="<pose>2 0 0 0 0 0</pose>")
+        + "<joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>"
+    )  # fmt: skip
+    (body,) = world(f"<model name='m'>{inner}</model>").bodies
+    assert body.mass == 2
+    assert body.centre_of_mass == pytest.approx((1, 0, 0))
+    assert body.inertia[:3] == pytest.approx((2, 4, 4))
+
+
+def test_links_without_joints_move_alone(world):
+    bodies = world(f"<model name='m'>{link(name='a')}{link(name='b')}</model>").bodies
+    assert [body.name for body in bodies] == ["m", "m::b"]
+
+
+def test_includes_are_found_named_and_placed(world, tmp_path, monkeypatch):
+    folder = tmp_path / "elsewhere" / "post"
+    folder.mkdir(parents=True)
+    (folder / "model.config").write_text(
+        "<model><sdf version='1.4'>old.sdf</sdf><sdf version='1.7'>new.sdf</sdf></model>"
+    )
+    (folder / "new.sdf").write_text(
+        f"<sdf version='1.7'><model name='post'><pose>9 9 9 0 0 0</pose>{link()}</model></sdf>"
+    )
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path / "elsewhere"))
+    include = "<include><uri>model://post</uri><name>p1</name><static>true</static>"
+    include += "<pose>1 2 0 0 0 0</pose></include>"
+    (body,) = world(include).bodies
+    assert (body.name, body.is_static) == ("p1", True)
+    assert place(body)[:3] == pytest.approx([1, 2, 0])
+
+
+def test_gazebos_own_ground_and_sun_are_known(world):
+    bodies = world(
+        "<include><uri>model://ground_plane</uri></include><include><uri>model://sun</uri></include>"
+    ).bodies
+    assert [type(part.shape) for body in bodies for part in body.parts] == [Plane]
+
+
+def test_a_file_of_one_model_gets_a_floor():
+    bodies = load_world(LIBRARY / "crate" / "model.sdf").bodies
+    assert [body.name for body in bodies] == ["ground_plane", "crate"]
+
+
+@pytest.mark.parametrize("model", sorted(path.name for path in LIBRARY.iterdir() if path.is_dir()))
+def test_every_model_of_the_library_is_whole(world, model):
+    found = world(f"<include><uri>model://{model}</uri></include>")
+    assert found.diagnostics == ()
+    assert found.bodies[0].parts
+
+
+def test_what_is_not_simulated_is_said_once_at_its_line(world):
+    plugin = "<plugin name='p' filename='libwind.so'/>"
+    found = world(
+        f"{plugin}\n{plugin}\n<light name='sun' type='directional'/><state world_name='w'/>" + static(link())
+    )
+    assert [d.code for d in found.diagnostics] == ["W210"]
+    assert "libwind.so is not run" in found.diagnostics[0].message
+    assert found.diagnostics[0].origin.span.line == 3
+
+
+@pytest.mark.parametrize(
+    ("inner", "code", "message"),
+    [
+        ("<include><uri>model://crat</uri></include>", "W202", "model://crat is not found"),
+        ("<include><uri>https://fuel.gazebosim.org/x</uri></include>", "W202", "fetched from the network"),
+        ("<include></include>", "W205", "no <uri>"),
+        (static(link("<collision name='c'></collision>")), "W205", "no <geometry>"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above zero"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
+        (static(link(), pose="1 2 3"), "W204", "6 finite numbers"),
+        (static(link()) + static(link()), "W208", "'m' comes twice"),
+        (static(link(pose="<pose relative_to='k'>0 0 0 0 0 0</pose>")), "W207", "no frame 'k'"),
+        (
+            f"<model name='m'><static>1</static>{TURN.format('n')}{link()}</model>"
+            f"<model name='n'><static>1</static>{TURN.format('m')}{link()}</model>",
+            "W207", "in a ring",
+        ),
+        (
+            static(link(NO_MESH)), "W202", "no.stl is not found",
+        ),
+    ],
+)  # fmt: skip
+def test_faults_are_said_at_their_line(world, inner, code, message):
+    found = faults(world, inner)
+    assert code in [d.code for d in found]
+    fault = next(d for d in found if d.code == code)
+    assert message in fault.message
+    assert fault.origin.span.line == 3
+
+
+def test_all_faults_are_told_in_one_run(world):
+    bad = static(link(f"<collision name='c'>{BOX.replace('1 2 0.1', '0 0 0')}</collision>"))
+    found = faults(world, bad + "<include><uri>model://nowhere</uri></include>")
+    assert {d.code for d in found} == {"W202", "W204"}
+
+
+def test_a_ring_of_includes_is_said(world, tmp_path):
+    for name, other in (("a", "b"), ("b", "a")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "model.config").write_text("<model><sdf>model.sdf</sdf></model>")
+        (tmp_path / name / "model.sdf").write_text(
+            f"<sdf version='1.7'><model name='{name}'><include><uri>model://{other}</uri></include></model></sdf>"
+        )
+    found = faults(world, "<include><uri>model://a</uri></include>")
+    assert [d.code for d in found] == ["W203"]
+    assert "a/model.sdf -> b/model.sdf -> a/model.sdf" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [("", "P002"), ("<robot name='r'/>", "W201"), ("<sdf version='1.7'/>", "W201"), ("<sdf>", "P001")],
+)
+def test_a_file_that_is_no_world_is_refused(tmp_path, text, code):
+    file = tmp_path / "bad.world"
+    file.write_text(text)
+    with pytest.raises(DescriptionError) as caught:
+        load_world(file)
+    assert caught.value.diagnostics[0].code == code
+
+
+def test_a_world_that_is_not_there():
+    with pytest.raises(DescriptionError, match="does not exist"):
+        load_world("nowhere.world")
