@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from kbot.checks.meshfacts import mesh_facts
 from kbot.checks.spatial import (
@@ -14,7 +15,6 @@ from kbot.checks.spatial import (
     Vector,
     add_matrix,
     diagonal,
-    dot,
     rotation,
     scale_matrix,
     steiner,
@@ -108,7 +108,7 @@ class Solid:
     parts: tuple[Part, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Body:
     """A link's shapes: all of them, and those that its mass is judged by."""
 
@@ -117,7 +117,7 @@ class Body:
     complete: bool
     """Whether every shape is known: no mesh is missing."""
 
-    @property
+    @cached_property
     def parts(self) -> tuple[Part, ...]:
         return (*self.visuals, *self.collisions)
 
@@ -125,9 +125,12 @@ class Body:
         """Distance of the farthest point of any shape from a point of the link's frame."""
         return max((part.reach(point) for part in self.parts), default=0.0)
 
-    def bounds(self) -> tuple[Vector, Vector] | None:
+    @cached_property
+    def ends(self) -> tuple[Vector, Vector] | None:
+        """Lowest and highest coordinates of all shapes in the link's frame."""
         return bounds(self.parts)
 
+    @cached_property
     def solid(self) -> Solid | None:
         """The body that the collisions (else the visuals) fill, when all their volumes are known."""
         return solid(self.collisions) if self.collisions else solid(self.visuals)
@@ -231,7 +234,3 @@ def axis_of(part: Part) -> Vector | None:
     if isinstance(part.geometry, Cylinder | Capsule):
         return part.frame.direction((0.0, 0.0, 1.0))
     return None
-
-
-def offset_along(part: Part, axis: Vector) -> float:
-    return dot(part.frame.translation, axis)

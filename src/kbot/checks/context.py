@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -45,6 +46,7 @@ class Context:
         self.packages = packages
         self.config = config
         self.arguments = arguments
+        self._listings: dict[str, tuple[str, ...]] = {}
 
     @property
     def robot(self) -> Robot:
@@ -101,8 +103,13 @@ class Context:
         return frozenset(names)
 
     @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """The root and every element of the result, in document order."""
+        return (self.root, *self.root.descendants())
+
+    @cached_property
     def _elements_by_place(self) -> Mapping[tuple[str, int], Element]:
-        return {(e.source.path, e.start): e for e in self.root.descendants()}
+        return {(e.source.path, e.start): e for e in self.elements}
 
     def element_at(self, origin: Origin) -> Element | None:
         """The element of the result whose start tag holds a place, for fixes.
@@ -148,6 +155,17 @@ class Context:
         """A fix that adds a first child to the element at a place."""
         element = self.element_at(origin)
         return insert_child(element, text, title, safe) if element is not None else None
+
+    def listing(self, folder: str) -> tuple[str, ...]:
+        """The names in a folder; none where there is no such folder."""
+        names = self._listings.get(folder)
+        if names is None:
+            try:
+                names = tuple(os.listdir(folder or "."))  # noqa: PTH208 - names alone, and much faster
+            except OSError:
+                names = ()
+            self._listings[folder] = names
+        return names
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:

@@ -87,7 +87,7 @@ def zero_tensor(context: Context) -> Found:
 
 def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
     """The moments of a solid of the link's shape, as a hint."""
-    solid = context.bodies[link.name].solid()
+    solid = context.bodies[link.name].solid
     if solid is None or not inertial.mass > 0.0:
         return ""
     t = [[inertial.mass * v for v in row] for row in solid.unit_tensor]
@@ -238,7 +238,7 @@ def placeholder_tensor(context: Context) -> Found:
 def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] | str | None:
     """What tells one link's size from another's: extents to a millimetre, or the meshes' names."""
     body = context.bodies[link.name]
-    bounds = body.bounds()
+    bounds = body.ends
     if bounds is not None and body.complete:
         return tuple(round(end - start, 3) for start, end in zip(*bounds, strict=True))
     if not by_name:

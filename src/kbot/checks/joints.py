@@ -218,7 +218,7 @@ def angle_in_degrees(context: Context) -> Found:
 
     Fix: unsafe: plain numbers are taken for degrees and written in radians.
     """
-    for element in context.root.descendants():
+    for element in context.elements:
         if element.tag != "origin" or "rpy" not in element.attributes or "$" in element.attributes["rpy"]:
             continue
         values = _numbers(element.attributes["rpy"])

@@ -49,40 +49,41 @@ def mesh_missing(context: Context) -> Found:
         if mesh.uri in said or not mesh.uri.strip():
             continue
         said.add(mesh.uri)
-        expected = _expected(context, mesh.uri)
-        if expected is None:
+        try:
+            expected = _expected(context, mesh.uri)
+        except KbotError as error:
+            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}")
             continue
-        if isinstance(expected, str):
-            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {expected}")
-        elif _same_but_case(expected) is None:
-            hint = did_you_mean(expected.name, _listed(expected.parent))
-            yield Finding(
-                mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there", hint
-            )
+        if expected and _same_but_case(context, expected) is None:
+            folder, name = os.path.split(expected)
+            hint = did_you_mean(name, context.listing(folder))
+            message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there"
+            yield Finding(mesh.origin, message, hint)
 
 
-def _expected(context: Context, uri: str) -> Path | str | None:
-    """Where a mesh's file ought to be, or why that is not known; None for an address on the net."""
+def _expected(context: Context, uri: str) -> str:
+    """Where a mesh's file ought to be; empty for an address on the net.
+
+    Raises:
+        KbotError: its package is not found.
+    """
     scheme, mark, rest = uri.partition("://")
     if mark and scheme in ("http", "https"):
-        return None
+        return ""
     if mark and scheme in ("package", "model"):
         name, _, inner = rest.partition("/")
-        try:
-            return Path(context.packages.find(name)) / inner
-        except KbotError as error:
-            return str(error)
-    path = Path(rest if mark else uri)
-    return path if path.is_absolute() else Path(context.entry.path).parent / path
+        return os.path.join(context.packages.find(name), inner)  # noqa: PTH118 - strings: this is hot
+    return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)  # noqa: PTH118, PTH120
 
 
-def _same_but_case(path: Path) -> Path | None:
+def _same_but_case(context: Context, path: str) -> str | None:
     """A file whose path differs from this one by case only."""
-    if not path.parent.is_dir():
-        inner = _same_but_case(path.parent) if path.parent != path else None
-        return _same_but_case(inner / path.name) if inner is not None else None
-    match = next((n for n in _listed(path.parent) if n.lower() == path.name.lower()), None)
-    return path.parent / match if match else None
+    folder, name = os.path.split(path)
+    if not context.listing(folder):
+        inner = _same_but_case(context, folder) if folder not in ("", path) else None
+        return _same_but_case(context, os.path.join(inner, name)) if inner else None  # noqa: PTH118
+    match = next((n for n in context.listing(folder) if n.lower() == name.lower()), None)
+    return os.path.join(folder, match) if match else None  # noqa: PTH118
 
 
 @rule("G102", "mesh-case", Severity.ERROR, "robot")
@@ -102,25 +103,21 @@ def mesh_case(context: Context) -> Found:
         if mesh.uri in said:
             continue
         said.add(mesh.uri)
-        expected = Path(mesh.path) if mesh.path else _expected(context, mesh.uri)
-        if not isinstance(expected, Path) or expected.name in _listed(expected.parent):
+        try:
+            expected = mesh.path or _expected(context, mesh.uri)
+        except KbotError:
             continue
-        found = _same_but_case(expected)
-        if found is not None and found.name.lower() == expected.name.lower():
+        folder, name = os.path.split(expected)
+        if not expected or name in context.listing(folder):
+            continue
+        found = os.path.basename(_same_but_case(context, expected) or "")  # noqa: PTH119
+        if found.lower() == name.lower():
             yield Finding(
                 mesh.origin,
-                f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by capital letters "
-                "from the file "
-                f"'{found.name}'",
+                f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by capital letters from the "
+                f"file '{found}'",
                 "write it as the file is called: Linux tells them apart",
             )
-
-
-def _listed(folder: Path) -> list[str]:
-    try:
-        return os.listdir(folder)  # noqa: PTH208 - names alone, many times faster than iterdir
-    except OSError:
-        return []
 
 
 @rule("G103", "mesh-path-absolute", Severity.WARNING, "document")
@@ -135,7 +132,7 @@ def mesh_path_absolute(context: Context) -> Found:
 
     Fix: none.
     """
-    for element in context.root.descendants():
+    for element in context.elements:
         if element.tag not in ("mesh", "texture") or "filename" not in element.attributes:
             continue
         origin = element.attribute_origin("filename")

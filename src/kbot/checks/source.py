@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from kbot.checks.context import Context
 from kbot.checks.fixing import remove_element, rename_tag, replace_value
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.sources import MacroText, SourceFile, parameters_of, words_of
+from kbot.checks.sources import MacroText, SourceFile, parameters_of
 from kbot.checks.vocabulary import ATTRIBUTES
 from kbot.text import Comment, Element, Related, Severity
 
@@ -175,30 +175,27 @@ def redefined_after_use(context: Context) -> Found:
     """
     for file in context.sources:
         first: dict[str, Element] = {}
-        words: set[str] = set()
         used_after: dict[str, set[str]] = {}
-        for element in file.root.elements():
-            if element.tag == "xacro:property" and "value" in element.attributes:
-                name, value = element.attributes.get("name", ""), element.attributes["value"]
-                before = first.get(name)
-                words = set(words_of(element))
-                changed = before is not None and before.attributes["value"] != value
-                if before is not None and changed and name in used_after[name] - words:
-                    yield Finding(
-                        element.origin,
-                        f"the property '{name}' was {before.attributes['value']} where it was used before, "
-                        f"and is {value} from here on",
-                        "give the second its own name",
-                        (Related("the first value", before.origin),),
-                    )
-                for seen in used_after.values():
-                    seen |= words
-                first[name] = element
-                used_after[name] = set()
-            elif element.tag not in ("xacro:macro", "xacro:arg") and used_after:
-                words = {w for e in (element, *element.descendants()) for w in words_of(e)}
-                for seen in used_after.values():
-                    seen |= words
+        for element, words in file.top:
+            name, value = element.attributes.get("name", ""), element.attributes.get("value")
+            defines = element.tag == "xacro:property" and value is not None
+            before = first.get(name) if defines else None
+            if (
+                before is not None
+                and before.attributes["value"] != value
+                and name in used_after[name] - words
+            ):
+                yield Finding(
+                    element.origin,
+                    f"the property '{name}' was {before.attributes['value']} where it was used before, "
+                    f"and is {value} from here on",
+                    "give the second its own name",
+                    (Related("the first value", before.origin),),
+                )
+            for seen in used_after.values():
+                seen |= words
+            if defines:
+                first[name], used_after[name] = element, set()
 
 
 @rule("S110", "macro-without-prefix", Severity.ERROR, "source")
@@ -312,7 +309,7 @@ def leftover(context: Context) -> Found:
     """
     errors = [d for d in context.problems if d.is_error and d.origin]
     failed = {o.span.start for d in errors for o in (d.origin, *(r.origin for r in d.related)) if o}
-    for element in (context.root, *context.root.descendants()):
+    for element in context.elements:
         if element.tag.startswith("xacro:"):
             if element.start not in failed and not _failed_in(element, failed):
                 yield Finding(element.origin, f"<{element.tag}> is left in the result")

@@ -42,8 +42,21 @@ class SourceFile:
         return frozenset(word for element in self.elements for word in words_of(element))
 
     @cached_property
+    def top(self) -> tuple[tuple[Element, frozenset[str]], ...]:
+        """The root's own children, each with the words used in it; macros use none until they are called."""
+        return tuple(
+            (e, frozenset(w for d in (e, *e.descendants()) for w in words_of(d)))
+            for e in self.root.elements()
+            if e.tag not in ("xacro:macro", "xacro:arg")
+        )
+
+    @cached_property
     def macros(self) -> tuple[MacroText, ...]:
         return tuple(_macro(e) for e in self.elements if e.tag == "xacro:macro" and "name" in e.attributes)
+
+
+_CACHE_SIZE = 500
+_files: dict[str, SourceFile] = {}
 
 
 def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile, ...]:
@@ -57,8 +70,19 @@ def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile
             root = parsed(source).root
         except (DescriptionError, KbotError):
             continue
-        files.append(SourceFile(root.source, root, (root, *root.descendants())))
+        files.append(_source_file(root))
     return tuple(files)
+
+
+def _source_file(root: Element) -> SourceFile:
+    """What is known of a parsed file; the same object for as long as the file stays the same."""
+    path = root.source.path
+    known = _files.get(path)
+    if known is None or known.root is not root:
+        if len(_files) >= _CACHE_SIZE:
+            del _files[next(iter(_files))]
+        known = _files[path] = SourceFile(root.source, root, (root, *root.descendants()))
+    return known
 
 
 def words_of(element: Element) -> Iterator[str]:

@@ -104,7 +104,7 @@ def tensor_too_small(context: Context) -> Found:
     Fix: none.
     """
     for link, inertial in weighed(context):
-        solid = context.bodies[link.name].solid()
+        solid = context.bodies[link.name].solid
         if solid is None or not sound(inertial):
             continue
         own = sum(eigenvalues(tensor_of(inertial)))
@@ -148,7 +148,7 @@ def mass_outside_shape(context: Context) -> Found:
 
 def _outside(body: Body, point: Vector) -> float:
     """How far a point of the link's frame lies outside the box around its shapes, m; 0 within."""
-    bounds = body.bounds()
+    bounds = body.ends
     if bounds is None or not body.complete:
         return 0.0
     low, high = bounds
@@ -165,7 +165,7 @@ def _outside(body: Body, point: Vector) -> float:
 def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
     """The link in whose frame the centre of mass would lie within the shape; empty when it is well."""
     body = context.bodies[link.name]
-    bounds = body.bounds()
+    bounds = body.ends
     joint = context.robot.parent_joint.get(link.name)
     if bounds is None or joint is None or _outside(body, inertial.pose.xyz) <= _SMALL:
         return ""
@@ -230,7 +230,7 @@ def tensor_not_turned(context: Context) -> Found:
         body = context.bodies[link.name]
         part = _only_round(body)
         axis = axis_of(part) if part else None
-        solid = body.solid()
+        solid = body.solid
         if part is None or axis is None or solid is None or not sound(inertial):
             continue
         tensor = link_tensor(inertial)
@@ -316,7 +316,7 @@ def moments_swapped(context: Context) -> Found:
     """
     for link, inertial in weighed(context):
         body = context.bodies[link.name]
-        solid = body.solid()
+        solid = body.solid
         if solid is None or not sound(inertial) or (len(solid.parts) == 1 and axis_of(solid.parts[0])):
             continue
         found = _swap(inertial, solid)
@@ -372,7 +372,7 @@ def density(context: Context) -> Found:
     Fix: none.
     """
     for link, inertial in weighed(context):
-        solid = context.bodies[link.name].solid()
+        solid = context.bodies[link.name].solid
         if solid is None or not math.isfinite(inertial.mass) or not inertial.mass > 0.0:
             continue
         found = inertial.mass / solid.volume

@@ -1,0 +1,238 @@
+"""`kbot check` and `kbot rule` as they are called: exit statuses, formats, choice, fixes, folders."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kbot.cli.check import command as check
+from kbot.cli.rule import command as rule
+
+FIXTURES = Path(__file__).parents[1] / "checks" / "fixtures"
+SCHEMAS = Path(__file__).parents[1] / "checks" / "schemas"
+
+MACRO = """<?xml version="1.0"?>
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
+  <xacro:macro name="part" params="name mass">
+    <link name="${name}">
+      <visual> <geometry> <box size="0.1 0.1 0.1"/> </geometry> </visual>
+      <inertial>
+        <mass value="${mass}"/>
+        <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1" iix="0"/>
+      </inertial>
+    </link>
+    <joint name="${name}_joint" type="fixed">
+      <parent link="base_link"/>
+      <child link="${name}"/>
+    </joint>
+  </xacro:macro>
+  <link name="base_link"/>
+  <xacro:part name="a" mass="1"/>
+  <xacro:part name="b" mass="1"/>
+</robot>
+"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot of two findings in a macro, in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "robot.xacro"
+    path.write_text(MACRO)
+    return path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(check, list(words), catch_exceptions=False, standalone_mode=False)
+
+
+def status(*words: str) -> int:
+    result = run(*words)
+    assert isinstance(result.return_value, int), result.output
+    return result.return_value
+
+
+def findings(*words: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads(run(*words, "--json").stdout)["findings"]
+    return found
+
+
+def test_exit_statuses(robot: Path, tmp_path: Path) -> None:
+    assert status("kbot") == 0
+    assert status("robot.xacro") == 1
+    assert status("gone.xacro") == 2
+    (tmp_path / "empty.xacro").write_text("")
+    assert status("empty.xacro") == 2
+    (tmp_path / "notes.yaml").write_text("a: 1\n")
+    assert status("notes.yaml") == 2
+    (tmp_path / "image.xacro").write_bytes(b"\x89PNG\r\n\x1a\n\xff")
+    assert status("image.xacro") == 2
+    (tmp_path / "cut.xacro").write_text(MACRO[:300])
+    assert status("cut.xacro") == 1
+
+
+@pytest.mark.parametrize("file", ["gone.xacro", "robot.xacro", "kbot"])
+def test_json_is_printed_whatever_the_status(robot: Path, file: str) -> None:
+    for finding in findings(file):
+        assert {"code", "severity", "message", "file", "line", "column", "stack", "related"} <= set(finding)
+
+
+def test_a_fault_in_a_macro_is_said_once_with_its_calls(robot: Path) -> None:
+    (finding,) = [f for f in findings("robot.xacro") if f["code"] == "U202"]
+    assert (finding["line"], finding["message"][:5]) == (8, "'iix'")
+    assert [(c["kind"], c["name"], c["line"]) for c in finding["stack"]] == [("macro", "part", 17)]
+    assert [r["line"] for r in finding["related"]] == [18]
+
+
+def test_a_fault_in_one_call_is_said_at_that_call(robot: Path) -> None:
+    robot.write_text(MACRO.replace('name="b" mass="1"', 'name="b" mass="900"'))
+    heavy = [f for f in findings("robot.xacro") if f["code"] == "I117"]
+    assert [(f["line"], f["column"]) for f in heavy] == [(18, 30)]
+
+
+def test_select_and_ignore(robot: Path) -> None:
+    every = {f["code"] for f in findings("robot.xacro")}
+    assert {"U202", "I108"} <= every
+    assert {f["code"] for f in findings("robot.xacro", "--select", "U")} == {"U202"}
+    assert "I108" not in {f["code"] for f in findings("robot.xacro", "--ignore", "I1")}
+    assert {f["code"] for f in findings("robot.xacro", "--select", "I108,U", "--ignore", "U202")} == {"I108"}
+    with pytest.raises(Exception, match="no rule has a code"):
+        run("robot.xacro", "--select", "Z9")
+
+
+def test_configuration_is_found_beside_the_file(robot: Path, tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text('[tool.kbot.check]\nignore = ["I"]\n')
+    assert {f["code"] for f in findings("robot.xacro")} == {"U202"}
+    (tmp_path / "kbot.toml").write_text('[check]\nper-file-ignores = { "robot.*" = ["U202"] }\n')
+    assert "U202" not in {f["code"] for f in findings("robot.xacro")}
+    (tmp_path / "kbot.toml").write_text('[check]\nselct = ["I"]\n')
+    with pytest.raises(Exception, match=r"selct.*did you mean"):
+        run("robot.xacro")
+
+
+def test_comments_suppress_and_unused_ones_are_reported(robot: Path) -> None:
+    robot.write_text(
+        MACRO.replace("        <inertia ", "        <!-- kbot: ignore[U202, I108] why -->\n        <inertia ")
+    )
+    assert findings("robot.xacro") == []
+    robot.write_text(
+        MACRO.replace('<link name="base_link"/>', '<link name="base_link"/> <!-- kbot: ignore[I117] -->')
+    )
+    assert "K001" in {f["code"] for f in findings("robot.xacro")}
+    assert status("robot.xacro", "--fix") == 1
+    assert "ignore[I117]" not in robot.read_text()
+    robot.write_text(
+        MACRO.replace('<link name="base_link"/>', '<link name="base_link"/> <!-- kbot: ignore[U2O2] -->')
+    )
+    (odd,) = [f for f in findings("robot.xacro") if f["code"] == "K002"]
+    assert "U202" in odd["hint"]
+
+
+def test_a_comment_at_one_call_suppresses_it_there(robot: Path) -> None:
+    text = MACRO.replace('name="b" mass="1"', 'name="b" mass="900"')
+    robot.write_text(
+        text.replace('  <xacro:part name="b"', '  <!-- kbot: ignore[I117] lead -->\n  <xacro:part name="b"')
+    )
+    assert not {"I117", "K001"} & {f["code"] for f in findings("robot.xacro")}
+
+
+def test_a_baseline_hides_what_it_knows(robot: Path) -> None:
+    assert status("robot.xacro", "--write-baseline", "known.json") == 0
+    assert status("robot.xacro", "--baseline", "known.json") == 0
+    robot.write_text("\n" + MACRO.replace('iix="0"', 'iix="0" iyx="0"').lstrip("\n"))
+    robot.write_text(MACRO.replace('iix="0"', 'iix="0" iyx="0"'))
+    assert [f["message"][:5] for f in findings("robot.xacro", "--baseline", "known.json")] == ["'iyx'"]
+    with pytest.raises(Exception, match="does not exist"):
+        run("robot.xacro", "--baseline", "gone.json")
+
+
+def test_fixes_are_shown_and_then_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (FIXTURES / "J107" / "fails.xacro").read_text()
+    path = tmp_path / "robot.xacro"
+    path.write_text(text)
+    diff = run("robot.xacro", "--diff")
+    assert '-    <axis xyz="0 2 0"/>' in diff.stdout
+    assert '+    <axis xyz="0 1 0"/>' in diff.stdout
+    assert path.read_text() == text
+    assert status("robot.xacro", "--fix") == 0
+    assert path.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
+
+
+def test_an_unsafe_fix_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "robot.xacro"
+    path.write_text((FIXTURES / "J102" / "fails.xacro").read_text())
+    assert status("robot.xacro", "--fix") == 1
+    assert status("robot.xacro", "--unsafe-fixes") == 0
+
+
+def test_sarif_keeps_its_schema(robot: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    log = json.loads(run("robot.xacro", "--output-format", "sarif").stdout)
+    schema = json.loads((SCHEMAS / "sarif-schema-2.1.0.json").read_text("utf-8"))
+    jsonschema.Draft4Validator(schema).validate(log)
+    (result,) = [r for r in log["runs"][0]["results"] if r["ruleId"] == "U202"]
+    place = result["locations"][0]["physicalLocation"]
+    assert place["artifactLocation"]["uri"] == "robot.xacro"
+    assert place["region"]["startLine"] == 8
+    flow = result["codeFlows"][0]["threadFlows"][0]["locations"]
+    assert [s["location"]["physicalLocation"]["region"]["startLine"] for s in flow] == [17, 8]
+    driver = log["runs"][0]["tool"]["driver"]
+    assert driver["rules"][result["ruleIndex"]]["id"] == "U202"
+
+
+def test_github_annotations_name_the_line(robot: Path) -> None:
+    lines = run("robot.xacro", "--output-format", "github").stdout.splitlines()
+    assert any(line.startswith("::warning file=robot.xacro,line=8,endLine=8,col=") for line in lines)
+    assert all(
+        line.startswith(("::error ", "::warning ", "::notice ")) and "\n" not in line for line in lines
+    )
+
+
+def test_junit_has_a_failed_case_for_each_finding(robot: Path) -> None:
+    root = ElementTree.fromstring(run("robot.xacro", "--output-format", "junit").stdout)
+    (suite,) = root.iter("testsuite")
+    assert suite.get("name") == "robot.xacro"
+    assert int(suite.get("failures") or 0) == len(list(suite.iter("failure"))) > 0
+
+
+def test_statistics_count_the_rules(robot: Path) -> None:
+    assert "unknown-attribute" in run("robot.xacro", "--statistics").stdout
+
+
+def test_a_folder_is_its_entry_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    urdf = tmp_path / "my_robot" / "urdf"
+    urdf.mkdir(parents=True)
+    (tmp_path / "my_robot" / "package.xml").write_text("<package><name>my_robot</name></package>")
+    include = '<xacro:include filename="part.xacro"/>'
+    (urdf / "robot.xacro").write_text(
+        f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">{include}'
+        '<xacro:arg name="n" default="a"/><xacro:part name="$(arg n)"/></robot>'
+    )
+    (urdf / "part.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="part" params="name">'
+        '<link name="${name}"/></xacro:macro></robot>'
+    )
+    found = findings("my_robot")
+    assert {(f["code"], Path(f["file"]).name) for f in found} == {("K101", "package.xml")}
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    (tmp_path / "kbot.toml").write_text('[check]\nignore = ["K101"]\narguments = [{ n = "" }, { n = "b" }]\n')
+    assert {f["code"] for f in findings("my_robot")} == {"U003", "U015"}
+
+
+def test_rule_prints_a_page() -> None:
+    def words(*given: str) -> str:
+        return CliRunner().invoke(rule, list(given), catch_exceptions=False, standalone_mode=False).stdout
+
+    assert words("I111").startswith("I111 tensor-not-turned (warning, since 0.1)")
+    assert words("tensor-not-turned") == words("i111")
+    assert len(words("--all").splitlines()) > 100
+    with pytest.raises(Exception, match="did you mean 'I111'"):
+        words("I1111")
