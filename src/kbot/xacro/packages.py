@@ -17,6 +17,7 @@ from kbot.text.suggest import did_you_mean
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robots")  # noqa: PTH118, PTH120, PTH100
 
@@ -205,8 +206,9 @@ def _package_folders(root: str) -> Iterator[str]:
             for child in children:
                 if child.name.startswith(".") or child.name in _SKIPPED_FOLDERS:
                     continue
-                if child.is_dir():
-                    following.append(child.path)
+                with suppress(OSError):  # a link that leads round in a circle
+                    if child.is_dir():
+                        following.append(child.path)
             seen += len(children)
             if seen > _MAX_FOLDERS:
                 return
