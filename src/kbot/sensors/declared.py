@@ -1,0 +1,251 @@
+"""Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, and the
+sensor interfaces of ros2_control.
+
+Codes: W130 something is left out (warning), W131 a value or a link that is none (error).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from kbot.model import Robot
+from kbot.sensors.contact import Contact
+from kbot.sensors.imu import Imu
+from kbot.sensors.lidar import Lidar
+from kbot.sensors.position import Gps
+from kbot.sensors.proximity import Range
+from kbot.sensors.sdf_values import Values
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
+from kbot.text.suggest import did_you_mean
+
+Read = Callable[[Values, dict[str, Any]], Spec]
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """The sensors of a description in its order, and what there is to say about them."""
+
+    specs: tuple[Spec, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def declared_sensors(robot: Robot) -> Declared:
+    """What a robot's description declares. Never raises: what cannot be used is in the diagnostics."""
+    diagnostics: list[Diagnostic] = []
+    specs: list[Spec] = []
+    for link, element in _elements(robot):
+        values = Values(element, diagnostics)
+        if link not in robot.links:
+            values.error(_no_link(robot, link), element)
+            continue
+        before = sum(d.is_error for d in diagnostics)
+        spec = _read(values, link)
+        if spec is not None and sum(d.is_error for d in diagnostics) == before:
+            specs.append(spec)
+    specs += _of_ros2_control(robot, diagnostics)
+    return Declared(tuple(specs), tuple(diagnostics))
+
+
+def mount_declared(simulation: Simulation) -> tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]:
+    """Mount every sensor that the robot's description declares: by name, and what was left out.
+
+    Raises:
+        DescriptionError: a declaration has errors; it carries all of them.
+    """
+    declared = declared_sensors(simulation.robot)
+    if any(d.is_error for d in declared.diagnostics):
+        raise DescriptionError(declared.diagnostics)
+    mounted: dict[str, Sensor[Any]] = {}
+    said = list(declared.diagnostics)
+    for spec in declared.specs:
+        try:
+            mounted[spec.label] = spec.mount(simulation)
+        except KbotError as error:
+            said.append(Diagnostic("W130", Severity.WARNING, f"{error}: it is left out", spec.origin))
+    return mounted, tuple(said)
+
+
+def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:
+    """Each `<sensor>`, and the link that it sits on."""
+    for extension in robot.extensions:
+        if extension.tag == "gazebo":
+            for element in extension.elements("sensor"):
+                yield extension.attributes.get("reference", robot.root), element
+
+
+def _no_link(robot: Robot, link: str) -> str:
+    hint = did_you_mean(link, robot.links)
+    return f"there is no link '{link}'" + (f": {hint}" if hint else "")
+
+
+def _read(values: Values, link: str) -> Spec | None:
+    element = values.element
+    kind = element.attributes.get("type", "")
+    read = READERS.get(kind)
+    if read is None:
+        hint = did_you_mean(kind, READERS)
+        values.warn(f"sensors of type '{kind}' are not simulated{': ' + hint if hint else ''}", element)
+        return None
+    common: dict[str, Any] = {
+        "link": link,
+        "name": element.attributes.get("name", ""),
+        "pose": values.pose(),
+        "topic": _topic(values),
+        "frame": _frame(values),
+        "origin": element.origin,
+    }
+    rate = values.number(0.0, "update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
+    if rate:
+        common["rate"] = rate
+    try:
+        return read(values, common)
+    except KbotError as error:
+        values.error(str(error).removeprefix(f"{common['name']}: "), element)
+        return None
+
+
+def _topic(values: Values) -> str:
+    """gz's `<topic>`, Classic's `<topicName>`, or what a ROS 2 plugin remaps `~/out` to."""
+    named = values.text("topic", "plugin/topicName", "plugin/topic_name", "plugin/bumperTopicName")
+    if named:
+        return named.strip("/") or named
+    for remapping in _remappings(values):
+        inner, arrow, outer = remapping.partition(":=")
+        if arrow and inner.strip().startswith("~/out"):
+            return outer.strip().strip("/")
+    return ""
+
+
+def _remappings(values: Values) -> Iterator[str]:
+    ros = values.find("plugin/ros")
+    if ros is not None:
+        for tag in ("remapping", "argument"):
+            for element in ros.elements(tag):
+                yield element.text
+
+
+def _frame(values: Values) -> str:
+    named = values.text(
+        "gz_frame_id", "ignition_frame_id", "plugin/frameName", "plugin/frame_name", "plugin/frame_id"
+    )
+    return named.rsplit("/", 1)[-1]
+
+
+def _lidar(values: Values, common: dict[str, Any]) -> Spec:
+    """`<ray>` of Classic, `<lidar>` of gz."""
+    plugin = values.find("plugin")
+    file = plugin.attributes.get("filename", "") if plugin is not None else ""
+    across, up = (
+        ("ray/scan/horizontal", "lidar/scan/horizontal"),
+        ("ray/scan/vertical", "lidar/scan/vertical"),
+    )
+
+    def both(paths: tuple[str, str], leaf: str) -> tuple[str, str]:
+        return f"{paths[0]}/{leaf}", f"{paths[1]}/{leaf}"
+
+    least = values.number(0.0, "ray/range/min", "lidar/range/min")
+    most = values.number(10.0, "ray/range/max", "lidar/range/max")
+    noise = values.noise("ray/noise", "lidar/noise")
+    low, high = (
+        values.number(d, *both(across, f"{end}_angle")) for d, end in ((-math.pi, "min"), (math.pi, "max"))
+    )
+    if "gazebo_ros_range" in file:
+        infrared = values.text("plugin/radiation", "plugin/radiation_type").lower() == "infrared"
+        field = values.number(high - low, "plugin/fov")
+        return Range(
+            field_of_view=field, range_min=least, range_max=most, infrared=infrared, noise=noise, **common
+        )
+    samples = values.number(640.0, *both(across, "samples")) * values.number(1.0, *both(across, "resolution"))
+    rows = values.number(1.0, *both(up, "samples")) * values.number(1.0, *both(up, "resolution"))
+    return Lidar(
+        samples=round(samples),
+        angle_min=low,
+        angle_max=high,
+        range_min=least,
+        range_max=most,
+        rows=max(1, round(rows)),
+        elevation_min=values.number(0.0, *both(up, "min_angle")),
+        elevation_max=values.number(0.0, *both(up, "max_angle")),
+        noise=noise,
+        **common,
+    )
+
+
+def _imu(values: Values, common: dict[str, Any]) -> Spec:
+    """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
+    the x axis stands for all three."""
+    spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
+    gyroscope = values.noise("imu/angular_velocity/x/noise", "imu/noise/rate")
+    accelerometer = values.noise("imu/linear_acceleration/x/noise", "imu/noise/accel")
+    if spread:
+        from kbot.sensors.noise import Noise
+
+        gyroscope = accelerometer = Noise(stddev=abs(spread))
+    return Imu(gyroscope=gyroscope, accelerometer=accelerometer, **common)
+
+
+def _contact(values: Values, common: dict[str, Any]) -> Spec:
+    return Contact(**common)
+
+
+def _gps(values: Values, common: dict[str, Any]) -> Spec:
+    horizontal = values.noise(
+        "gps/position_sensing/horizontal/noise", "navsat/position_sensing/horizontal/noise"
+    )
+    vertical = values.noise("gps/position_sensing/vertical/noise", "navsat/position_sensing/vertical/noise")
+    return Gps(horizontal=horizontal, vertical=vertical, **common)
+
+
+def _sonar(values: Values, common: dict[str, Any]) -> Spec:
+    """A cone as wide as `<radius>` at its far end."""
+    most = values.number(1.0, "sonar/max")
+    radius = values.number(0.5, "sonar/radius")
+    field = 2.0 * math.atan2(radius, most)
+    return Range(
+        field_of_view=field, range_min=values.number(0.0, "sonar/min"), range_max=most,
+        noise=values.noise("sonar/noise"), **common,
+    )  # fmt: skip
+
+
+READERS: dict[str, Read] = {
+    "ray": _lidar,
+    "gpu_ray": _lidar,
+    "lidar": _lidar,
+    "gpu_lidar": _lidar,
+    "imu": _imu,
+    "contact": _contact,
+    "gps": _gps,
+    "navsat": _gps,
+    "sonar": _sonar,
+}
+"""By the type of a `<sensor>`."""
+
+
+def _of_ros2_control(robot: Robot, diagnostics: list[Diagnostic]) -> list[Spec]:
+    """`<ros2_control><sensor>`: an IMU is known by its interfaces, its link by `frame_id`."""
+    specs: list[Spec] = []
+    for extension in robot.extensions:
+        if extension.tag != "ros2_control":
+            continue
+        for element in extension.elements("sensor"):
+            values = Values(element, diagnostics)
+            interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
+            if not any(name.startswith(("angular_velocity", "linear_acceleration")) for name in interfaces):
+                names = ", ".join(sorted(interfaces)) or "none"
+                values.warn(f"sensors with these interfaces are not simulated: {names}", element)
+                continue
+            frame = next(
+                (e.text.strip() for e in element.elements("param") if e.attributes.get("name") == "frame_id"),
+                "",
+            )
+            link = frame or robot.root
+            if link not in robot.links:
+                values.error(_no_link(robot, link), element)
+                continue
+            specs.append(Imu(link=link, name=element.attributes.get("name", "imu"), origin=element.origin))
+    return specs

@@ -1,0 +1,105 @@
+"""Values within a `<sensor>`: numbers, texts, poses and noises, every fault at its line."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.kinematics.transform import Transform
+from kbot.sensors.noise import NONE, Noise
+from kbot.text import Diagnostic, Element, KbotError, Origin, Severity
+
+
+class Values:
+    """Reads beneath one element by paths such as `ray/scan/horizontal/samples`; faults are collected."""
+
+    def __init__(self, element: Element, diagnostics: list[Diagnostic]) -> None:
+        self.element, self.diagnostics = element, diagnostics
+
+    def find(self, *paths: str) -> Element | None:
+        """The first element that one of the paths leads to."""
+        for path in paths:
+            at: Element | None = self.element
+            for tag in path.split("/"):
+                at = at.find(tag) if at is not None else None
+            if at is not None:
+                return at
+        return None
+
+    def text(self, *paths: str) -> str:
+        """The text there; empty where there is none."""
+        found = self.find(*paths)
+        return found.text.strip() if found is not None else ""
+
+    def number(self, default: float, *paths: str) -> float:
+        found = self.find(*paths)
+        return default if found is None else self._number(found, default)
+
+    def whole(self, default: int, *paths: str) -> int:
+        return round(self.number(default, *paths))
+
+    def pose(self) -> Transform:
+        """`<pose>`: x y z roll pitch yaw in the link's frame."""
+        found = self.find("pose")
+        if found is None:
+            return Transform.identity()
+        degrees = found.attributes.get("degrees", "").strip() in ("true", "1")
+        try:
+            x, y, z, *rpy = (float(word) for word in found.text.split())
+            if len(rpy) != 3:
+                raise ValueError
+            return Transform.from_xyz_rpy((x, y, z), [math.radians(v) if degrees else v for v in rpy])
+        except ValueError:
+            self.error(
+                f"a pose is six finite numbers, x y z roll pitch yaw, not '{found.text.strip()}'", found
+            )
+            return Transform.identity()
+
+    def noise(self, *paths: str) -> Noise:
+        """A `<noise>` as SDFormat has it; none where there is none, or its type is none."""
+        found = self.find(*paths)
+        if found is None:
+            return NONE
+        inner = Values(found, self.diagnostics)
+        kind = found.attributes.get("type") or inner.text("type") or "gaussian"
+        if kind == "none":
+            return NONE
+        if kind not in ("gaussian", "gaussian_quantized"):
+            self.warn(f"there is no noise of type '{kind}' here: it is left out", found)
+            return NONE
+        endless = inner.number(0.0, "dynamic_bias_correlation_time")
+        try:
+            return Noise(
+                stddev=inner.number(0.0, "stddev"),
+                mean=inner.number(0.0, "mean"),
+                bias_mean=inner.number(0.0, "bias_mean"),
+                bias_stddev=inner.number(0.0, "bias_stddev"),
+                walk=inner.number(0.0, "dynamic_bias_stddev"),
+                correlation_time=endless if endless > 0.0 else math.inf,
+                precision=inner.number(0.0, "precision") if kind == "gaussian_quantized" else 0.0,
+            )
+        except KbotError as error:
+            self.error(str(error), found)
+            return NONE
+
+    def error(self, message: str, where: Element | Origin) -> None:
+        self._say("W131", Severity.ERROR, message, where)
+
+    def warn(self, message: str, where: Element | Origin) -> None:
+        self._say("W130", Severity.WARNING, message, where)
+
+    def _number(self, element: Element, default: float) -> float:
+        try:
+            value = float(element.text)
+        except ValueError:
+            value = math.nan
+        if math.isinf(value) and element.tag in ("max", "far"):
+            return 1e6
+        if not math.isfinite(value):
+            self.error(f"<{element.tag}> is a finite number, not '{element.text.strip()}'", element)
+            return default
+        return value
+
+    def _say(self, code: str, severity: Severity, message: str, where: Element | Origin) -> None:
+        name = self.element.attributes.get("name") or self.element.tag
+        origin = where.origin if isinstance(where, Element) else where
+        self.diagnostics.append(Diagnostic(code, severity, f"{name}: {message}", origin))

@@ -1,0 +1,158 @@
+"""Sensors as people write them, Classic and gz."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kbot.model.load import load_robot_text
+from kbot.sensors import Contact, Gps, Imu, Lidar, Range
+from kbot.sensors.declared import declared_sensors, mount_declared
+from kbot.sim import Simulation
+from kbot.text import DescriptionError
+
+CLASSIC = """
+<gazebo reference="{link}">
+  <sensor type="ray" name="head_hokuyo_sensor">
+    <pose>0 0 0.1 0 0 0</pose>
+    <visualize>false</visualize>
+    <update_rate>40</update_rate>
+    <ray>
+      <scan><horizontal>
+        <samples>720</samples><resolution>1</resolution>
+        <min_angle>-1.570796</min_angle><max_angle>1.570796</max_angle>
+      </horizontal></scan>
+      <range><min>0.10</min><max>30.0</max><resolution>0.01</resolution></range>
+      <noise><type>gaussian</type><mean>0.0</mean><stddev>0.01</stddev></noise>
+    </ray>
+    <plugin name="gazebo_ros_head_hokuyo_controller" filename="libgazebo_ros_laser.so">
+      <topicName>/laser/scan</topicName><frameName>base_link</frameName>
+    </plugin>
+  </sensor>
+  <sensor type="imu" name="imu_sensor">
+    <update_rate>100</update_rate>
+    <imu>
+      <angular_velocity><x><noise type="gaussian"><stddev>0.02</stddev>
+        <bias_stddev>0.001</bias_stddev></noise></x>
+      </angular_velocity>
+      <linear_acceleration><x><noise type="gaussian"><stddev>0.3</stddev></noise></x></linear_acceleration>
+    </imu>
+  </sensor>
+  <sensor type="ray" name="ir_front">
+    <ray><scan><horizontal><samples>5</samples><min_angle>-0.1</min_angle><max_angle>0.1</max_angle></horizontal>
+    </scan><range><min>0.02</min><max>0.4</max></range></ray>
+    <plugin name="ir" filename="libgazebo_ros_range.so">
+      <radiation>infrared</radiation><topicName>ir</topicName></plugin>
+  </sensor>
+  <sensor type="sonar" name="sonar"><sonar><min>0.02</min><max>2.0</max><radius>0.3</radius></sonar></sensor>
+  <sensor type="contact" name="bumper"><contact><collision>c</collision></contact></sensor>
+</gazebo>
+"""
+
+GZ = """
+<gazebo reference="base_link">
+  <sensor name="lidar" type="gpu_lidar">
+    <topic>scan</topic><update_rate>10</update_rate><gz_frame_id>base_link</gz_frame_id>
+    <lidar>
+      <scan><horizontal><samples>640</samples>
+        <min_angle>-1.4</min_angle><max_angle>1.4</max_angle></horizontal>
+      <vertical><samples>16</samples><min_angle>-0.26</min_angle><max_angle>0.26</max_angle></vertical></scan>
+      <range><min>0.08</min><max>inf</max></range>
+    </lidar>
+  </sensor>
+  <sensor name="gps" type="navsat"><update_rate>1</update_rate></sensor>
+  <sensor name="ros2" type="ray"><update_rate>5</update_rate>
+    <plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros><remapping>~/out:=front/scan</remapping></ros>
+    <frame_name>base_link</frame_name></plugin></sensor>
+</gazebo>
+<ros2_control name="r" type="system">
+  <sensor name="imu_control">
+    <state_interface name="orientation.x"/><state_interface name="angular_velocity.x"/>
+  <param name="frame_id">base_link</param></sensor>
+  <sensor name="fts"><state_interface name="force.x"/></sensor>
+</ros2_control>
+"""
+
+
+def _robot(inside):
+    text = f"""<robot name="r"><link name="base_link">
+      <inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><box size=".2 .2 .1"/></geometry></collision></link>{inside}</robot>"""
+    return load_robot_text(text, "r.urdf").require()
+
+
+def test_what_gazebo_classic_declares():
+    declared = declared_sensors(_robot(CLASSIC.format(link="base_link")))
+    assert not declared.diagnostics
+    scan, imu, infrared, sonar, bumper = declared.specs
+    assert isinstance(scan, Lidar)
+    assert (scan.samples, scan.rate, scan.range_min, scan.range_max) == (720, 40.0, 0.1, 30.0)
+    assert (scan.topic, scan.frame, scan.noise.stddev) == ("laser/scan", "base_link", 0.01)
+    assert scan.pose.translation.tolist() == [0.0, 0.0, 0.1]
+    assert scan.increment == pytest.approx(math.pi / 719, rel=1e-6)
+    assert isinstance(imu, Imu)
+    assert (imu.rate, imu.gyroscope.stddev, imu.gyroscope.bias_stddev) == (100.0, 0.02, 0.001)
+    assert imu.accelerometer.stddev == 0.3
+    assert isinstance(infrared, Range)
+    assert (infrared.infrared, infrared.range_max, infrared.topic) == (True, 0.4, "ir")
+    assert isinstance(sonar, Range)
+    assert sonar.field_of_view == pytest.approx(2 * math.atan(0.15))
+    assert isinstance(bumper, Contact)
+
+
+def test_what_gz_and_ros2_control_declare():
+    declared = declared_sensors(_robot(GZ))
+    lidar, gps, remapped, imu = declared.specs
+    assert isinstance(lidar, Lidar)
+    assert (lidar.rows, lidar.samples, lidar.topic, lidar.range_max) == (16, 640, "scan", 1e6)
+    assert isinstance(gps, Gps)
+    assert gps.rate == 1.0
+    assert (remapped.topic, remapped.frame) == ("front/scan", "base_link")
+    assert isinstance(imu, Imu)
+    assert imu.link == "base_link"
+    assert [d.code for d in declared.diagnostics] == ["W130"]
+    assert "force.x" in declared.diagnostics[0].message
+
+
+def test_they_are_mounted_and_heard():
+    simulation = Simulation(_robot(CLASSIC.format(link="base_link")), "corridor")
+    sensors, said = mount_declared(simulation)
+    assert not said
+    assert set(sensors) == {"head_hokuyo_sensor", "imu_sensor", "ir_front", "sonar", "bumper"}
+    simulation.run(0.2)
+    assert sensors["head_hokuyo_sensor"].latest.header.frame_id == "base_link"
+    assert np.isfinite(sensors["head_hokuyo_sensor"].latest.ranges).any()
+    assert {"/laser/scan", "/imu_sensor", "/ir", "/sonar", "/bumper"} <= set(simulation.bus.topics)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("<samples>720</samples>", "<samples>many</samples>", "finite number, not 'many'"),
+        ("<pose>0 0 0.1 0 0 0</pose>", "<pose>0 0 0.1</pose>", "six finite numbers"),
+        ("<max>30.0</max>", "<max>0.01</max>", "ranges go up"),
+        ("<update_rate>40</update_rate>", "<update_rate>-4</update_rate>", "above 0 Hz"),
+        ("<stddev>0.01</stddev>", "<stddev>-1</stddev>", "0 or more"),
+    ],
+)
+def test_a_spoilt_value_is_an_error_at_its_line(old, new, words):
+    text = CLASSIC.format(link="base_link")
+    assert old in text
+    robot = _robot(text.replace(old, new, 1))
+    with pytest.raises(DescriptionError) as error:
+        mount_declared(Simulation(robot))
+    (said,) = [d for d in error.value.diagnostics if d.is_error]
+    assert words in said.message
+    assert said.message.startswith("head_hokuyo_sensor: ")
+    assert said.origin is not None
+    assert said.origin.span.line > 3
+
+
+def test_a_link_that_is_not_there_and_a_type_that_is_not_known():
+    said = declared_sensors(_robot(CLASSIC.format(link="base_lnk"))).diagnostics
+    assert all("did you mean 'base_link'" in d.message for d in said)
+    (warning,) = declared_sensors(
+        _robot('<gazebo reference="base_link"><sensor type="gpu_lidr" name="l"/></gazebo>')
+    ).diagnostics
+    assert not warning.is_error
+    assert "did you mean" in warning.message
