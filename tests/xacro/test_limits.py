@@ -3,7 +3,7 @@
 import pytest
 
 from kbot.xacro import Limits, expand_text
-from kbot.xacro.closures import InvalidExpression
+from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
 from kbot.xacro.packages import Packages

@@ -8,8 +8,8 @@ import sys
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.official import xacro_arguments
 from kbot.cli.output import report
-from kbot.text.errors import KbotError
 from kbot.text.files import write_text
 from kbot.xacro import Packages, expand
 from kbot.xacro.run import Log
@@ -57,7 +57,7 @@ def command(
     level = 0 if quiet else verbosity if verbosity is not None else max(1, verbose)
     expansion = expand(
         robot_path(file),
-        _official(arguments),
+        xacro_arguments(arguments),
         packages=Packages(package_path),
         root_dir=root_dir,
         log=_log(level) if level > 2 else None,
@@ -83,17 +83,6 @@ def robot_path(file: str) -> str:
     from kbot.model.load import resolve_robot_path
 
     return str(resolve_robot_path(file))
-
-
-def _official(arguments: dict[str, str]) -> dict[str, str]:
-    """The arguments as the `xacro` command takes them: trimmed; empty ones and `_name:=` are not for it."""
-    given = {}
-    for name, value in arguments.items():
-        if ":=" in value:
-            raise KbotError(f"'{name}:={value}' has more than one ':='")
-        if value.strip() and not (name.startswith("_") and not name.startswith("__") and len(name) > 1):
-            given[name] = value.strip()
-    return given
 
 
 def _write(path: str | None, text: str) -> None:

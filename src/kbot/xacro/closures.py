@@ -9,53 +9,25 @@ only to public data (`values.attribute`), and everything that could grow is meas
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
-from kbot.xacro import bounds
-from kbot.xacro.bounds import Budget
-from kbot.xacro.faults import Fault
+from kbot.xacro import bounds, loops
+from kbot.xacro.operations import (
+    Closure,
+    InvalidExpression,
+    comparison,
+    item,
+    name_closure,
+    operation,
+    refuse_private,
+)
 from kbot.xacro.values import Value, attribute, public_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Protocol
+    from typing import Any
 
-    class Environment(Protocol):
-        """Where names are looked up."""
-
-        @property
-        def budget(self) -> Budget: ...
-        def lookup(self, name: str) -> Value: ...
-        def assign(self, name: str, value: Value) -> None: ...
-
-
-Closure = Callable[[Value], Value]
-
-
-class InvalidExpression(Exception):
-    """A syntax error; `column` (0-based) is where in the expression, where that is known."""
-
-    def __init__(self, message: str, column: int | None = None) -> None:
-        super().__init__(message)
-        self.column = column
-
-
-class Frame:
-    """The variables of a comprehension or of a lambda function, before those around it."""
-
-    __slots__ = ("budget", "outer", "variables")
-
-    def __init__(self, outer: Environment, variables: dict[str, Value]) -> None:
-        self.outer = outer
-        self.budget = outer.budget
-        self.variables = variables
-
-    def lookup(self, name: str) -> Value:
-        variables = self.variables
-        return variables[name] if name in variables else self.outer.lookup(name)
-
-    def assign(self, name: str, value: Value) -> None:
-        self.outer.assign(name, value)
+    from kbot.xacro.operations import Environment
 
 
 def closure_of(node: ast.expr) -> Closure:
@@ -71,19 +43,6 @@ def closure_of(node: ast.expr) -> Closure:
     return make(node)
 
 
-def _refuse(name: str) -> None:
-    if name.startswith("__"):
-        raise Fault(
-            "X191", f"the name '{name}' is refused: names with two leading underscores are Python's own"
-        )
-
-
-def name_closure(identifier: str) -> Closure:
-    """The closure of a name."""
-    _refuse(identifier)
-    return lambda env: env.lookup(identifier)
-
-
 def _constant(node: ast.Constant) -> Closure:
     value = node.value
     return lambda env: value
@@ -91,24 +50,6 @@ def _constant(node: ast.Constant) -> Closure:
 
 def _binary(node: ast.BinOp) -> Closure:
     return operation(type(node.op).__name__, closure_of(node.left), closure_of(node.right))
-
-
-def operation(kind: str, left: Closure, right: Closure) -> Closure:
-    """The closure of a binary operator, by the name of its syntax tree's class."""
-    if kind == "Div":
-        return lambda env: left(env) / right(env)
-    function = bounds.BINARY[kind]
-    if kind in ("Sub", "Add", "Mult"):
-        direct = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}[kind]
-
-        def arithmetic(env: Environment) -> Value:
-            a, b = left(env), right(env)
-            if type(a) is float and type(b) is float:
-                return direct(a, b)
-            return function(env.budget, a, b)
-
-        return arithmetic
-    return lambda env: function(env.budget, left(env), right(env))
 
 
 def _unary(node: ast.UnaryOp) -> Closure:
@@ -161,12 +102,6 @@ def _compare(node: ast.Compare) -> Closure:
     return chain
 
 
-def comparison(kind: str, left: Closure, right: Closure) -> Closure:
-    """The closure of a comparison, by the name of its syntax tree's class."""
-    function = bounds.COMPARE[kind]
-    return lambda env: function(env.budget, left(env), right(env))
-
-
 def _conditional(node: ast.IfExp) -> Closure:
     test, body, other = closure_of(node.test), closure_of(node.body), closure_of(node.orelse)
     return lambda env: body(env) if test(env) else other(env)
@@ -174,7 +109,7 @@ def _conditional(node: ast.IfExp) -> Closure:
 
 def _attribute(node: ast.Attribute) -> Closure:
     value, name = closure_of(node.value), node.attr
-    _refuse(name)
+    refuse_private(name)
 
     def get(env: Environment) -> Value:
         owner = value(env)
@@ -194,19 +129,13 @@ def _subscript(node: ast.Subscript) -> Closure:
     return lambda env: env.budget.checked(item(value(env), index(env)))
 
 
-def item(owner: Value, index: Value) -> Value:
-    """`owner[index]`."""
-    if isinstance(owner, type):
-        raise TypeError(f"type '{owner.__name__}' is not subscriptable here")
-    return owner[index]
-
-
 def _slice(node: ast.Slice) -> Closure:
     parts = [closure_of(part) if part else None for part in (node.lower, node.upper, node.step)]
     return lambda env: slice(*[part(env) if part else None for part in parts])
 
 
-def _items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
+def items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
+    """What computes the items of a list, `*` and all."""
     if not any(isinstance(node, ast.Starred) for node in nodes):
         closures = [closure_of(node) for node in nodes]
         return lambda env: [closure(env) for closure in closures]
@@ -215,7 +144,7 @@ def _items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
         for node in nodes
     ]
 
-    def items(env: Environment) -> list[Value]:
+    def spread(env: Environment) -> list[Value]:
         values: list[Value] = []
         for starred, closure in mixed:
             if starred:
@@ -225,21 +154,21 @@ def _items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
                 values.append(closure(env))
         return values
 
-    return items
+    return spread
 
 
 def _list(node: ast.List) -> Closure:
-    return _items(node.elts)
+    return items(node.elts)
 
 
 def _tuple(node: ast.Tuple) -> Closure:
-    items = _items(node.elts)
-    return lambda env: tuple(items(env))
+    make_items = items(node.elts)
+    return lambda env: tuple(make_items(env))
 
 
 def _set(node: ast.Set) -> Closure:
-    items = _items(node.elts)
-    return lambda env: set(items(env))
+    make_items = items(node.elts)
+    return lambda env: set(make_items(env))
 
 
 def _dict(node: ast.Dict) -> Closure:
@@ -261,7 +190,7 @@ def _dict(node: ast.Dict) -> Closure:
 
 
 def _call(node: ast.Call) -> Closure:
-    function, arguments = closure_of(node.func), _items(node.args)
+    function, arguments = closure_of(node.func), items(node.args)
     named = [(keyword.arg, closure_of(keyword.value)) for keyword in node.keywords]
     if not named:
         return lambda env: bounds.call(env.budget, function(env), arguments(env), {})
@@ -279,119 +208,9 @@ def _call(node: ast.Call) -> Closure:
     return call
 
 
-def _lambda(node: ast.Lambda) -> Closure:
-    arguments, body = node.args, closure_of(node.body)
-    positional = [a.arg for a in (*arguments.posonlyargs, *arguments.args)]
-    defaults = _items(arguments.defaults)
-    rest = arguments.vararg.arg if arguments.vararg else None
-    if arguments.kwonlyargs or arguments.kwarg:
-        raise InvalidExpression("a lambda function takes plain parameters here", node.col_offset)
-
-    def make(env: Environment) -> Value:
-        given = defaults(env)
-
-        def function(*values: Value, **named: Value) -> Value:
-            variables = dict(zip(positional[len(positional) - len(given) :], given, strict=True))
-            variables.update(zip(positional, values, strict=False))
-            if rest is not None:
-                variables[rest] = tuple(values[len(positional) :])
-            elif len(values) > len(positional):
-                raise TypeError(f"the function takes {len(positional)} arguments, {len(values)} were given")
-            for name, value in named.items():
-                if name not in positional[len(values) :]:
-                    raise TypeError(f"the function got an unexpected argument '{name}'")
-                variables[name] = value
-            missing = [name for name in positional if name not in variables]
-            if missing:
-                raise TypeError(f"the function misses the argument '{missing[0]}'")
-            budget = env.budget
-            budget.charge(1)
-            budget.function_depth -= 1
-            if budget.function_depth < 0:
-                raise budget.exceeded("function_depth", "lambda functions call one another too deeply")
-            try:
-                return body(Frame(env, variables))
-            finally:
-                budget.function_depth += 1
-
-        return function
-
-    return make
-
-
-Binder = Callable[[dict[str, Value], Value], None]
-
-
-def _target(node: ast.expr) -> Binder:
-    """What puts an item of a loop into its variables."""
-    if isinstance(node, ast.Name):
-        name = node.id
-
-        def one(variables: dict[str, Value], value: Value) -> None:
-            variables[name] = value
-
-        return one
-    if not isinstance(node, ast.Tuple | ast.List) or any(isinstance(n, ast.Starred) for n in node.elts):
-        raise InvalidExpression("a loop's variable is a name or some names here", node.col_offset)
-    binders = [_target(element) for element in node.elts]
-
-    def several(variables: dict[str, Value], value: Value) -> None:
-        values = list(value)
-        if len(values) != len(binders):
-            raise ValueError(f"{len(values)} values to unpack into {len(binders)} names")
-        for binder, item in zip(binders, values, strict=True):
-            binder(variables, item)
-
-    return several
-
-
-def _loops(generators: list[ast.comprehension]) -> Callable[[Environment], Iterator[Frame]]:
-    """An iterator over the frames of a comprehension's innermost loop."""
-    parts = []
-    for generator in generators:
-        if generator.is_async:
-            raise InvalidExpression("async has no place in an expression")
-        tests = [closure_of(test) for test in generator.ifs]
-        parts.append((closure_of(generator.iter), _target(generator.target), tests))
-
-    def run(env: Environment, frame: Frame, level: int) -> Iterator[Frame]:
-        items, bind, tests = parts[level]
-        budget = frame.budget
-        for item in items(env):
-            budget.charge(1)
-            bind(frame.variables, item)
-            if all(test(frame) for test in tests):
-                if level + 1 < len(parts):
-                    yield from run(frame, frame, level + 1)
-                else:
-                    yield frame
-
-    return lambda env: run(env, Frame(env, {}), 0)
-
-
-def _list_comprehension(node: ast.ListComp) -> Closure:
-    loops, element = _loops(node.generators), closure_of(node.elt)
-    return lambda env: env.budget.checked([element(frame) for frame in loops(env)])
-
-
-def _set_comprehension(node: ast.SetComp) -> Closure:
-    loops, element = _loops(node.generators), closure_of(node.elt)
-    return lambda env: env.budget.checked({element(frame) for frame in loops(env)})
-
-
-def _generator(node: ast.GeneratorExp) -> Closure:
-    loops, element = _loops(node.generators), closure_of(node.elt)
-    return lambda env: (element(frame) for frame in loops(env))
-
-
-def _dict_comprehension(node: ast.DictComp) -> Closure:
-    loops, key, value = _loops(node.generators), closure_of(node.key), closure_of(node.value)
-    return lambda env: env.budget.checked({key(frame): value(frame) for frame in loops(env)})
-
-
 def _assignment(node: ast.NamedExpr) -> Closure:
     value, name = closure_of(node.value), node.target.id
-    _refuse(name)
+    refuse_private(name)
 
     def assign(env: Environment) -> Value:
         result = value(env)
@@ -438,11 +257,11 @@ _MAKERS: dict[type[ast.expr], Callable[[Any], Closure]] = {
     ast.Set: _set,
     ast.Dict: _dict,
     ast.Call: _call,
-    ast.Lambda: _lambda,
-    ast.ListComp: _list_comprehension,
-    ast.SetComp: _set_comprehension,
-    ast.GeneratorExp: _generator,
-    ast.DictComp: _dict_comprehension,
+    ast.Lambda: loops.lambda_closure,
+    ast.ListComp: loops.list_comprehension_closure,
+    ast.SetComp: loops.set_comprehension_closure,
+    ast.GeneratorExp: loops.generator_closure,
+    ast.DictComp: loops.dict_comprehension_closure,
     ast.NamedExpr: _assignment,
     ast.FormattedValue: _formatted,
     ast.JoinedStr: _joined,

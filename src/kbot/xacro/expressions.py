@@ -6,18 +6,15 @@ apart by one regular expression, all others by Python's parser.
 
 from __future__ import annotations
 
-import ast
 import re
-import unicodedata
-import warnings
 
-from kbot.xacro import closures
-from kbot.xacro.closures import Closure, InvalidExpression
+from kbot.xacro import operations
+from kbot.xacro.operations import Closure, InvalidExpression
 from kbot.xacro.values import Value, YamlDict, wrap
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.xacro.closures import Environment
+    from kbot.xacro.operations import Environment
 
 MAX_CHARACTERS = 20_000
 
@@ -100,6 +97,8 @@ def is_identifier(name: str) -> bool:
     """Whether a name can stand in an expression."""
     if name.isascii():
         return name.isidentifier() and name not in _KEYWORDS
+    import unicodedata
+
     return name.isidentifier() and unicodedata.normalize("NFKC", name) == name
 
 
@@ -112,8 +111,14 @@ def _compile(expression: str) -> Closure:
             return simple
     if len(source) > MAX_CHARACTERS:
         raise InvalidExpression(f"the expression is longer than {MAX_CHARACTERS:,} characters")
+    import ast
+
+    from kbot.xacro.closures import closure_of
+
     try:
         if _MAY_WARN.search(source):
+            import warnings
+
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 tree = ast.parse(source, "<expression>", "eval")
@@ -125,7 +130,7 @@ def _compile(expression: str) -> Closure:
     except (ValueError, MemoryError, RecursionError) as error:
         raise InvalidExpression(str(error) or "the expression is nested too deeply") from None
     try:
-        return closures.closure_of(tree.body)
+        return closure_of(tree.body)
     except RecursionError:
         raise InvalidExpression("the expression is nested too deeply") from None
 
@@ -145,8 +150,8 @@ def _simple(match: re.Match[str]) -> Closure | None:
     if right is None:
         return None
     if operator in _OPERATORS:
-        return closures.operation(_OPERATORS[operator], left, right)
-    return closures.comparison(_COMPARISONS[operator], left, right)
+        return operations.operation(_OPERATORS[operator], left, right)
+    return operations.comparison(_COMPARISONS[operator], left, right)
 
 
 def _operand(
@@ -158,7 +163,7 @@ def _operand(
         return lambda env: number
     if name in _KEYWORDS or name.startswith("__"):
         return None
-    value = _lookup(name, keys[2:-2].split("']['")) if keys else closures.name_closure(name)
+    value = _lookup(name, keys[2:-2].split("']['")) if keys else operations.name_closure(name)
     return (lambda env: -value(env)) if sign else value
 
 
@@ -173,7 +178,7 @@ def _lookup(name: str, keys: list[str]) -> Closure:
             if is_yaml and isinstance(value, dict) and key in value:
                 value = dict.__getitem__(value, key)
             else:
-                value = closures.item(wrap(value) if is_yaml else value, key)
+                value = operations.item(wrap(value) if is_yaml else value, key)
                 is_yaml = False
         return env.budget.checked(wrap(value) if is_yaml else value)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import os
 import re
 
@@ -54,6 +53,8 @@ def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None
 def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
     names = [name]
     if _PATTERN.search(name):
+        import glob
+
         names = sorted(glob.glob(name))  # noqa: PTH207 - pathlib has other patterns
         if not names:
             origin = locate(node, "filename", place.call, None)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError
 from kbot.text.xml import Document, Element, Text
 from kbot.xacro.serialise import banner, serialise
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope
     from kbot.xacro.source_map import SourceMap

@@ -19,9 +19,8 @@ from kbot.xacro.templates import pieces
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from collections.abc import Iterator
+    from typing import Any
 
     from kbot.xacro.result import Expansion
     from kbot.xacro.scope import Binding

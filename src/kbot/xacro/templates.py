@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from kbot.xacro.closures import InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
+from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False

@@ -1,0 +1,47 @@
+"""Where `kbot` begins. A plain `kbot expand` is done at once; all else goes to `kbot.cli.main`.
+
+Build tools run `kbot expand` for every robot, and the command line's library takes longer to
+import than a description takes to expand.
+"""
+
+from __future__ import annotations
+
+import sys
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    words = sys.argv[1:]
+    if words[:1] == ["expand"] and _expand_plainly(words[1:]):
+        return
+    from kbot.cli.main import main as full
+
+    full()
+
+
+def _expand_plainly(words: Sequence[str]) -> bool:
+    """Write the expansion of `FILE [name:=value …]` to stdout, if nothing else is asked or to be said."""
+    files = [word for word in words if ":=" not in word]
+    if len(files) != 1 or files[0] == "kbot" or "=" in files[0] or files[0].startswith("-"):
+        return False
+    from kbot.cli.official import xacro_arguments
+    from kbot.text.errors import KbotError
+    from kbot.xacro import expand
+
+    try:
+        given = dict(word.split(":=", 1) for word in words if ":=" in word)
+        expansion = expand(files[0], xacro_arguments(given))
+    except KbotError:
+        return False
+    if not expansion.ok or expansion.diagnostics or sys.platform == "win32":
+        return False
+    try:
+        sys.stdout.write(expansion.text)
+        sys.stdout.flush()
+    except (BrokenPipeError, UnicodeEncodeError):
+        return False
+    return True

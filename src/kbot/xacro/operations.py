@@ -1,0 +1,101 @@
+"""What an expression is made of, whoever takes it apart: closures, their environment, operators.
+
+A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
+`budget`, and gives a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kbot.xacro import bounds
+from kbot.xacro.faults import Fault
+from kbot.xacro.values import Value
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Protocol
+
+    from kbot.xacro.bounds import Budget
+
+    class Environment(Protocol):
+        """Where names are looked up."""
+
+        @property
+        def budget(self) -> Budget: ...
+        def lookup(self, name: str) -> Value: ...
+        def assign(self, name: str, value: Value) -> None: ...
+
+
+Closure = Callable[[Value], Value]
+
+
+class InvalidExpression(Exception):
+    """A syntax error; `column` (0-based) is where in the expression, where that is known."""
+
+    def __init__(self, message: str, column: int | None = None) -> None:
+        super().__init__(message)
+        self.column = column
+
+
+class Frame:
+    """The variables of a comprehension or of a lambda function, before those around it."""
+
+    __slots__ = ("budget", "outer", "variables")
+
+    def __init__(self, outer: Environment, variables: dict[str, Value]) -> None:
+        self.outer = outer
+        self.budget = outer.budget
+        self.variables = variables
+
+    def lookup(self, name: str) -> Value:
+        variables = self.variables
+        return variables[name] if name in variables else self.outer.lookup(name)
+
+    def assign(self, name: str, value: Value) -> None:
+        self.outer.assign(name, value)
+
+
+def refuse_private(name: str) -> None:
+    """Refuse a name of Python's own."""
+    if name.startswith("__"):
+        raise Fault(
+            "X191", f"the name '{name}' is refused: names with two leading underscores are Python's own"
+        )
+
+
+def name_closure(identifier: str) -> Closure:
+    """The closure of a name."""
+    refuse_private(identifier)
+    return lambda env: env.lookup(identifier)
+
+
+def operation(kind: str, left: Closure, right: Closure) -> Closure:
+    """The closure of a binary operator, by the name of its syntax tree's class."""
+    if kind == "Div":
+        return lambda env: left(env) / right(env)
+    function = bounds.BINARY[kind]
+    if kind in ("Sub", "Add", "Mult"):
+        direct = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}[kind]
+
+        def arithmetic(env: Environment) -> Value:
+            a, b = left(env), right(env)
+            if type(a) is float and type(b) is float:
+                return direct(a, b)
+            return function(env.budget, a, b)
+
+        return arithmetic
+    return lambda env: function(env.budget, left(env), right(env))
+
+
+def comparison(kind: str, left: Closure, right: Closure) -> Closure:
+    """The closure of a comparison, by the name of its syntax tree's class."""
+    function = bounds.COMPARE[kind]
+    return lambda env: function(env.budget, left(env), right(env))
+
+
+def item(owner: Value, index: Value) -> Value:
+    """`owner[index]`."""
+    if isinstance(owner, type):
+        raise TypeError(f"type '{owner.__name__}' is not subscriptable here")
+    return owner[index]
