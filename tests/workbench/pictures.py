@@ -65,6 +65,13 @@ def middle(mask: np.ndarray) -> tuple[float, float]:
     return float(columns.mean()), float(rows.mean())
 
 
+def id_image(page: Any) -> tuple[np.ndarray, list[str]]:
+    """Index of the link at each pixel by the page's own buffer, (height, width), -1 for none; the links."""
+    seen = page.evaluate("kbot.ids()")
+    runs = np.array(seen["runs"]).reshape(-1, 2)
+    return np.repeat(runs[:, 0], runs[:, 1]).reshape(seen["height"], seen["width"]), seen["links"]
+
+
 def pixels_per_metre(page: Any) -> float:
     """How large a metre on the ground is in the middle of the picture."""
     camera = page.evaluate("kbot.camera()")

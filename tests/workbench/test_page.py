@@ -9,7 +9,7 @@ import numpy as np
 from kbot.workbench.session import Session
 
 from .conftest import until
-from .pictures import blue, middle, pixels_per_metre, screenshot
+from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
 
 FROM_ABOVE = "kbot.look([0, -0.001, 1.6], [0, 0, 0])"
 
@@ -274,9 +274,8 @@ def test_dark_and_light(viewing: str, open_page: OpenPage) -> None:
 def mask(page: Any, link: str) -> np.ndarray:
     """Where a link is in the picture, by the page's own buffer of ids; (height, width)."""
     page.evaluate("kbot.drawn()")
-    seen = page.evaluate("kbot.ids()")
-    ids = np.array(seen["ids"]).reshape(seen["height"], seen["width"])
-    result: np.ndarray = ids == seen["links"].index(link)
+    ids, links = id_image(page)
+    result: np.ndarray = ids == links.index(link)
     return result
 
 

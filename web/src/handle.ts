@@ -15,8 +15,8 @@ export interface Handle {
   freeze(on: boolean): void;
   /** Draws, and resolves when it is done. */
   drawn(): Promise<number>;
-  /** Link index at each pixel of the picture, row by row from the top; -1 for nothing. */
-  ids(): { width: number; height: number; ids: number[]; links: string[] };
+  /** Link index at each pixel of the picture, row by row from the top, -1 for nothing: index, count, index, … */
+  ids(): { width: number; height: number; runs: number[]; links: string[] };
   /** Row-major 4 x 4: clip coordinates from world coordinates, and the size of the picture. */
   camera(): { clipFromWorld: number[]; width: number; height: number };
   /** Looks from `eye` at `target`. */
@@ -64,7 +64,7 @@ export function handle(app: App, view: View): Handle {
     ids() {
       settle();
       const { width, height } = canvas;
-      return { width, height, ids: [...view.ids.image(stage.camera, width, height)], links: app.scene.value?.links.map((link) => link.name) ?? [] };
+      return { width, height, runs: runs(view.ids.image(stage.camera, width, height)), links: app.scene.value?.links.map((link) => link.name) ?? [] };
     },
     camera() {
       settle();
@@ -86,4 +86,14 @@ export function handle(app: App, view: View): Handle {
       return { x: box.left + ((at.x + 1) / 2) * box.width, y: box.top + ((1 - at.y) / 2) * box.height };
     },
   };
+}
+
+/** Equal neighbours counted: value, count, value, count, … */
+function runs(values: Int16Array): number[] {
+  const result: number[] = [];
+  for (const value of values) {
+    if (result.length > 0 && result.at(-2) === value) result[result.length - 1]! += 1;
+    else result.push(value, 1);
+  }
+  return result;
 }

@@ -1,0 +1,119 @@
+"""The picture is right to the pixel: every link's mask against an independent projection of the model."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kbot.kinematics import FrameTree, Transform
+from kbot.model import Robot
+from kbot.model.load import load_robot
+from kbot.model.shapes import bounding_radius
+from kbot.workbench.serve import open_session, serving
+
+from .conftest import until
+from .pictures import id_image
+from .projection import link_image, overlap
+
+RIGHT = 0.985
+FROM = ((1.0, 0.35, 0.6), (-0.6, -0.8, -0.5))
+
+OpenPage = Callable[..., Any]
+
+SHAPES = """<robot name="shapes">
+  <material name="m"><color rgba="0.4 0.6 0.2 1"/></material>
+  <link name="box"><visual><origin xyz="0.1 0 0.05" rpy="0.3 0.2 0.1"/>
+    <geometry><box size="0.3 0.1 0.05"/></geometry></visual></link>
+  <link name="cylinder"><visual><origin rpy="1 0.5 0"/>
+    <geometry><cylinder radius="0.08" length="0.2"/></geometry></visual></link>
+  <link name="sphere"><visual><geometry><sphere radius="0.07"/></geometry></visual></link>
+  <link name="mesh"><visual><origin xyz="0 0 0.02" rpy="0 0 0.7"/>
+    <geometry><mesh filename="file://{mesh}" scale="0.2 0.1 0.3"/></geometry></visual></link>
+  <joint name="a" type="revolute"><origin xyz="0.35 0.1 0" rpy="0 0.4 0"/><axis xyz="0 1 1"/>
+    <parent link="box"/><child link="cylinder"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="b" type="prismatic"><origin xyz="0 0 0.2" rpy="0.5 0 0"/><axis xyz="0 0 1"/>
+    <parent link="cylinder"/><child link="sphere"/><limit upper="1" effort="1" velocity="1"/></joint>
+  <joint name="c" type="continuous"><origin xyz="-0.25 0 0.1"/><axis xyz="1 0 0"/>
+    <parent link="box"/><child link="mesh"/></joint>
+</robot>"""
+
+PYRAMID = """v 0 0 1
+v -1 -1 0
+v 1 -1 0
+v 1 1 0
+v -1 1 0
+f 1 2 3
+f 1 3 4
+f 1 4 5
+f 1 5 2
+f 2 5 4 3
+"""
+
+
+def picture(
+    page: Any, robot: Robot, link: str, way: tuple[float, float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The page's ids with a link in the middle of the picture, and the camera's matrix."""
+    pose = FrameTree(robot).pose(link, joints=JOINTS)
+    visual = robot.links[link].visuals[0]
+    middle = (pose @ Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)).translation
+    radius = bounding_radius(visual.geometry) or 0.1
+    eye = middle + np.array(way) / np.linalg.norm(way) * (radius * 4.0 + 0.2)
+    page.evaluate("([eye, at]) => kbot.look(eye, at)", [eye.tolist(), middle.tolist()])
+    page.evaluate("kbot.drawn()")
+    ids, links = id_image(page)
+    assert links == list(robot.links)
+    camera = page.evaluate("kbot.camera()")
+    return ids, np.array(camera["clipFromWorld"]).reshape(4, 4)
+
+
+JOINTS: Mapping[str, float] = {}
+
+
+def overlaps(page: Any, robot: Robot, moved: Mapping[str, Transform] | None = None) -> dict[str, float]:
+    """Each link's least overlap from several sides, for those that are to be seen."""
+    least: dict[str, float] = {}
+    for index, (name, link) in enumerate(robot.links.items()):
+        for way in FROM if link.visuals else ():
+            ids, clip = picture(page, robot, name, way)
+            expected = link_image(robot, clip, ids.shape[1], ids.shape[0], moved) == index
+            if expected.sum() > 0.005 * expected.size:
+                least[name] = min(least.get(name, 1.0), overlap(ids == index, expected))
+    return least
+
+
+def opened(open_page: OpenPage, address: str) -> Any:
+    return open_page(address, viewport={"width": 820, "height": 420})
+
+
+def test_every_link_of_kbot_is_where_the_model_has_it(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, robot = opened(open_page, viewing), load_robot(str(xacro)).require()
+    found = overlaps(page, robot)
+    assert set(found) == set(robot.links) - {"base_footprint"} or set(found) == set(robot.links)
+    assert min(found.values()) > RIGHT, found
+    off = {name: Transform.from_xyz_rpy((0.002, 0.0, 0.002), (0.0, 0.0, 0.0)) for name in found}
+    assert max(overlaps(page, robot, off).values()) < RIGHT
+    lost = {name: Transform.from_xyz_rpy((0.0, 0.0, 0.0), (1.5708, 0.0, 0.0)) for name in ("left_wheel",)}
+    assert overlaps(page, robot, lost)["left_wheel"] < RIGHT
+
+
+def test_a_hidden_link_fails_the_same_measure(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, robot = opened(open_page, viewing), load_robot(str(xacro)).require()
+    page.locator("[data-option=visual]").click()
+    assert max(overlaps(page, robot).values()) == 0.0
+
+
+def test_every_shape_is_where_the_model_has_it(tmp_path: Path, open_page: OpenPage) -> None:
+    (tmp_path / "pyramid.obj").write_text(PYRAMID)
+    file = tmp_path / "shapes.urdf"
+    file.write_text(SHAPES.format(mesh=tmp_path / "pyramid.obj"))
+    robot = load_robot(str(file)).require()
+    with serving(open_session(str(file), simulate=False)) as address:
+        page = opened(open_page, address)
+        index = list(robot.links).index("mesh")
+        until(lambda: (id_image(page)[0] == index).any())
+        found = overlaps(page, robot)
+        assert set(found) == set(robot.links)
+        assert min(found.values()) > RIGHT, found
+        page.close()
