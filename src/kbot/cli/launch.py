@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import click
 
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
 from kbot.cli.output import fail, report
-from kbot.launch import Plan, read_launch
+from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.known import role
 from kbot.launch.stage import Stage, stage
 from kbot.text import KbotError, Severity
@@ -23,6 +24,7 @@ from kbot.xacro import Packages
     epilog=examples(
         "kbot launch kbot_description kbot_base_rviz.launch",
         "kbot launch robot.launch gui:=false",
+        "kbot launch robot.launch.py --trust        a ROS 2 launch file in Python is a program",
         "kbot launch robot.launch --dry-run         what would run, and from which line",
         "kbot launch robot.launch --dump-params     as roslaunch prints them",
     ),
@@ -35,6 +37,7 @@ from kbot.xacro import Packages
 @click.option("--dump-params", is_flag=True, help="Print the parameters as YAML.")
 @click.option("--ros-args", is_flag=True, help="Print the arguments that the launch file takes.")
 @click.option("--args", "args_of", metavar="NODE", help="Print the command line of a node.")
+@click.option("--trust", is_flag=True, help="Run a launch file in Python (ROS 2): it is a program.")
 @click.option("--allow-commands", is_flag=True, help="Let command= run any program, not only xacro.")
 @click.option("--world", metavar="W", help="The world to simulate in, whatever the launch file says.")
 @page_options
@@ -47,26 +50,29 @@ def command(
     dump_params: bool,
     ros_args: bool,
     args_of: str | None,
+    trust: bool,
     allow_commands: bool,
     world: str | None,
     host: str,
     port: int | None,
     browser: bool,
 ) -> int:
-    """Carry out a ROS 1 launch file without ROS.
+    """Carry out a launch file of ROS 1 (XML) or ROS 2 (Python, XML, YAML) without ROS.
 
     The robot stands in the workbench, which takes the place of rviz and of Gazebo. What a ROS
     would stumble over is reported at its line, with the mend.
     """
     named, arguments = split_arguments(words)
     path = _find(named, Packages(package_path))
-    plan = read_launch(
-        path,
-        arguments,
-        Packages(package_path, around=path),
-        resolve_anonymous=not nodes,
-        allow_commands=allow_commands,
-    ).require()
+    packages = Packages(package_path, around=path)
+    if is_ros_2(path):
+        trusted = trust or (path.endswith(".py") and _ask_for_trust(path))
+        plan = read_launch_2(path, arguments, packages, allow_commands=allow_commands, trusted=trusted)
+    else:
+        plan = read_launch(
+            path, arguments, packages, resolve_anonymous=not nodes, allow_commands=allow_commands
+        )
+    plan.require()
     if nodes or files or dump_params or ros_args or args_of:
         report(d for d in plan.problems)
         _print(plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of)
@@ -110,6 +116,13 @@ def _carry_out(
     return 0
 
 
+def _ask_for_trust(path: str) -> bool:
+    """Asks, where somebody is there to answer."""
+    if not Path(path).is_file() or not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return False
+    return click.confirm(f"{path} is a program. Run it?", err=True)
+
+
 def _find(named: list[str], packages: Packages) -> str:
     """The launch file of a command line: a path, or a package and the name of a file in it."""
     if len(named) == 1:
@@ -120,12 +133,16 @@ def _find(named: list[str], packages: Packages) -> str:
     folder = Path(packages.find(package))
     found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
     if not found:
-        others = sorted(file.name for file in folder.rglob("*.launch"))
+        others = sorted(file.name for file in folder.rglob("*") if _is_launch_file(file))
         hint = did_you_mean(name, others) or f"there are {', '.join(others) or 'none'}"
         raise KbotError(f"the package '{package}' has no {name}: {hint}")
     if len(found) > 1:
         raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
     return str(found[0])
+
+
+def _is_launch_file(file: Path) -> bool:
+    return file.suffix == ".launch" or file.name.endswith((".launch.py", ".launch.xml", ".launch.yaml"))
 
 
 def _known_world(staged: Stage) -> str:

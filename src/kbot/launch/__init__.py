@@ -2,5 +2,18 @@
 
 from kbot.launch.plan import Argument, Description, Included, Machine, Node, Param, Plan
 from kbot.launch.reader import read_launch
+from kbot.launch.ros2 import read_launch_2
+from kbot.launch.which import is_ros_2
 
-__all__ = ["Argument", "Description", "Included", "Machine", "Node", "Param", "Plan", "read_launch"]
+__all__ = [
+    "Argument",
+    "Description",
+    "Included",
+    "Machine",
+    "Node",
+    "Param",
+    "Plan",
+    "is_ros_2",
+    "read_launch",
+    "read_launch_2",
+]

@@ -32,16 +32,21 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
         "gzclient": Role.VIEWER,
         "debug": Role.SIMULATOR,
         "spawn_model": Role.SPAWNER,
+        "spawn_entity.py": Role.SPAWNER,
     },
     "controller_manager": {
         "spawner": Role.CONTROLLER,
         "unspawner": Role.CONTROLLER,
         "controller_manager": Role.CONTROLLER,
+        "ros2_control_node": Role.CONTROLLER,
     },
     "tf": {"static_transform_publisher": None},
     "tf2_ros": {"static_transform_publisher": None},
     "map_server": {"map_server": None, "map_saver": None},
     "rosbag": {"play": None, "record": None},
+    "rviz2": {"rviz2": Role.VIEWER},
+    "ros_gz_sim": {"create": Role.SPAWNER, "gzserver": Role.SIMULATOR},
+    "ros_gz_bridge": {"parameter_bridge": Role.CONTROLLER, "bridge_node": Role.CONTROLLER},
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": Role.TELEOP,
         "teleop_twist_keyboard": Role.TELEOP,
@@ -137,6 +142,18 @@ LAUNCH_FILES: Mapping[tuple[str, str], Mapping[str, str]] = {
     },
 }
 """Launch files that KBot stands in for, by package and name, with their arguments and defaults."""
+
+LAUNCH_FILES_2 = frozenset(
+    {
+        ("ros_gz_sim", "gz_sim.launch.py"),
+        ("ros_gz_sim", "gz_server.launch.py"),
+        ("ros_gz_sim", "ros_gz_sim.launch.py"),
+        ("gazebo_ros", "gazebo.launch.py"),
+        ("gazebo_ros", "gzserver.launch.py"),
+        ("gazebo_ros", "gzclient.launch.py"),
+    }
+)
+"""The same of ROS 2, whose arguments are not checked."""
 
 
 def role(package: str, type_: str) -> Role | None:

@@ -1,0 +1,247 @@
+"""Carries out the actions of a ROS 2 launch file as far as a plan needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from kbot.launch import known, names
+from kbot.launch.plan import Argument, Included, Node, Param, Plan
+from kbot.launch.reading import Reporter
+from kbot.launch.ros2 import actions as act
+from kbot.launch.ros2.context import Context
+from kbot.launch.ros2.parameters import parameters_of, parameters_of_file, plain
+from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
+from kbot.launch.substitution import Fault
+from kbot.text import Diagnostic, Origin, Severity, Source, read_source
+from kbot.text.errors import DescriptionError
+from kbot.text.suggest import did_you_mean
+
+MAX_INCLUDES = 64
+Load = Callable[[Source, "Carrier"], list[object]]
+
+
+class Carrier:
+    """Visits actions in order; what they come to is in `plan()`."""
+
+    def __init__(self, context: Context, reporter: Reporter, given: dict[str, str], load: Load) -> None:
+        self.context, self.reporter, self.given, self.load = context, reporter, given, load
+        self.nodes: list[Node] = []
+        self.params: dict[str, Param] = {}
+        self.arguments: dict[str, Argument] = {}
+        self.included: list[Included] = []
+        self.files: list[str] = []
+        self.depth = 0
+
+    def plan(self, path: str) -> Plan:
+        return Plan(
+            path,
+            nodes=tuple(self.nodes),
+            params=self.params,
+            arguments=self.arguments,
+            included=tuple(self.included),
+            files=tuple(self.files),
+            problems=tuple(self.reporter.problems),
+            findings=tuple(self.reporter.findings),
+        )
+
+    def read(self, source: Source) -> None:
+        """Carry out a launch file within the context as it is."""
+        outer, self.context.file = self.context.file, source.path
+        self.files.append(source.path)
+        self.depth += 1
+        try:
+            self.visit_all(self.load(source, self))
+        finally:
+            self.context.file = outer
+            self.depth -= 1
+
+    def visit_all(self, entities: Iterable[object]) -> None:
+        for entity in entities:
+            if isinstance(entity, act.LaunchDescription):
+                self.visit_all(entity.entities)
+            elif isinstance(entity, act.Action):
+                self.visit(entity)
+            elif isinstance(entity, list | tuple):
+                self.visit_all(entity)
+
+    def visit(self, action: act.Action) -> None:
+        """Carry out one action; a fault of it is a problem at the line that made it."""
+        self.context.here = origin = action.origin or self.context.here
+        try:
+            if action.condition is None or action.condition.evaluate(self.context):
+                self._visit(action, origin)
+        except Fault as fault:
+            self.reporter.problem(fault.code, fault.message, origin, fault.hint)
+        except DescriptionError as error:
+            for diagnostic in error.diagnostics:
+                kept = diagnostic.origin if diagnostic.code[0] != "F" else None
+                self.reporter.problem(diagnostic.code, diagnostic.message, kept or origin, diagnostic.hint)
+
+    def _visit(self, action: act.Action, origin: Origin) -> None:
+        context = self.context
+        match action:
+            case act.DeclareLaunchArgument():
+                self._declare(action, origin)
+            case act.SetLaunchConfiguration():
+                name = performed(action.name, context)
+                context.launch_configurations[name] = performed(action.value, context)
+            case act.UnsetLaunchConfiguration():
+                context.launch_configurations.pop(performed(action.name, context), None)
+            case act.SetEnvironmentVariable():
+                context.environment[performed(action.name, context)] = performed(action.value, context)
+            case act.UnsetEnvironmentVariable():
+                context.environment.pop(performed(action.name, context), None)
+            case act.IncludeLaunchDescription():
+                self._include(action, origin)
+            case act.GroupAction():
+                self._group(action)
+            case act.PushRosNamespace():
+                below = names.join(context.namespace, performed(action.namespace, context))
+                context.namespace = names.as_namespace(below)
+            case act.SetRemap():
+                context.remaps.append(
+                    (performed(action.pair[0], context), performed(action.pair[1], context))
+                )
+            case act.SetParameter():
+                context.parameters[performed(action.name, context)] = plain(action.value, context)
+            case act.SetParametersFromFile():
+                found = parameters_of_file(performed(action.filename, context), "/**", context)
+                context.parameters.update(found)
+            case act.Node():
+                self._node(action, origin)
+            case act.ExecuteProcess():
+                self._process(action, origin)
+            case act.TimerAction():
+                self.visit_all(action.actions)
+            case act.RegisterEventHandler():
+                self.visit_all(action.handler.actions)
+            case act.OpaqueFunction():
+                self.visit_all(action.function(context, *action.args, **action.kwargs) or ())
+
+    def _declare(self, action: act.DeclareLaunchArgument, origin: Origin) -> None:
+        context, name = self.context, action.name
+        default = None if action.default is None else performed(action.default, context)
+        if name not in context.launch_configurations:
+            if default is None:
+                hint = f"give it: {name}:=…"
+                raise Fault("L011", f"the launch argument '{name}' has no default and was not given", hint)
+            context.launch_configurations[name] = default
+        value = context.launch_configurations[name]
+        if action.choices is not None and value not in action.choices:
+            hint = did_you_mean(value, action.choices) or f"there are {', '.join(action.choices)}"
+            raise Fault("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
+        if self.depth == 1 or name not in self.arguments:
+            self.arguments[name] = Argument(name, value, default, action.description, origin)
+
+    def _group(self, action: act.GroupAction) -> None:
+        context = self.context
+        if not is_true(performed(action.scoped, context)):
+            self.visit_all(action.actions)
+            return
+        kept = (
+            dict(context.launch_configurations),
+            dict(context.environment),
+            context.namespace,
+            list(context.remaps),
+            dict(context.parameters),
+        )
+        try:
+            self.visit_all(action.actions)
+        finally:
+            (
+                context.launch_configurations,
+                context.environment,
+                context.namespace,
+                context.remaps,
+                context.parameters,
+            ) = kept
+
+    def _include(self, action: act.IncludeLaunchDescription, origin: Origin) -> None:
+        context = self.context
+        path = performed(action.location, context)
+        passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
+        context.launch_configurations.update(passed)
+        stand_in = known.stand_in_file(path)
+        if stand_in:
+            package, name = stand_in[0], Path(stand_in[1]).name
+            if (package, name) not in known.LAUNCH_FILES_2:
+                message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
+                raise Fault("L012", message, "install the package, or leave the include out")
+            self.included.append(Included(package, name, passed, context.namespace, origin))
+            return
+        if self.depth > MAX_INCLUDES:
+            message = f"{path} is included more than {MAX_INCLUDES} levels deep"
+            raise Fault("L070", message, "does it include itself?")
+        self.read(read_source(path))
+
+    def _node(self, action: act.Node, origin: Origin) -> None:
+        context = self.context
+        package = performed(action.package, context) if action.package is not None else ""
+        executable = performed(action.executable, context)
+        name = performed(action.name, context) if action.name is not None else executable
+        own = performed(action.namespace, context) if action.namespace is not None else ""
+        namespace = names.as_namespace(names.join(context.namespace, own)) if own else context.namespace
+        node = Node(
+            package=package,
+            type=executable,
+            name=name,
+            namespace=namespace,
+            args=" ".join(_word(a, performed(a, context)) for a in action.arguments),
+            origin=origin,
+            spans={"type": origin, "args": origin},
+            remaps=(
+                *context.remaps,
+                *((performed(a, context), performed(b, context)) for a, b in action.remappings),
+            ),
+            env=tuple((performed(k, context), performed(v, context)) for k, v in action.environment.items()),
+            output=performed(action.output, context) if act.is_value(action.output) else "log",
+            respawn=is_true(performed(action.respawn, context)),
+            respawn_delay=action.respawn_delay or 0.0,
+            required=_ends_launch(action.on_exit),
+            launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
+        )
+        full = node.full_name
+        values = {**context.parameters, **parameters_of(action.parameters, full, context)}
+        for key, value in values.items():
+            self._set(f"{full}/{key}", value, origin)
+        known_nodes = known.NODES.get(package, {})
+        if known_nodes and executable not in known_nodes:
+            hint = did_you_mean(executable, known_nodes)
+            if hint:
+                message = f"the package {package} has no executable '{executable}'"
+                self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
+        self.nodes.append(node)
+
+    def _set(self, name: str, value: Any, origin: Origin) -> None:  # noqa: ANN401 - whatever YAML can hold
+        description = self.context.descriptions.get(value) if isinstance(value, str) else None
+        self.params[name] = Param(names.canonical(name), value, origin, description)
+
+    def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
+        words = [performed(word, self.context) for word in action.command]
+        program = Path(words[0]).name if words else ""
+        name = performed(action.name, self.context) if action.name is not None else program
+        self.nodes.append(
+            Node(
+                package="",
+                type=program,
+                name=name,
+                namespace=self.context.namespace,
+                args=" ".join(words[1:]),
+                origin=origin,
+                spans={"type": origin, "args": origin},
+                required=_ends_launch(action.on_exit),
+            )
+        )
+
+
+def _ends_launch(on_exit: Any) -> bool:  # noqa: ANN401 - an action, several, or a function
+    reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
+    return any(isinstance(reaction, act.Shutdown) for reaction in reactions)
+
+
+def _word(argument: object, text: str) -> str:
+    if isinstance(argument, CommandLine):
+        return text
+    return f"'{text}'" if " " in text or not text else text

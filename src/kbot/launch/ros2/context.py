@@ -1,0 +1,103 @@
+"""What substitutions see while a ROS 2 launch file is carried out, and what is known by then."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from kbot.launch import commands
+from kbot.launch.plan import Description
+from kbot.launch.ros2.substitutions import find_share, performed
+from kbot.launch.substitution import Fault
+from kbot.text import Diagnostic, Origin
+from kbot.xacro.bounds import Budget
+from kbot.xacro.expressions import compiled
+from kbot.xacro.faults import Fault as ExpressionFault
+from kbot.xacro.limits import DEFAULT
+from kbot.xacro.operations import InvalidExpression
+from kbot.xacro.packages import Packages
+
+
+@dataclass
+class Context:
+    """The state of a launch. `descriptions`: which robot file each expanded text came from."""
+
+    file: str
+    packages: Packages
+    here: Origin
+    note: Callable[[Diagnostic], None]
+    allow_commands: bool = False
+    launch_configurations: dict[str, str] = field(default_factory=dict)
+    environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
+    anonymous: dict[str, str] = field(default_factory=dict)
+    namespace: str = "/"
+    remaps: list[tuple[str, str]] = field(default_factory=list)
+    parameters: dict[str, Any] = field(default_factory=dict)
+    descriptions: dict[str, Description] = field(default_factory=dict)
+
+    def perform_substitution(self, substitution: object) -> str:
+        """The text of a substitution, as launch files ask for it."""
+        return performed(substitution, self)
+
+    def share(self, package: str) -> str:
+        """A package's share folder."""
+        return find_share(self.packages.beside(self.file), package)
+
+    def command(self, text: str, origin: Origin | None) -> str:
+        """What a command prints, where KBot stands in for it."""
+        packages = self.packages.beside(self.file)
+        where = origin or self.here
+        output, description = commands.run(text, packages, where, self.note, self.allow_commands)
+        if description:
+            self.descriptions[output] = description
+        return output
+
+    def evaluate(self, expression: str) -> str:
+        """A Python expression's value as text; it can compute and nothing more."""
+        try:
+            return str(compiled(expression)(_Names()))
+        except InvalidExpression as error:
+            raise Fault("L014", f"the expression cannot be read: {error}", "", expression) from None
+        except ExpressionFault as error:
+            raise Fault("L014", error.message, error.hint, expression) from None
+        except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
+            raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None
+
+
+class _Names:
+    """What a PythonExpression may name: mathematics and harmless builtins."""
+
+    def __init__(self) -> None:
+        import math
+
+        self.budget = Budget(DEFAULT)
+        harmless = (
+            abs,
+            all,
+            any,
+            bool,
+            dict,
+            float,
+            int,
+            len,
+            list,
+            max,
+            min,
+            round,
+            sorted,
+            str,
+            sum,
+            tuple,
+        )
+        self._known = {name: value for name, value in vars(math).items() if not name.startswith("_")}
+        self._known |= {function.__name__: function for function in harmless}
+
+    def lookup(self, name: str) -> Any:  # noqa: ANN401 - whatever an expression can hold
+        if name not in self._known:
+            raise Fault("L014", f"the name '{name}' is not defined", "a text needs quotes around it", name)
+        return self._known[name]
+
+    def assign(self, name: str, value: object) -> None:
+        raise Fault("L014", f"an expression cannot set '{name}'", "", name)

@@ -1,0 +1,126 @@
+"""The substitutions of ROS 2's XML and YAML: `$(var x)`, `$(find-pkg-share p)`, one within another."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+
+from kbot.launch.ros2 import substitutions as sub
+from kbot.launch.substitution import Fault
+from kbot.text.suggest import did_you_mean
+
+_MAKERS: dict[str, Callable[..., sub.Substitution]] = {
+    "var": lambda name: sub.LaunchConfiguration(name),
+    "env": lambda name, default=None: sub.EnvironmentVariable(name, default_value=default),
+    "optenv": lambda name, *rest: sub.EnvironmentVariable(
+        name, default_value=sub.Sequence([word for part in rest for word in (part, " ")][:-1])
+    ),
+    "find-pkg-share": lambda package: sub.FindPackageShare(package),
+    "find-pkg-prefix": lambda package: sub.FindPackagePrefix(package),
+    "find-exec": lambda name: sub.FindExecutable(name=name),
+    "exec-in-pkg": lambda name, package: sub.FindExecutable(name=name),
+    "anon": lambda name: sub.AnonName(name),
+    "dirname": lambda: sub.ThisLaunchFileDir(),
+    "filename": lambda: sub.ThisLaunchFile(),
+    "not": lambda value: sub.NotSubstitution(value),
+    "and": lambda left, right: sub.AndSubstitution(left, right),
+    "or": lambda left, right: sub.OrSubstitution(left, right),
+    "equals": lambda left, right: sub.EqualsSubstitution(left, right),
+    "not-equals": lambda left, right: sub.NotEqualsSubstitution(left, right),
+    "if": lambda condition, yes="", no="": sub.IfElseSubstitution(condition, yes, no),
+}
+_WHOLE: dict[str, Callable[..., sub.Substitution]] = {"command": sub.Command, "eval": sub.PythonExpression}
+
+
+def parse(text: str) -> sub.Substitution:
+    """A text with its `$(…)` taken apart.
+
+    Raises:
+        Fault: L010 an unknown one, L015 one that is malformed.
+    """
+    parts, at = _parts(text, 0, inside=False)
+    if at != len(text):
+        raise Fault("L015", "a ')' without its '$('", "", text[at:])
+    return sub.Sequence(parts)
+
+
+def _parts(text: str, at: int, *, inside: bool) -> tuple[list[object], int]:
+    """Texts and substitutions from `at` on: to the end, or to the ')' that closes one."""
+    parts: list[object] = []
+    plain: list[str] = []
+    depth = 0
+    while at < len(text):
+        if text.startswith("$(", at):
+            if plain:
+                parts.append("".join(plain))
+                plain = []
+            inner, end = _parts(text, at + 2, inside=True)
+            if end >= len(text):
+                raise Fault("L015", "a '$(' without its ')'", "", text[at:])
+            parts.append(_made(inner, text[at : end + 1]))
+            at = end + 1
+            continue
+        character = text[at]
+        if inside and character == ")" and depth == 0:
+            break
+        depth += (character == "(") - (character == ")") if inside else 0
+        plain.append(character)
+        at += 1
+    if plain:
+        parts.append("".join(plain))
+    return parts, at
+
+
+def _made(inner: list[object], whole: str) -> sub.Substitution:
+    head = inner[0] if inner and isinstance(inner[0], str) else ""
+    word, _, rest = head.strip().partition(" ") if len(inner) == 1 else head.lstrip().partition(" ")
+    if word in _WHOLE:
+        pieces = [rest.lstrip(), *inner[1:]]
+        if isinstance(pieces[0], str) and pieces[0][:1] in "'\"" and pieces[0]:
+            pieces = _unquoted(pieces)
+        return _WHOLE[word](sub.Sequence(pieces))
+    if word not in _MAKERS:
+        known = [*_MAKERS, *_WHOLE]
+        raise Fault("L010", f"unknown substitution $({word})", did_you_mean(word, known), whole)
+    arguments = _split([rest, *inner[1:]], whole)
+    try:
+        return _MAKERS[word](*arguments)
+    except TypeError:
+        message = f"$({word} …) does not take {len(arguments)} values"
+        raise Fault("L015", message, "", whole) from None
+
+
+def _unquoted(pieces: list[object]) -> list[object]:
+    """The pieces without the quotes around all of them."""
+    first, last = pieces[0], pieces[-1]
+    if isinstance(first, str) and isinstance(last, str) and last.rstrip().endswith(first[0]):
+        quote = first[0]
+        if len(pieces) == 1:
+            return [first.strip()[1:-1].replace("\\" + quote, quote)]
+        return [first[1:], *pieces[1:-1], last.rstrip()[:-1]]
+    return pieces
+
+
+def _split(pieces: list[object], whole: str) -> list[object]:
+    """The values of a substitution: words apart by spaces, each of texts and substitutions."""
+    values: list[list[object]] = []
+    joined = False
+    for piece in pieces:
+        if not isinstance(piece, str):
+            if joined and values:
+                values[-1].append(piece)
+            else:
+                values.append([piece])
+            joined = True
+            continue
+        try:
+            words = shlex.split(piece)
+        except ValueError:
+            raise Fault("L015", "a quote is not closed", "", whole) from None
+        for number, word in enumerate(words):
+            if number == 0 and joined and not piece[:1].isspace():
+                values[-1].append(word)
+            else:
+                values.append([word])
+        joined = bool(words) and not piece[-1:].isspace()
+    return [sub.Sequence(value) for value in values]

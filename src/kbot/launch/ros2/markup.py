@@ -1,0 +1,218 @@
+"""ROS 2 launch files in XML and YAML: the same actions as those in Python make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from kbot.launch.reading import Reporter
+from kbot.launch.ros2 import actions as act
+from kbot.launch.ros2.grammar import parse
+from kbot.launch.ros2.substitutions import CommandLine, Condition, IfCondition, UnlessCondition
+from kbot.launch.substitution import Fault
+from kbot.launch.values import load_yaml
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
+from kbot.text.suggest import did_you_mean
+
+_LISTS = {"arg", "let", "param", "remap", "env", "keep_order"}
+
+
+def read_xml(source: Source, reporter: Reporter) -> list[object]:
+    """The actions of a launch file in XML.
+
+    Raises:
+        DescriptionError: P001 to P003, or L001: it is no launch file.
+    """
+    root = parse_xml(source)
+    if root.tag != "launch":
+        raise DescriptionError([_no_launch(Origin(root.origin.span))])
+    return _Markup(reporter).actions(root)
+
+
+def read_yaml(source: Source, reporter: Reporter) -> list[object]:
+    """The actions of a launch file in YAML.
+
+    Raises:
+        DescriptionError: L033 no YAML, or L001: it is no launch file.
+    """
+    import yaml
+
+    try:
+        node = yaml.compose(source.text, yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        offset = source.offset(mark.line + 1, mark.column + 1) if mark else 0
+        origin = Origin(source.whole())
+        if mark:
+            origin = Origin(type(origin.span)(source, offset, offset + 1))
+        message = f"the YAML cannot be read: {error.problem}"
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, origin)]) from None
+    pairs = node.value if isinstance(node, yaml.MappingNode) else []
+    for key, value in pairs:
+        if key.value == "launch":
+            root = Element("launch", {}, source, 0, len(source.data))
+            root.children.extend(_elements(value, source))
+            return _Markup(reporter).actions(root)
+    raise DescriptionError([_no_launch(Origin(source.whole()))])
+
+
+def _no_launch(origin: Origin) -> Diagnostic:
+    return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
+
+
+def _elements(node: Any, source: Source) -> list[Element | Text]:  # noqa: ANN401 - a YAML node
+    """Elements of a YAML sequence of one-key mappings, as the XML of the same launch file has them."""
+    import yaml
+
+    found: list[Element | Text] = []
+    for item in node.value if isinstance(node, yaml.SequenceNode) else []:
+        for key, value in item.value if isinstance(item, yaml.MappingNode) else []:
+            found.append(_element(key.value, value, source, key))
+    return found
+
+
+def _element(tag: str, node: Any, source: Source, key: Any) -> Element:  # noqa: ANN401 - YAML nodes
+    import yaml
+
+    start = source.offset(key.start_mark.line + 1, key.start_mark.column + 1)
+    end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
+    element = Element(tag, {}, source, start, end)
+    if isinstance(node, yaml.ScalarNode):
+        # push_ros_namespace: NAME and the like
+        element.attributes["namespace" if "namespace" in tag else "value"] = node.value
+        return element
+    for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
+        if isinstance(value, yaml.ScalarNode):
+            element.attributes[name.value] = value.value
+        elif name.value == "children":
+            element.children.extend(_elements(value, source))
+        elif name.value in _LISTS and isinstance(value, yaml.SequenceNode):
+            element.children.extend(_element(name.value, child, source, child) for child in value.value)
+    return element
+
+
+class _Markup:
+    def __init__(self, reporter: Reporter) -> None:
+        self.reporter = reporter
+        self._makers: Mapping[str, Callable[[Element], act.Action]] = {
+            "arg": self._arg,
+            "let": lambda e: act.SetLaunchConfiguration(self._of(e, "name"), self._of(e, "value")),
+            "set_env": lambda e: act.SetEnvironmentVariable(self._of(e, "name"), self._of(e, "value")),
+            "unset_env": lambda e: act.UnsetEnvironmentVariable(self._of(e, "name")),
+            "append_env": lambda e: act.AppendEnvironmentVariable(self._of(e, "name"), self._of(e, "value")),
+            "include": self._include,
+            "group": self._group,
+            "node": self._node,
+            "executable": lambda e: act.ExecuteProcess(cmd=self._words(e, "cmd"), name=self._get(e, "name")),
+            "timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
+            "push_ros_namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
+            "push-ros-namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
+            "set_remap": lambda e: act.SetRemap(self._of(e, "from"), self._of(e, "to")),
+            "set_parameter": lambda e: act.SetParameter(self._of(e, "name"), [self._of(e, "value")]),
+            "set_parameters_from_file": lambda e: act.SetParametersFromFile(self._of(e, "filename")),
+            "log": lambda e: act.LogInfo(),
+            "shutdown": lambda e: act.Shutdown(),
+            "composable_node": lambda e: act.Silent(),
+            "load_composable_node": lambda e: act.Silent(),
+            "node_container": lambda e: act.Silent(),
+            "reset": lambda e: act.Silent(),
+        }
+
+    def actions(self, parent: Element) -> list[object]:
+        """The actions of an element's children, each with its place and its condition."""
+        made: list[object] = []
+        for element in parent.elements():
+            maker = self._makers.get(element.tag)
+            if maker is None:
+                hint = did_you_mean(element.tag, self._makers)
+                message = f"there is no tag <{element.tag}>"
+                self.reporter.problem("L002", message, element.origin, hint, warning=True)
+                continue
+            try:
+                action = maker(element)
+                action.condition = self._condition(element)
+            except Fault as fault:
+                self.reporter.problem(fault.code, fault.message, element.origin, fault.hint)
+            else:
+                action.origin = element.origin
+                made.append(action)
+        return made
+
+    def _of(self, element: Element, name: str) -> object:
+        if name not in element.attributes:
+            raise Fault("L004", f"<{element.tag}> lacks its attribute '{name}'")
+        return parse(element.attributes[name])
+
+    def _get(self, element: Element, name: str) -> object:
+        return parse(element.attributes[name]) if name in element.attributes else None
+
+    def _condition(self, element: Element) -> Condition | None:
+        if "if" in element.attributes and "unless" in element.attributes:
+            raise Fault("L006", "a tag cannot have both 'if' and 'unless'")
+        if "if" in element.attributes:
+            return IfCondition(parse(element.attributes["if"]))
+        return (
+            UnlessCondition(parse(element.attributes["unless"])) if "unless" in element.attributes else None
+        )
+
+    def _arg(self, element: Element) -> act.Action:
+        if "name" not in element.attributes:
+            raise Fault("L004", "<arg> lacks its attribute 'name'")
+        default, description = self._get(element, "default"), element.attributes.get("description")
+        return act.DeclareLaunchArgument(
+            element.attributes["name"], default_value=default, description=description
+        )
+
+    def _include(self, element: Element) -> act.Action:
+        pairs = [
+            (self._of(child, "name"), self._of(child, "value"))
+            for child in element.elements()
+            if child.tag in ("arg", "let")
+        ]
+        return act.IncludeLaunchDescription(self._of(element, "file"), launch_arguments=pairs)
+
+    def _group(self, element: Element) -> act.Action:
+        return act.GroupAction(self.actions(element), scoped=element.attributes.get("scoped", "true"))
+
+    def _node(self, element: Element) -> act.Action:
+        parameters: list[Any] = []
+        for child in element.elements("param"):
+            if "from" in child.attributes:
+                parameters.append(act.ParameterFile(self._of(child, "from")))
+            else:
+                parameters.append(self._parameter(child))
+        return act.Node(
+            package=self._of(element, "pkg"),
+            executable=self._of(element, "exec"),
+            name=self._get(element, "name"),
+            namespace=self._get(element, "namespace") or self._get(element, "ns"),
+            arguments=self._words(element, "args") + self._words(element, "ros_args"),
+            output=element.attributes.get("output", "log"),
+            respawn=element.attributes.get("respawn", "false"),
+            prefix=self._get(element, "launch-prefix"),
+            parameters=parameters,
+            remappings=[(self._of(c, "from"), self._of(c, "to")) for c in element.elements("remap")],
+            additional_env={
+                child.attributes.get("name", ""): self._of(child, "value")
+                for child in element.elements("env")
+            },
+            on_exit=act.Shutdown() if element.attributes.get("on_exit") == "shutdown" else None,
+        )
+
+    def _parameter(self, element: Element) -> dict[str, Any]:
+        name = element.attributes.get("name", "")
+        nested = list(element.elements("param"))
+        if nested:
+            inner: dict[str, Any] = {}
+            for child in nested:
+                inner.update(self._parameter(child))
+            return {name: inner}
+        type_ = str if element.attributes.get("type") == "str" else None
+        value = element.attributes.get("value", "")
+        if "$(" not in value and type_ is None:
+            return {name: load_yaml(value)}
+        return {name: act.ParameterValue(self._of(element, "value"), value_type=type_)}
+
+    def _words(self, element: Element, name: str) -> list[object]:
+        text = element.attributes.get(name, "")
+        return [CommandLine([parse(text)])] if text else []

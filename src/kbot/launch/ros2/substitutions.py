@@ -1,0 +1,279 @@
+"""Substitutions of a ROS 2 launch file: values that are known only when it is carried out.
+
+The names and arguments are those of `launch.substitutions` and `launch_ros.substitutions`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kbot.launch.ros2.places import here
+from kbot.launch.substitution import Fault
+from kbot.text.suggest import did_you_mean
+from kbot.xacro.packages import PackageNotFound
+
+if TYPE_CHECKING:
+    from kbot.launch.ros2.context import Context
+
+
+class Substitution:
+    """A text that is made when it is asked for."""
+
+    def perform(self, context: Context) -> str:
+        raise NotImplementedError
+
+
+def as_substitution(value: object) -> Substitution:
+    """What may stand where a substitution is expected: one, a text, a number, or a sequence of those."""
+    if isinstance(value, Substitution):
+        return value
+    if isinstance(value, list | tuple):
+        return Sequence(value)
+    return TextSubstitution(text=str(value))
+
+
+def performed(value: object, context: Context) -> str:
+    """The text of whatever may stand where a substitution is expected."""
+    return as_substitution(value).perform(context)
+
+
+def is_true(text: str) -> bool:
+    """A condition's text as yes or no.
+
+    Raises:
+        Fault: L005, it is neither.
+    """
+    word = text.strip().lower()
+    if word in ("true", "1"):
+        return True
+    if word in ("false", "0"):
+        return False
+    raise Fault("L005", f"'{text}' is neither true nor false", "true, false, 1 and 0 are understood")
+
+
+class TextSubstitution(Substitution):
+    def __init__(self, *, text: str) -> None:
+        self.text = text
+
+    def perform(self, context: Context) -> str:
+        return self.text
+
+
+class Sequence(Substitution):
+    """One after the other."""
+
+    def __init__(self, parts: Iterable[object]) -> None:
+        self.parts = [as_substitution(part) for part in parts]
+
+    def perform(self, context: Context) -> str:
+        return "".join(part.perform(context) for part in self.parts)
+
+
+class CommandLine(Sequence):
+    """Words as they are typed, quotes and all."""
+
+
+class LaunchConfiguration(Substitution):
+    def __init__(self, variable_name: object, *, default: object = None) -> None:
+        self.name, self.default = as_substitution(variable_name), default
+        self.origin = here()
+
+    def perform(self, context: Context) -> str:
+        name = self.name.perform(context)
+        if name in context.launch_configurations:
+            return context.launch_configurations[name]
+        if self.default is not None:
+            return performed(self.default, context)
+        hint = did_you_mean(name, context.launch_configurations) or f"declare the launch argument '{name}'"
+        raise Fault("L011", f"the launch configuration '{name}' is not set", hint, name)
+
+
+class PathJoinSubstitution(Substitution):
+    def __init__(self, substitutions: Iterable[object]) -> None:
+        self.parts = [as_substitution(part) for part in substitutions]
+
+    def perform(self, context: Context) -> str:
+        return str(Path(*(part.perform(context) for part in self.parts)))
+
+    def __truediv__(self, other: object) -> PathJoinSubstitution:
+        return PathJoinSubstitution([*self.parts, other])
+
+
+class FindPackageShare(Substitution):
+    def __init__(self, package: object) -> None:
+        self.package = as_substitution(package)
+
+    def perform(self, context: Context) -> str:
+        return context.share(self.package.perform(context))
+
+    def __truediv__(self, other: object) -> PathJoinSubstitution:
+        return PathJoinSubstitution([self, other])
+
+
+class FindPackagePrefix(FindPackageShare):
+    def perform(self, context: Context) -> str:
+        return str(Path(super().perform(context)).parents[1])
+
+
+class Command(Substitution):
+    def __init__(self, command: object, *, on_stderr: object = "fail") -> None:
+        self.command = as_substitution(command)
+        self.origin = here()
+
+    def perform(self, context: Context) -> str:
+        return context.command(self.command.perform(context), self.origin)
+
+
+class FindExecutable(Substitution):
+    def __init__(self, *, name: object) -> None:
+        self.name = as_substitution(name)
+
+    def perform(self, context: Context) -> str:
+        return self.name.perform(context)
+
+
+ExecutableInPackage = FindExecutable
+
+
+class EnvironmentVariable(Substitution):
+    def __init__(self, name: object, *, default_value: object = None) -> None:
+        self.name, self.default = as_substitution(name), default_value
+
+    def perform(self, context: Context) -> str:
+        name = self.name.perform(context)
+        if name in context.environment:
+            return context.environment[name]
+        if self.default is not None:
+            return performed(self.default, context)
+        raise Fault("L013", f"the environment variable {name} is not set", "", name)
+
+
+class PythonExpression(Substitution):
+    def __init__(self, expression: object, python_modules: Iterable[object] = ("math",)) -> None:
+        self.expression = as_substitution(expression)
+
+    def perform(self, context: Context) -> str:
+        return context.evaluate(self.expression.perform(context))
+
+
+class ThisLaunchFile(Substitution):
+    def perform(self, context: Context) -> str:
+        return str(Path(context.file).absolute())
+
+
+class ThisLaunchFileDir(Substitution):
+    def perform(self, context: Context) -> str:
+        return str(Path(context.file).absolute().parent)
+
+
+class AnonName(Substitution):
+    def __init__(self, name: object) -> None:
+        self.name = as_substitution(name)
+
+    def perform(self, context: Context) -> str:
+        name = self.name.perform(context)
+        return context.anonymous.setdefault(name, f"{name}_{os.getpid()}_{len(context.anonymous) + 1}")
+
+
+class NotSubstitution(Substitution):
+    def __init__(self, value: object) -> None:
+        self.value = as_substitution(value)
+
+    def perform(self, context: Context) -> str:
+        return str(not is_true(self.value.perform(context))).lower()
+
+
+class _Pair(Substitution):
+    def __init__(self, left: object, right: object) -> None:
+        self.left, self.right = as_substitution(left), as_substitution(right)
+
+    def texts(self, context: Context) -> tuple[str, str]:
+        return self.left.perform(context), self.right.perform(context)
+
+
+class AndSubstitution(_Pair):
+    def perform(self, context: Context) -> str:
+        return str(all(map(is_true, self.texts(context)))).lower()
+
+
+class OrSubstitution(_Pair):
+    def perform(self, context: Context) -> str:
+        return str(any(map(is_true, self.texts(context)))).lower()
+
+
+class EqualsSubstitution(_Pair):
+    def perform(self, context: Context) -> str:
+        left, right = self.texts(context)
+        return str(left == right).lower()
+
+
+class NotEqualsSubstitution(_Pair):
+    def perform(self, context: Context) -> str:
+        left, right = self.texts(context)
+        return str(left != right).lower()
+
+
+class IfElseSubstitution(Substitution):
+    def __init__(self, condition: object, if_value: object = "", else_value: object = "") -> None:
+        self.condition, self.if_value, self.else_value = map(
+            as_substitution, (condition, if_value, else_value)
+        )
+
+    def perform(self, context: Context) -> str:
+        chosen = self.if_value if is_true(self.condition.perform(context)) else self.else_value
+        return chosen.perform(context)
+
+
+class Condition:
+    """Whether an action is carried out."""
+
+    def __init__(self, predicate: object) -> None:
+        self.predicate = as_substitution(predicate)
+
+    def evaluate(self, context: Context) -> bool:
+        return is_true(self.predicate.perform(context))
+
+
+class IfCondition(Condition):
+    pass
+
+
+class UnlessCondition(Condition):
+    def evaluate(self, context: Context) -> bool:
+        return not super().evaluate(context)
+
+
+class LaunchConfigurationEquals(Condition):
+    def __init__(self, launch_configuration_name: str, expected_value: object) -> None:
+        self.name, self.expected = launch_configuration_name, expected_value
+
+    def evaluate(self, context: Context) -> bool:
+        return self._is(context)
+
+    def _is(self, context: Context) -> bool:
+        actual = context.launch_configurations.get(self.name)
+        return actual == (None if self.expected is None else performed(self.expected, context))
+
+
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    def evaluate(self, context: Context) -> bool:
+        return not self._is(context)
+
+
+def find_share(packages: Any, name: str) -> str:  # noqa: ANN401 - Packages
+    """A package's share folder, or that which stands in for a package KBot knows.
+
+    Raises:
+        Fault: L012, no such package.
+    """
+    from kbot.launch.known import STAND_IN_PACKAGES, share_of
+
+    try:
+        return str(packages.find(name))
+    except PackageNotFound as error:
+        if name in STAND_IN_PACKAGES:
+            return share_of(name)
+        raise Fault("L012", f"the package '{name}' is not found", error.hint, name) from None

@@ -1,0 +1,22 @@
+"""Which ROS a launch file is written for."""
+
+from __future__ import annotations
+
+import re
+
+from kbot.text import DescriptionError, read_source
+
+_WORDS_OF_2 = re.compile(
+    r"\$\((var|find-pkg-share|find-pkg-prefix|command|exec-in-pkg|find-exec)\b"
+    r"|<node\b[^>]*\bexec\s*=|<(let|executable|set_parameter|set_env|set_remap|push[_-]ros[_-]namespace)\b"
+)
+
+
+def is_ros_2(path: str) -> bool:
+    """Whether a launch file is one of ROS 2: by its name, or by words that ROS 1 does not have."""
+    if path.endswith((".py", ".yaml", ".yml")):
+        return True
+    try:
+        return bool(_WORDS_OF_2.search(read_source(path).text))
+    except DescriptionError:
+        return False

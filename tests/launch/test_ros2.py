@@ -1,0 +1,309 @@
+"""What a ROS 2 launch file would do; every expected value follows the documentation of launch."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import Plan, is_ros_2, read_launch_2
+from kbot.launch.stage import stage
+from kbot.text import Diagnostic
+from kbot.xacro import Packages
+
+ROBOT = """<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:arg name="width" default="1"/><link name="base"/>
+</robot>
+"""
+HEAD = """from launch import LaunchDescription
+from launch.actions import *
+from launch.conditions import *
+from launch.event_handlers import OnProcessExit
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import *
+from launch_ros.actions import Node, PushRosNamespace, SetParameter
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
+    (tmp_path / "r.xacro").write_text(ROBOT)
+    return tmp_path
+
+
+def read(folder: Path, name: str, text: str, **arguments: str) -> Plan:
+    file = folder / name
+    file.write_text(text)
+    return read_launch_2(str(file), arguments, Packages(around=str(file)), trusted=True)
+
+
+def python(folder: Path, *actions: str, before: str = "", **arguments: str) -> Plan:
+    body = ",\n        ".join(actions)
+    generate = f"def generate_launch_description():\n    return LaunchDescription([\n        {body}])\n"
+    text = f"{HEAD}{before}\n{generate}"
+    return read(folder, "a.launch.py", text, **arguments)
+
+
+def clean(plan: Plan) -> Plan:
+    assert [str(d) for d in plan.diagnostics] == []
+    return plan
+
+
+def only(plan: Plan) -> Diagnostic:
+    (diagnostic,) = plan.diagnostics
+    return diagnostic
+
+
+def values(plan: Plan) -> dict[str, object]:
+    return {name: param.value for name, param in plan.params.items()}
+
+
+NODE = "Node(package='p', executable='e', name='n'{})"
+
+
+def test_a_node_its_names_and_its_line(folder: Path) -> None:
+    plan = clean(
+        python(
+            folder,
+            "PushRosNamespace('up')",
+            "Node(package='p', executable='e', namespace='in', remappings=[('a', 'b')],"
+            " arguments=['-x', 'a b'])",
+        )
+    )
+    (node,) = plan.nodes
+    assert (node.full_name, node.remaps, node.args) == ("/up/in/e", (("a", "b"),), "-x 'a b'")
+    assert node.origin.span.line == 14
+    assert node.origin.span.text.startswith("Node(package='p'")
+
+
+def test_arguments_conditions_and_expressions(folder: Path) -> None:
+    actions = (
+        "DeclareLaunchArgument('gui', default_value='true', description='show it')",
+        NODE.format(", condition=IfCondition(LaunchConfiguration('gui'))"),
+        "Node(package='p', executable='e', name='m', condition=UnlessCondition(LaunchConfiguration('gui')))",
+        "Node(package='p', executable='e', name='o', condition=IfCondition("
+        "PythonExpression([\"'\", LaunchConfiguration('gui'), \"' == 'false' or 1 > 2\"])))",
+    )
+    plan = clean(python(folder, *actions))
+    assert [node.name for node in plan.nodes] == ["n"]
+    assert (plan.arguments["gui"].default, plan.arguments["gui"].doc) == ("true", "show it")
+    assert [node.name for node in clean(python(folder, *actions, gui="false")).nodes] == ["m", "o"]
+
+
+def test_parameters_are_typed_as_launch_types_them(folder: Path) -> None:
+    (folder / "p.yaml").write_text(
+        "/**:\n  ros__parameters: {rate: 20, a: {b: 1}}\nother:\n  ros__parameters: {rate: 5}\n"
+        "n:\n  ros__parameters: {own: true}\n"
+    )
+    parameters = (
+        ", parameters=[{'text': '12', 'number': 12, 'nested': {'x': 0.5}, 'list': [1, 2],"
+        " 'conf': LaunchConfiguration('c'),"
+        " 'as_text': ParameterValue(LaunchConfiguration('c'), value_type=str)},"
+        " PathJoinSubstitution([FindPackageShare('mine'), 'p.yaml'])]"
+    )
+    set_all = "SetParameter('use_sim_time', True)"
+    declare = "DeclareLaunchArgument('c', default_value='3')"
+    assert values(clean(python(folder, declare, set_all, NODE.format(parameters)))) == {
+        "/n/use_sim_time": True,
+        "/n/text": "12",
+        "/n/number": 12,
+        "/n/nested.x": 0.5,
+        "/n/list": [1, 2],
+        "/n/conf": 3,
+        "/n/as_text": "3",
+        "/n/rate": 20,
+        "/n/a.b": 1,
+        "/n/own": True,
+    }
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "ParameterValue(Command(['xacro ', PathJoinSubstitution([FindPackageShare('mine'), 'r.xacro']),"
+        " ' width:=2']), value_type=str)",
+        "__import__('xacro').process_file(__import__('os').path.join(__import__('ament_index_python')"
+        ".get_package_share_directory('mine'), 'r.xacro'), mappings={'width': '2'}).toxml()",
+    ],
+)
+def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: str) -> None:
+    node = (
+        "Node(package='robot_state_publisher', executable='robot_state_publisher',"
+        f" parameters=[{{'robot_description': {value}}}])"
+    )
+    found = stage(clean(python(folder, node)))
+    assert (found.path, found.arguments, found.notes) == (str(folder / "r.xacro"), {"width": "2"}, ())
+
+
+def test_a_robot_read_as_a_file_is_known_too(folder: Path) -> None:
+    (folder / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    path = str(folder / "r.urdf")
+    node = f"Node(package='p', executable='e', parameters=[{{'robot_description': open({path!r}).read()}}])"
+    assert stage(python(folder, node)).path == path
+
+
+def test_a_spawned_robot_is_simulated(folder: Path) -> None:
+    robot = "ParameterValue(Command(['xacro ', FindPackageShare('mine'), '/r.xacro']), value_type=str)"
+    plan = python(
+        folder,
+        "IncludeLaunchDescription(PythonLaunchDescriptionSource([FindPackageShare('ros_gz_sim'),"
+        " '/launch/gz_sim.launch.py']), launch_arguments={'gz_args': '-r empty.sdf'}.items())",
+        f"Node(package='robot_state_publisher', executable='robot_state_publisher',"
+        f" parameters=[{{'robot_description': {robot}}}])",
+        "Node(package='ros_gz_sim', executable='create', arguments=['-topic', 'robot_description'])",
+    )
+    found = stage(clean(plan))
+    assert (found.path, found.simulate) == (str(folder / "r.xacro"), True)
+    assert plan.included[0].arguments == {"gz_args": "-r empty.sdf"}
+
+
+def test_groups_keep_what_is_set_within_them(folder: Path) -> None:
+    group = (
+        "GroupAction([PushRosNamespace('g'), SetLaunchConfiguration('x', '2'), "
+        "Node(package='p', executable='e', name=LaunchConfiguration('x'))])"
+    )
+    after = "Node(package='p', executable='e', name=['n', LaunchConfiguration('x')])"
+    plan = clean(python(folder, "DeclareLaunchArgument('x', default_value='1')", group, after))
+    assert [node.full_name for node in plan.nodes] == ["/g/2", "/n1"]
+
+
+def test_opaque_functions_timers_and_events_add_their_actions(folder: Path) -> None:
+    before = (
+        "def more(context, name):\n"
+        "    size = LaunchConfiguration('x').perform(context)\n"
+        "    return [Node(package='p', executable='e', name=name + size)]\n"
+    )
+    plan = clean(
+        python(
+            folder,
+            "DeclareLaunchArgument('x', default_value='7')",
+            "OpaqueFunction(function=more, args=['f'])",
+            "TimerAction(period=2.0, actions=[Node(package='p', executable='e', name='late')])",
+            "RegisterEventHandler(OnProcessExit(on_exit=[Node(package='p', executable='e', name='then')]))",
+            before=before,
+        )
+    )
+    assert [node.name for node in plan.nodes] == ["f7", "late", "then"]
+    assert plan.nodes[0].origin.span.line == 12
+
+
+def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
+    (folder / "inner.launch.py").write_text(
+        f"{HEAD}\ndef generate_launch_description():\n"
+        "    return LaunchDescription([DeclareLaunchArgument('who'),\n"
+        "        DeclareLaunchArgument('b', default_value='B'), Node(package='p', executable='e',\n"
+        "        name=[LaunchConfiguration('who'), LaunchConfiguration('b')])])\n"
+    )
+    include = (
+        "IncludeLaunchDescription(PythonLaunchDescriptionSource([ThisLaunchFileDir(), '/inner.launch.py']),"
+        " launch_arguments={'who': 'me'}.items())"
+    )
+    plan = clean(python(folder, include))
+    assert [node.name for node in plan.nodes] == ["meB"]
+    assert [Path(file).name for file in plan.files] == ["a.launch.py", "inner.launch.py"]
+
+
+@pytest.mark.parametrize(
+    ("action", "code", "words"),
+    [
+        ("DeclareLaunchArgument('x')", "L011", "no default"),
+        ("DeclareLaunchArgument('x', default_value='a', choices=['b'])", "L025", "cannot be 'a'"),
+        (NODE.format(", condition=IfCondition('maybe')"), "L005", "neither true nor false"),
+        (NODE.format(", namespace=LaunchConfiguration('x')"), "L011", "'x' is not set"),
+        (NODE.format(", namespace=FindPackageShare('no_such')"), "L012", "no_such"),
+        (NODE.format(", namespace=EnvironmentVariable('KBOT_NOT_SET')"), "L013", "KBOT_NOT_SET"),
+        (NODE.format(", namespace=PythonExpression('open(1)')"), "L014", "'open' is not defined"),
+        (NODE.format(", namespace=Command('rm -rf x')"), "L040", "rm"),
+        (NODE.format(", parameters=[{'a': [LaunchConfiguration('y'), ': :']}]"), "L011", "'y' is not set"),
+        ("1 / 0", "L081", "ZeroDivisionError"),
+        ("Nod()", "L081", "NameError"),
+        ("Node(package='p')", "L081", "TypeError"),
+    ],
+)
+def test_a_fault_is_told_at_the_line_that_made_it(folder: Path, action: str, code: str, words: str) -> None:
+    found = only(python(folder, action))
+    assert found.origin is not None
+    assert (found.code, found.origin.span.line) == (code, 13)
+    assert words in found.message
+
+
+def test_a_module_that_is_not_there_is_named_at_its_import(folder: Path) -> None:
+    found = only(read(folder, "a.launch.py", "import os\nfrom launch.actions import DeclareLaunchArgment\n"))
+    assert found.origin is not None
+    assert (found.code, found.origin.span.line) == ("L081", 2)
+    assert "DeclareLaunchArgment" in found.message
+
+
+def test_a_program_runs_only_when_it_is_trusted(folder: Path) -> None:
+    file = folder / "a.launch.py"
+    file.write_text(f"open({str(folder / 'mark')!r}, 'w').close()\n")
+    found = only(read_launch_2(str(file)))
+    assert (found.code, found.hint) == ("L080", "if you trust it: --trust")
+    assert not (folder / "mark").exists()
+
+
+XML = """<launch>
+  <arg name="width" default="2" description="how wide"/>
+  <let name="both" value="$(var width)$(var width)"/>
+  <group>
+    <push_ros_namespace namespace="up"/>
+    <node pkg="robot_state_publisher" exec="robot_state_publisher">
+      <param name="robot_description"
+             value="$(command 'xacro $(find-pkg-share mine)/r.xacro width:=$(var width)')" type="str"/>
+      <param name="rate" value="20.0"/>
+      <remap from="a" to="b"/>
+    </node>
+  </group>
+  <node pkg="p" exec="e" name="n$(var both)" args="-a $(eval '1 + $(var width)')"
+        if="$(equals $(var width) 2)"/>
+  <node pkg="p" exec="e" name="m" unless="true"/>
+</launch>
+"""
+YAML = """launch:
+  - arg: {name: width, default: "2", description: how wide}
+  - let: {name: both, value: $(var width)$(var width)}
+  - group:
+      children:
+        - push_ros_namespace: {namespace: up}
+        - node:
+            pkg: robot_state_publisher
+            exec: robot_state_publisher
+            param:
+              - {name: robot_description, type: str,
+                 value: "$(command 'xacro $(find-pkg-share mine)/r.xacro width:=$(var width)')"}
+              - {name: rate, value: 20.0}
+            remap:
+              - {from: a, to: b}
+  - node: {pkg: p, exec: e, name: n$(var both), args: "-a $(eval '1 + $(var width)')",
+           if: "$(equals $(var width) 2)"}
+  - node: {pkg: p, exec: e, name: m, unless: "true"}
+"""
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.launch.xml", XML), ("a.launch.yaml", YAML)])
+def test_xml_and_yaml_say_the_same_as_python(folder: Path, name: str, text: str) -> None:
+    plan = clean(read(folder, name, text))
+    first, second = plan.nodes
+    assert (first.full_name, first.remaps) == ("/up/robot_state_publisher", (("a", "b"),))
+    assert (second.full_name, second.args) == ("/n22", "-a 3")
+    assert plan.params["/up/robot_state_publisher/rate"].value == 20.0
+    found = stage(plan)
+    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {"width": "2"})
+    assert is_ros_2(str(folder / name))
+
+
+def test_the_files_of_ros_1_are_not_taken_for_those_of_ros_2(folder: Path) -> None:
+    file = folder / "a.launch"
+    file.write_text('<launch><arg name="x" default="1"/><node pkg="p" type="t" name="$(arg x)"/></launch>')
+    assert not is_ros_2(str(file))
+
+
+def test_faults_of_xml_are_told_at_their_element(folder: Path) -> None:
+    text = '<launch>\n  <nod/>\n  <node pkg="p"/>\n  <node pkg="p" exec="$(vra x)"/>\n</launch>'
+    found = read(folder, "a.launch.xml", text).diagnostics
+    assert [(d.code, d.origin.span.line) for d in found if d.origin] == [
+        ("L002", 2),
+        ("L004", 3),
+        ("L010", 4),
+    ]
