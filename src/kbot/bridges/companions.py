@@ -8,6 +8,7 @@ from typing import Protocol
 
 from kbot.bridges.link import Link
 from kbot.bridges.wishes import Wishes
+from kbot.model.writer import to_urdf
 from kbot.nodes import RobotStatePublisher
 from kbot.record.recorder import Recorder
 from kbot.record.replay import NODES, STATE_PUBLISHER
@@ -41,12 +42,14 @@ class Companions:
         self._joined = 0
 
     def join(self, simulation: Simulation, description: str, world: str) -> None:
-        """Go along with a simulation from now on. `description` is its URDF, `world` names its world.
+        """Go along with a simulation from now on. `description` is its URDF, made anew where
+        empty; `world` names its world.
 
         Raises:
             KbotError: the recording cannot be made, or a bridge cannot be opened.
         """
         self._leave()
+        description = description or to_urdf(simulation.robot)
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
         self._publisher = RobotStatePublisher(
             simulation.robot, simulation.bus, simulation.clock, description=description

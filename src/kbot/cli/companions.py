@@ -15,6 +15,8 @@ from kbot.cli.output import fail
 if TYPE_CHECKING:
     from kbot.sim import Simulation
 
+    Join = Callable[[Simulation, str, str], None]
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
@@ -67,22 +69,21 @@ _OPTIONS = (
 
 
 @contextmanager
-def accompanied(wishes: Wishes, simulation: Simulation, description: str, world: str) -> Iterator[None]:
-    """Let what is wished for go along with a simulation, and end it with the block.
+def going_along(wishes: Wishes) -> Iterator[Join]:
+    """What is wished for, until the end of the block; each simulation is to be handed to it.
 
     Raises:
         KbotError: the recording cannot be made, or a bridge cannot be opened.
         Exit: with status 2 at the end, if the recording broke off; why was told when it happened.
     """
     if not wishes:
-        yield
+        yield lambda simulation, description, world: None
         return
     from kbot.bridges.companions import Companions
 
     companions = Companions(wishes, lambda text: click.echo(text, err=True))
     try:
-        companions.join(simulation, description, world)
-        yield
+        yield companions.join
     finally:
         companions.close()
     if companions.failure is not None:

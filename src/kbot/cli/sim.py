@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, page_options
-from kbot.cli.companions import accompanied, companion_options
+from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
 
@@ -28,8 +28,8 @@ DURATION = 10.0
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --world maze:size=8,seed=3",
         "kbot sim kbot --headless --script drive.py --json",
-        "kbot sim kbot --headless --record run.mcap --cmd-vel 0.2,0",
-        "kbot sim kbot --headless --ros1            rostopic, tf and rviz see it until Ctrl-C",
+        "kbot sim kbot --record run.mcap            then: kbot bag info run.mcap",
+        "kbot sim kbot --ros1                       rostopic, tf and rviz see it too",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
     ),
 )
@@ -82,18 +82,20 @@ def command(
         )
         from kbot.workbench.serve import serve
 
-        serve(
-            file,
-            simulate=True,
-            world=world,
-            arguments=arguments,
-            host=host,
-            port=port,
-            open_browser=browser,
-            seed=seed,
-            contacts=contacts,
-            package_path=package_path,
-        )
+        with going_along(wishes) as join:
+            serve(
+                file,
+                simulate=True,
+                world=world,
+                arguments=arguments,
+                host=host,
+                port=port,
+                open_browser=browser,
+                seed=seed,
+                contacts=contacts,
+                package_path=package_path,
+                attend=lambda simulation: join(simulation, "", world),
+            )
         return 0
     seconds = DURATION if duration is None else duration
     if not (math.isfinite(seconds) and seconds >= 0.0):
@@ -107,7 +109,8 @@ def command(
         fail("--goto drives the robot itself; leave --cmd-vel and --script out")
     goal = None if goto is None else parse_goal(goto)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path)
-    with accompanied(wishes, simulation, loaded.expansion.text, world):
+    with going_along(wishes) as join:
+        join(simulation, loaded.expansion.text, world)
         if goal is not None:
             return run_goto(simulation, goal, duration, as_json)
         if speeds is not None:

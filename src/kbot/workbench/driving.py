@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
@@ -19,15 +20,20 @@ BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
 STEPS_AT_ONCE = 20
 
+Attend: TypeAlias = Callable[[Simulation], None]
+"""Told of each simulation before it first moves: the first one, and those that take its place."""
 
-def driven_session(reader: Reader, world: str, seed: int, contacts: str) -> Session:
+
+def driven_session(
+    reader: Reader, world: str, seed: int, contacts: str, attend: Attend = lambda simulation: None
+) -> Session:
     """A session whose robot is simulated.
 
     Raises:
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    setup = _Setup(load_world(world), seed, contacts)
+    setup = _Setup(load_world(world), seed, contacts, attend)
     return Session(reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits)
 
 
@@ -53,6 +59,7 @@ class _Setup:
     world: World
     seed: int
     contacts: str
+    attend: Attend
 
 
 @dataclass
@@ -70,6 +77,7 @@ class Driving:
     def __post_init__(self) -> None:
         setup = self.setup
         self._sim = Simulation(self.robot, setup.world, setup.seed, contacts=setup.contacts)
+        setup.attend(self._sim)
 
     def moment(self) -> Moment:
         sim = self._sim

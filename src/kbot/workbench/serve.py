@@ -12,11 +12,15 @@ import webbrowser
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from os import environ
+from typing import TYPE_CHECKING
 
 from kbot.text import KbotError
 from kbot.workbench.access import Access, bracketed, is_loopback
 from kbot.workbench.server import Server
 from kbot.workbench.session import Session
+
+if TYPE_CHECKING:
+    from kbot.workbench.driving import Attend
 
 FIRST_PORT, LAST_PORT = 8300, 8399
 SEND_BUFFER = 64 * 1024
@@ -31,8 +35,10 @@ def open_session(
     seed: int = 0,
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
+    attend: Attend = lambda simulation: None,
 ) -> Session:
     """Read a description (or `kbot`, the robot that ships) and make it ready to be shown or driven.
+    `attend` is told of each simulation before it first moves.
 
     Raises:
         DescriptionError: it makes no robot; with everything that is wrong.
@@ -45,7 +51,7 @@ def open_session(
     if simulate:
         from kbot.workbench.driving import driven_session
 
-        return driven_session(description, world, seed, contacts)
+        return driven_session(description, world, seed, contacts, attend)
     from kbot.workbench.motion import Sliders
 
     return Session(description, "view", Sliders)
@@ -63,6 +69,7 @@ def serve(
     seed: int = 0,
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
+    attend: Attend = lambda simulation: None,
 ) -> None:
     """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
 
@@ -79,6 +86,7 @@ def serve(
         seed=seed,
         contacts=contacts,
         package_path=package_path,
+        attend=attend,
     )
     with bind(host, port) as listening:
         server, address = _server(session, host, listening)

@@ -1,0 +1,67 @@
+"""`kbot sim --record`: what the command line records can be run again, whoever else looked at the run."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.cli.main import run
+from kbot.record import Recording
+
+
+def test_a_recorded_run_is_reported_as_ever_and_comes_out_the_same_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [
+        "sim",
+        "kbot",
+        "--headless",
+        "--world",
+        "maze:size=4,seed=2",
+        "--cmd-vel",
+        "0.3,0.4",
+        "--duration",
+        "3",
+    ]
+    path = str(tmp_path / "run.mcap")
+    assert run(words) == 0
+    free = capsys.readouterr().out.splitlines()[-1]
+    assert run([*words, "--record", path]) == 0
+    told = capsys.readouterr()
+    assert told.out.splitlines()[-1] == free
+    assert f"{path}: 753 messages recorded" in told.err
+    facts = Recording(path).summary().notes["kbot"]
+    assert facts["world"] == "maze:size=4,seed=2"
+    assert run(["bag", "replay", path]) == 0
+    assert "751 messages are the same, bit for bit" in capsys.readouterr().out
+
+
+def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "drive.py").write_text(
+        "def drive(sim):\n    for k in range(10):\n        sim.cmd_vel(0.05 * k, 0.1)\n        sim.step(33)\n"
+    )
+    path = str(tmp_path / "run.bag")
+    assert run(["sim", "kbot", "--headless", "--script", str(tmp_path / "drive.py"), "--record", path]) == 0
+    assert Recording(path).summary().topics["/kbot/commands"].count == 10
+    assert run(["bag", "replay", path]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--record-topic", "/odom"], "--record-topic goes with --record"),
+        (["--bridge-host", "0.0.0.0"], "--bridge-host goes with a bridge"),
+        (["--record", "run.txt"], "is no kind of recording"),
+        (["--record", "run.mcap", "--record-topic", "/odmo"], "no topic /odmo to record: did you mean"),
+    ],
+)
+def test_what_cannot_be_recorded_is_said(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["sim", "kbot", "--headless", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

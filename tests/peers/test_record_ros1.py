@@ -1,0 +1,98 @@
+"""Bags that KBot writes, read by Debian's rosbag; bags that rosbag writes, read by KBot."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.record import Recorder, Recording
+from kbot.sim import Simulation
+from kbot.wire import Feed
+
+from .conftest import Ros, stop, wait_until
+
+READ = """
+import json, rosbag, sys
+rows = []
+with rosbag.Bag(sys.argv[1]) as bag:
+    for topic, message, at in bag.read_messages("/odom"):
+        rows.append([at.to_nsec(), message.header.stamp.to_nsec(), message.pose.pose.position.x])
+json.dump(rows, sys.stdout)
+"""
+WRITE = """
+import rosbag, rospy, sys
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+with rosbag.Bag(sys.argv[1], "w", compression=sys.argv[2]) as bag:
+    for n in range(500):
+        twist = Twist()
+        twist.linear.x = n / 10
+        bag.write("/cmd_vel", twist, rospy.Time(1, n))
+        bag.write("/chatter", String(str(n)), rospy.Time(1, n))
+"""
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("bags") / "run.bag"
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path)):
+        sim.cmd_vel(0.3, 0.2)
+        sim.run(3.0)
+    return path
+
+
+def test_rosbag_info_finds_the_same(ros: Ros, bag: Path) -> None:
+    text = ros.run("rosbag", "info", str(bag))
+    ours = Recording(str(bag)).summary()
+    assert f"messages:     {ours.count + 2}" in text  # with the two notes about the run
+    assert "nav_msgs/Odometry      [cd5e73d190d741a2f92e81eda573aca7]" in text
+
+
+def test_rosbag_reads_every_message_and_number(ros: Ros, bag: Path) -> None:
+    theirs = json.loads(ros.run("/usr/bin/python3", "-c", READ, str(bag)))
+    ours = [
+        [entry.nanoseconds, entry.nanoseconds, entry.message().pose.pose.position.x]
+        for entry in Recording(str(bag)).entries()
+        if entry.topic == "/odom"
+    ]
+    assert len(ours) == 150
+    assert theirs == ours
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_bags_of_rosbag_are_read(ros: Ros, tmp_path: Path, compression: str) -> None:
+    path = tmp_path / "theirs.bag"
+    ros.run("/usr/bin/python3", "-c", WRITE, str(path), compression)
+    found = Recording(str(path))
+    assert {name: topic.count for name, topic in found.summary().topics.items()} == {
+        "/cmd_vel": 500,
+        "/chatter": 500,
+    }
+    speeds = [entry.message().linear.x for entry in found.entries() if entry.topic == "/cmd_vel"]
+    assert speeds == [n / 10 for n in range(500)]
+
+
+def test_a_bag_is_played_back_to_ros(ros: Ros, bag: Path) -> None:
+    core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
+    log = ros.home / "rostopic.log"
+    listener = None
+    try:
+        wait_until(lambda: _has_master(ros), "a master")
+        listener = ros.start("rostopic", "echo", "-n", "1", "/odom/child_frame_id")
+        wait_until(lambda: "/odom" in ros.run("rostopic", "list"), "a listener")
+        ros.run("rosbag", "play", "-d", "2", str(bag))
+        wait_until(lambda: "base_footprint" in log.read_text(), "odometry from the bag", 20)
+    finally:
+        for process in (listener, core):
+            if process is not None:
+                stop(process)
+
+
+def _has_master(ros: Ros) -> bool:
+    try:
+        ros.run("rosparam", "list")
+    except AssertionError:
+        return False
+    return True
