@@ -8,8 +8,8 @@ import pytest
 from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation, twist, wrapped
+from kbot.navigation.footprint import Outline
 from kbot.navigation.goal import GoalState
-from kbot.navigation.guard import Outline
 from kbot.navigation.navigator import Navigator, Settings
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import Pilot, go_to

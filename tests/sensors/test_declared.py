@@ -62,7 +62,8 @@ GZ = """
   </sensor>
   <sensor name="gps" type="navsat"><update_rate>1</update_rate></sensor>
   <sensor name="ros2" type="ray"><update_rate>5</update_rate>
-    <plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros><remapping>~/out:=front/scan</remapping></ros>
+    <plugin name="p" filename="libgazebo_ros_ray_sensor.so"><ros>
+    <remapping>~/out:=front/scan</remapping></ros>
     <frame_name>base_link</frame_name></plugin></sensor>
 </gazebo>
 <ros2_control name="r" type="system">

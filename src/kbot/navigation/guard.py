@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +10,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.odometry import arc
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Controller, Observation, twist
-
-
-@dataclass(frozen=True, slots=True)
-class Outline:
-    """The rectangle about a robot seen from above, in its base's frame; m."""
-
-    rear: float
-    front: float
-    right: float
-    left: float
-
-    def grown(self, margin: float) -> Outline:
-        return Outline(self.rear - margin, self.front + margin, self.right - margin, self.left + margin)
-
-    def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of the points (n, 2) are inside."""
-        x, y = points[:, 0], points[:, 1]
-        return (x > self.rear) & (x < self.front) & (y > self.right) & (y < self.left)
+from kbot.navigation.footprint import Outline
 
 
 class ObstacleGuard:

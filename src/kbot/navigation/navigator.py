@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist
+from kbot.navigation.footprint import Outline
 from kbot.navigation.goal import GoalState, GoalStatus
-from kbot.navigation.guard import ObstacleGuard, Outline
+from kbot.navigation.guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
 from kbot.navigation.progress import Progress
@@ -43,13 +45,16 @@ class Settings:
     limits: Limits = GENTLE
     patience: float = 4.0
     attempts: int = 3
-    back_up: float = 0.08
+    back_up: float = 0.15
     silence: float = 2.0
     slack: float = 4.0
     grace: float = 20.0
 
 
 DEFAULTS = Settings()
+
+_BACKWARDS = 0.1
+"""m/s."""
 
 
 def follow(path: Path, limits: Limits) -> Follower:
@@ -68,7 +73,6 @@ class _Run:
     follower: Follower | None = None
     attempts: int = 0
     backing_until: float = -math.inf
-    seen: list[tuple[float, float]] = field(default_factory=list)
 
 
 class Navigator:
@@ -117,16 +121,15 @@ class Navigator:
         run, settings = self._run, self.settings
         if run is None:
             return STILL
-        if run.follower is None:
-            if math.isnan(run.begun):
-                run.begun = observation.time
-            if not self._plan(run, observation):
-                return STILL
+        if math.isnan(run.begun):
+            run.begun = observation.time
+        if observation.time < run.backing_until:
+            return self._guarded(observation, twist(-_BACKWARDS, 0.0))
+        if run.follower is None and not self._plan(run, observation):
+            return STILL
         if observation.time > run.deadline:
             took = observation.time - run.begun
             return self._end(GoalState.STUCK, f"not there after {took:.1f} s, {self._left(run)} to go")
-        if observation.time < run.backing_until:
-            return self._guarded(observation, twist(-0.1, 0.0))
         follower = run.follower
         assert follower is not None
         wanted = follower.update(observation)
@@ -154,10 +157,10 @@ class Navigator:
             self._end(GoalState.REFUSED, "there is no map to plan on")
             return False
         planner = self.planner
-        if run.seen:
-            planner = planner.with_obstacles(np.array(run.seen))
+        if run.attempts and observation.obstacles is not None:
+            planner = planner.with_obstacles(_in_map(observation, observation.obstacles))
         path = planner.plan(observation.pose, run.goal)
-        if isinstance(path, NoPath) and run.seen:
+        if isinstance(path, NoPath) and planner is not self.planner:
             # what was seen may have been in the way only for a while
             path = self.planner.plan(observation.pose, run.goal)
         if isinstance(path, NoPath):
@@ -183,11 +186,8 @@ class Navigator:
                 GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {self._left(run)} to go"
             )
         run.attempts += 1
-        if observation.obstacles is not None:
-            run.seen = _in_map(observation)
-        run.backing_until = observation.time + self.settings.back_up / 0.1
-        run.follower = None if not self._plan(run, observation) else run.follower
-        self._progress.begin(run.backing_until)
+        run.backing_until = observation.time + self.settings.back_up / _BACKWARDS
+        run.follower = None
         return STILL
 
     def _left(self, run: _Run) -> str:
@@ -209,11 +209,9 @@ class _Nothing:
         return STILL
 
 
-def _in_map(observation: Observation) -> list[tuple[float, float]]:
-    """What the lidar saw, as points of the map."""
-    points = observation.obstacles
-    if points is None:
-        return []
+def _in_map(observation: Observation, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 2) of the base's frame, in the map."""
     pose = observation.pose
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    return [(pose.x + c * x - s * y, pose.y + s * x + c * y) for x, y in points.tolist()]
+    placed: NDArray[np.float64] = points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
+    return placed

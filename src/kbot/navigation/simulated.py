@@ -10,12 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.navigation.controller import Controller, Observation
-from kbot.navigation.footprint import turning_radius
+from kbot.navigation.footprint import outline, turning_radius
 from kbot.navigation.goal import GoalState, GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.planner import GridPlanner
+from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.occupancy import OccupancyGrid
@@ -26,6 +28,30 @@ RATE = 50.0
 
 PoseSource = Literal["ground_truth", "odometry"]
 Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
+
+
+class LidarPoints:
+    """What a lidar saw last, as points in the frame of its robot's base, and when."""
+
+    def __init__(self, lidar: LidarSensor) -> None:
+        """The lidar hangs rigidly on the base."""
+        self._lidar = lidar
+        simulation, spec = lidar.simulation, lidar.spec
+        drive = simulation.drive
+        base = drive.base if isinstance(drive, DifferentialDrive) else simulation.robot.root
+        base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
+        self._base_from_sensor = (base_from_link @ spec.pose).matrix
+        self._points: NDArray[np.float64] | None = None
+        self._seen_at = -math.inf
+
+    def __call__(self) -> tuple[NDArray[np.float64] | None, float]:
+        scan = self._lidar.latest
+        if scan is None:
+            return None, -math.inf
+        if scan.header.stamp.seconds != self._seen_at:
+            self._points = scan_points(scan, self._base_from_sensor)
+            self._seen_at = scan.header.stamp.seconds
+        return self._points, self._seen_at
 
 
 class Pilot:
@@ -96,11 +122,12 @@ def go_to(
     settings: Settings = DEFAULTS,
     pose: PoseSource = "ground_truth",
     navigator: Navigator | None = None,
-    seen: Seen | None = None,
+    lidar: LidarSensor | None = None,
 ) -> Trip:
     """Run the simulation until its robot is at the goal or cannot get there; it stands still at the end.
 
-    `grid` is the map, by default that of the simulation's world. A `navigator` brings its own.
+    `grid` is the map, by default that of the simulation's world. A `navigator` brings its own. With a `lidar`
+    the robot stops before what it sees and plans around it.
 
     Raises:
         KbotError: the robot cannot drive, or a number is not one.
@@ -110,10 +137,13 @@ def go_to(
         around = ((here.x, here.y), (goal.x, goal.y)) if math.isfinite(goal.x + goal.y) else ()
         if grid is None:
             grid = world_grid(simulation.world, around=around)
-        navigator = Navigator(GridPlanner(grid, turning_radius(simulation.robot)), settings)
+        robot = simulation.robot
+        around_it = outline(robot) if lidar is not None else None
+        navigator = Navigator(GridPlanner(grid, turning_radius(robot)), settings, around_it)
     begun = simulation.time
     status = navigator.go(goal, timeout)
     odometer = _Odometer(simulation)
+    seen = LidarPoints(lidar) if lidar is not None else None
     pilot = Pilot(simulation, navigator, pose=pose, seen=seen)
     first_path = 0.0
     try:

@@ -19,9 +19,9 @@ from kbot.text import KbotError
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar(Spec):
-    """Beams spread evenly from `angle_min` to `angle_max` (rad, about z, both ends included as in Gazebo);
-    `range_min` and `range_max` in m. With several `rows` they are also spread over the elevations from
-    `elevation_min` to `elevation_max`, and the readings are clouds of points."""
+    """Beams spread evenly from `angle_min` to `angle_max` (rad, about z, both ends included as in Gazebo;
+    downwards for a lidar on its head); `range_min` and `range_max` in m. With several `rows` they are also
+    spread over the elevations from `elevation_min` to `elevation_max`, and the readings are clouds."""
 
     kind: ClassVar[str] = "scan"
     samples: int = 360
@@ -38,8 +38,10 @@ class Lidar(Spec):
         super().__post_init__()
         if not (1 <= self.samples <= 1_000_000 and 1 <= self.rows <= 10_000):
             raise KbotError(f"{self.label}: a lidar has 1 to 1000000 beams a row and 1 to 10000 rows")
-        if not -math.inf < self.angle_min <= self.angle_max < math.inf:
-            raise KbotError(f"{self.label}: the angles go up, unlike {self.angle_min} to {self.angle_max}")
+        if not (math.isfinite(self.angle_min) and math.isfinite(self.angle_max)):
+            raise KbotError(
+                f"{self.label}: the angles are finite, unlike {self.angle_min} to {self.angle_max}"
+            )
         if not -math.pi / 2 - 1e-6 <= self.elevation_min <= self.elevation_max <= math.pi / 2 + 1e-6:
             raise KbotError(f"{self.label}: the elevations go up, within a quarter turn of the level")
         if not 0.0 <= self.range_min < self.range_max < math.inf:
