@@ -285,6 +285,7 @@ DRIVE = (
         "D105",
         (r"(<xacro:arg )", r'§<xacro:property name="wheel_separation" value="0.111"/>\n  \1'),
     ),
+    _m("radius property", "D106", (r"(<xacro:arg )", r'§<xacro:property name="wheel_radius" value="0.05"/>\n  \1')),
     _m("plugin diameter", "D106", (r"<wheelDiameter>[^<]*", r"§<wheelDiameter>0.1")),
     _m("plugin radius", "D106", (r"<wheel_radius>[^<]*", r"§<wheel_radius>0.05")),
     _m(

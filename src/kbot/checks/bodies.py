@@ -196,7 +196,7 @@ def _part(shape: Visual | Collision) -> Part | None:
             volume = math.pi * r * r * length
         case Sphere(radius=r):
             half = (r, r, r)
-            volume = 4.0 / 3.0 * math.pi * r**3
+            volume = 4.0 / 3.0 * math.pi * r * r * r
         case Capsule(radius=r, length=length):
             half = (r, r, length / 2.0 + r)
             volume = math.pi * r * r * (length + 4.0 / 3.0 * r)
@@ -219,7 +219,7 @@ def _mesh_part(mesh: Mesh, frame: Frame) -> Part | None:
 
 def _capsule_moments(r: float, length: float) -> Vector:
     """Per kg: a cylinder and two half spheres of even density."""
-    cylinder, ball = math.pi * r * r * length, 4.0 / 3.0 * math.pi * r**3
+    cylinder, ball = math.pi * r * r * length, 4.0 / 3.0 * math.pi * r * r * r
     total = cylinder + ball
     along = (cylinder * r * r / 2.0 + ball * 0.4 * r * r) / total
     across = (

@@ -14,6 +14,7 @@ from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
 
 _SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
+_RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
@@ -249,6 +250,15 @@ def radius_differs(context: Context) -> Found:
                 f"{true:.4g}: distances "
                 f"are {(told / true - 1.0) * 100.0:+.0f} % off",
                 "use the property that makes the wheels",
+                related,
+            )
+    for name, value, origin in _properties(context, _RADIUS):
+        told = value / 2.0 if "diameter" in name.lower() else value
+        if all(abs(told - r) > 0.01 * r for r in radii):
+            yield Finding(
+                origin,
+                f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {told:.4g}",
+                "make the wheels from it",
                 related,
             )
 

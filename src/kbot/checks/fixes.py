@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from kbot.text import Diagnostic, Edit, Fix
+from kbot.text import Diagnostic, Edit, Fix, write_text
 
 _ROUNDS = 10
 Check = Callable[[str], Sequence[Diagnostic]]
@@ -93,6 +94,45 @@ def apply_edits(text: str, edits: Sequence[Edit]) -> str:
     for edit in sorted(edits, key=lambda e: e.span.start, reverse=True):
         data = data[: edit.span.start] + edit.replacement.encode() + data[edit.span.end :]
     return data.decode("utf-8", "surrogatepass")
+
+
+def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe: bool) -> list[Fix]:
+    """Apply the fixes that edit files which `path` includes; returns those that stay.
+
+    Each file is written, the whole is checked anew, and the file is put back when that does not leave fewer
+    findings and no new error. Files outside the working directory are left alone: they belong to others.
+    """
+    applied: list[Fix] = []
+    refused: set[Fix] = set()
+    for _ in range(_ROUNDS):
+        found = check()
+        fixes = [f for f in _others(found, path, unsafe) if f not in refused]
+        if not fixes:
+            break
+        fix = fixes[0]
+        source = fix.edits[0].span.source
+        write_text(source.path, apply_edits(source.text, fix.edits))
+        after = check()
+        errors, errors_before = (sum(d.is_error for d in ds) for ds in (after, found))
+        if len(after) < len(found) and errors <= errors_before:
+            applied.append(fix)
+        else:
+            write_text(source.path, source.text)
+            refused.add(fix)
+    return applied
+
+
+def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> list[Fix]:
+    """Fixes that edit one file which is not `path` and lies within the working directory."""
+    fixes = []
+    for diagnostic in found:
+        fix = diagnostic.fix
+        if fix is None or not (fix.safe or unsafe) or not fix.edits:
+            continue
+        files = {e.span.file for e in fix.edits}
+        if len(files) == 1 and path not in files and Path(files.pop()).absolute().is_relative_to(Path.cwd()):
+            fixes.append(fix)
+    return list(dict.fromkeys(fixes))
 
 
 def unified_diff(before: str, after: str, path: str) -> str:

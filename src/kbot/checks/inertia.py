@@ -8,11 +8,12 @@ from collections.abc import Iterator
 
 from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
+from kbot.checks.fixing import set_value
 from kbot.checks.geometry import shapes_of
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.spatial import eigenvalues
+from kbot.checks.spatial import eigenvalues, rotation, scale_matrix, tensor_in, transpose
 from kbot.model import Inertial, Joint, Link, Mesh
-from kbot.text import Related, Severity
+from kbot.text import Edit, Fix, Related, Severity
 
 _RATIO = 1000.0
 
@@ -71,7 +72,7 @@ def zero_tensor(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         joint = context.robot.parent_joint.get(link.name)
@@ -82,6 +83,7 @@ def zero_tensor(context: Context) -> Found:
                 inertial.inertia_origin,
                 f"{link.name}: {inertial.mass:g} kg with a tensor of zeros: nothing resists its turning",
                 solid_hint(context, link, inertial),
+                fix=solid_fix(context, link, inertial),
             )
 
 
@@ -97,6 +99,26 @@ def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
     )
 
 
+def solid_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
+    """A fix that writes the tensor of a solid of the link's shape, where six plain numbers stand now."""
+    solid = context.bodies[link.name].solid
+    element = context.element_at(inertial.inertia_origin)
+    if solid is None or element is None or not inertial.mass > 0.0:
+        return None
+    turn = transpose(rotation(inertial.pose.rpy))
+    tensor = scale_matrix(tensor_in(turn, solid.unit_tensor), inertial.mass)
+    spans, edits = element.attribute_spans(), list[Edit]()
+    largest = max(tensor[0][0], tensor[1][1], tensor[2][2])
+    for i, a in enumerate("xyz"):
+        for j, b in list(enumerate("xyz"))[i:]:
+            name, value = f"i{a}{b}", tensor[i][j]
+            if name not in spans or "$" in spans[name][1].text:
+                return None
+            text = f"{value:.6g}" if abs(value) > 1e-9 * largest else "0"
+            edits += set_value(spans[name][1], text)
+    return Fix("write the tensor of a solid of its shape", tuple(edits), safe=False) if edits else None
+
+
 @rule("I104", "not-positive-definite", Severity.ERROR, "robot")
 def not_positive_definite(context: Context) -> Found:
     """A tensor with a moment that is zero or negative.
@@ -108,7 +130,7 @@ def not_positive_definite(context: Context) -> Found:
 
     Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
@@ -124,6 +146,7 @@ def not_positive_definite(context: Context) -> Found:
             f"{link.name}: the tensor is not positive definite: its smallest principal moment is "
             f"{low:.4g} kg m^2",
             solid_hint(context, link, inertial),
+            fix=solid_fix(context, link, inertial),
         )
 
 
@@ -143,7 +166,7 @@ def triangle_inequality(context: Context) -> Found:
 
     Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial):
@@ -155,6 +178,7 @@ def triangle_inequality(context: Context) -> Found:
                 f"{link.name}: principal moments {low:.4g}, {middle:.4g}, {high:.4g} kg m^2: the largest is "
                 f"{high / (low + middle):.3g} times the other two together; no body has such a tensor",
                 solid_hint(context, link, inertial),
+                fix=solid_fix(context, link, inertial),
             )
 
 

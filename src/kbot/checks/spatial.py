@@ -140,8 +140,13 @@ def eigenvalues(m: Matrix) -> Vector:
     if off == 0.0:
         low, middle, high = sorted((a, b, c))
         return (low, middle, high)
+    largest = max(abs(v) for row in m for v in row)
+    if not 1e-100 < largest < 1e100:  # squares of such numbers are not numbers any more
+        low, middle, high = eigenvalues(scale_matrix(m, 1.0 / largest)) if math.isfinite(largest) else m[0]
+        return (low * largest, middle * largest, high * largest)
     mean = (a + b + c) / 3.0
-    p = math.sqrt(((a - mean) ** 2 + (b - mean) ** 2 + (c - mean) ** 2 + 2.0 * off) / 6.0)
+    x, y, z = a - mean, b - mean, c - mean
+    p = math.sqrt((x * x + y * y + z * z + 2.0 * off) / 6.0)
     n = (
         ((a - mean) / p, d / p, e / p),
         (d / p, (b - mean) / p, f / p),

@@ -128,7 +128,7 @@ def bad_name(context: Context) -> Found:
             continue
         name = element.attributes.get("name", "")
         if name.strip() and not name.startswith("/") and not _NAME.fullmatch(name) and "$" not in name:
-            odd = next(c for c in name if not re.fullmatch(r"[A-Za-z0-9_.\-/:]", c))
+            odd = next((c for c in name if not re.fullmatch(r"[A-Za-z0-9_.\-/:]", c)), name[0])
             what = "a blank" if odd.isspace() else f"'{odd}'"
             yield Finding(
                 element.attribute_origin("name"),

@@ -7,7 +7,7 @@ import math
 from kbot.checks.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor, tensor_of
 from kbot.checks.context import Context
 from kbot.checks.fixing import replace_value
-from kbot.checks.inertia import is_finite, solid_hint, sound, weighed
+from kbot.checks.inertia import is_finite, solid_fix, solid_hint, sound, weighed
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import Matrix, Vector, dot, eigenvalues, norm, rotate, subtract, tensor_in, transpose
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
@@ -41,7 +41,7 @@ def gyration_too_large(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape and mass.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -57,6 +57,7 @@ def gyration_too_large(context: Context) -> Found:
                 "too large",
                 solid_hint(context, link, inertial),
                 _geometry(context.bodies[link.name]),
+                solid_fix(context, link, inertial),
             )
 
 
@@ -72,7 +73,7 @@ def tensor_units(context: Context) -> Found:
 
     Mend: write kg m^2: 1 g mm^2 is 1e-9 kg m^2, 1 kg mm^2 is 1e-6 kg m^2.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -87,6 +88,7 @@ def tensor_units(context: Context) -> Found:
                 f"its shape reaches ({reach * 1e3:.4g} mm): is the tensor in kg m^2?",
                 solid_hint(context, link, inertial),
                 _geometry(context.bodies[link.name]),
+                solid_fix(context, link, inertial),
             )
 
 
@@ -101,7 +103,7 @@ def tensor_too_small(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape and mass.
 
-    Fix: none.
+    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
     """
     for link, inertial in weighed(context):
         solid = context.bodies[link.name].solid
@@ -117,6 +119,7 @@ def tensor_too_small(context: Context) -> Found:
                 f"{inertial.mass:g} kg",
                 solid_hint(context, link, inertial),
                 _geometry(context.bodies[link.name]),
+                solid_fix(context, link, inertial),
             )
 
 
@@ -376,6 +379,8 @@ def density(context: Context) -> Found:
         if solid is None or not math.isfinite(inertial.mass) or not inertial.mass > 0.0:
             continue
         found = inertial.mass / solid.volume
+        if not 0.0 < found < math.inf:
+            continue
         if 49.5 <= found <= 20_200.0:
             continue
         if found < 50.0:

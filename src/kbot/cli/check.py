@@ -13,7 +13,7 @@ import click
 from kbot.checks import Config, all_rules, check_file, check_text, load_config
 from kbot.checks.baseline import without_known
 from kbot.checks.baseline import write_baseline as keep_baseline
-from kbot.checks.fixes import fixed, unified_diff
+from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.package import entry_points
 from kbot.cli.arguments import examples, package_path_option, split_arguments
@@ -147,14 +147,13 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
         except DescriptionError:
             continue
         text, fixes = fixed(source.text, job.path, job.check_text, unsafe)
-        if text == source.text:
-            continue
         if diff:
             click.echo(unified_diff(source.text, text, relative(job.path)), nl=False)
             continue
-        write_text(job.path, text)
-        for one in fixes:
-            click.echo(f"{relative(job.path)}: {one.title}", err=True)
+        if text != source.text:
+            write_text(job.path, text)
+        for one in (*fixes, *fixed_includes(job.path, job.check, unsafe)):
+            click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
 
 
 def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:

@@ -1,0 +1,135 @@
+"""Faults sown into our own KBot, a package of three files with macros, are found at their lines."""
+# ruff: noqa: E501 - the lines that are replaced stand as they are
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from kbot.checks import check_file
+from kbot.checks.config import Config
+from kbot.checks.fixes import fixed_includes
+from kbot.model.load import resolve_robot_path
+
+MAIN, MACROS, CONTROL = "kbot.xacro", "kbot_macros.xacro", "kbot_control.xacro"
+WHEEL = '<xacro:cylinder_inertia m="${wheel_mass}" r="${wheel_radius}" h="${wheel_width}" rpy="${pi/2} 0 0"/>'
+BASE = '<xacro:box_inertia m="${base_mass}" w="${base_len}" h="${base_height}" d="${base_width}"/>'
+CASTER = (
+    '<origin xyz="${caster_wheel_joint_offset} 0 ${-(caster_wheel_radius + base_height/2)}" rpy="0 0 0"/>'
+)
+
+MUTANTS = [
+    ("height and depth exchanged", MAIN, BASE, BASE.replace('h="${base_height}" d="${base_width}"', 'h="${base_width}" d="${base_height}"'), "I112", MAIN, BASE[:30]),
+    ("base too heavy", MAIN, 'm="${base_mass}"', 'm="90"', "I117", MAIN, 'm="90"'),
+    ("wheels too heavy", MAIN, "${2600*pi", "${260000*pi", "I117", MACROS, "<xacro:cylinder_inertia m="),
+    ("caster mount too high", MAIN, CASTER, CASTER.replace("base_height/2", "base_height/2 - 0.005"), "D112", MAIN, "${caster_wheel_joint_offset} 0"),
+    ("caster ball too large", MAIN, 'value="${wheel_radius/2}"', 'value="${wheel_radius/2 + 0.003}"', "D112", MAIN, "${caster_wheel_joint_offset} 0"),
+    ("footprint too low", MAIN, "${wheel_radius + base_height/2}", "${2*wheel_radius + base_height/2}", "D113", MAIN, "${-wheel_joint_offset} 0"),
+    ("footprint off the axle", MAIN, "${-wheel_joint_offset} 0", "0 0", "D124", MACROS, "<origin xyz=\"${wheel_joint_offset}"),
+    ("separation of a plugin", CONTROL, "<wheelSeparation>${wheel_separation}", "<wheelSeparation>${base_width}", "D105", CONTROL, "<wheelSeparation>"),
+    ("diameter of a plugin", CONTROL, "${2*wheel_radius}", "${wheel_radius}", "D106", CONTROL, "<wheelDiameter>"),
+    ("joint of a plugin", CONTROL, "<leftJoint>left_wheel_joint", "<leftJoint>left_wheel", "D101", CONTROL, "<leftJoint>"),
+    ("frame of a plugin", CONTROL, "<robotBaseFrame>base_footprint", "<robotBaseFrame>base_footprnt", "D121", CONTROL, "<robotBaseFrame>"),
+    ("caster with friction", CONTROL, "<mu1>0.0</mu1>\n    <mu2>0.0</mu2>", "<mu1>1.0</mu1>\n    <mu2>1.0</mu2>", "D118", MAIN, '<joint name="caster_wheel_joint"'),
+    ("reference misspelt", CONTROL, '<gazebo reference="base_link">', '<gazebo reference="base_lnk">', "D103", CONTROL, "base_lnk"),
+    ("wheel inertia not turned", MACROS, ' rpy="${pi/2} 0 0"/>\n    </link>', "/>\n    </link>", "I111", MACROS, "<inertia ixx=\"${m*(3*r*r+h*h)/12}\""),
+    ("axes along x", MACROS, '<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>', "D110", MACROS, "<axis"),
+    ("axes opposed", MACROS, '<axis xyz="0 1 0"/>', '<axis xyz="0 ${reflect} 0"/>', "D108", MAIN, '<xacro:wheel prefix="right"'),
+    ("axes backwards", MACROS, '<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "D109", MACROS, "<axis"),
+    ("axis with rpy", MACROS, '<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>', "U202", MACROS, "<axis"),
+    ("wheels revolute", MACROS, 'type="continuous"', 'type="revolute"', "J103", MACROS, "<limit"),
+    ("no effort", MACROS, 'effort="${wheel_effort}"', 'effort="0"', "J104", MACROS, "<limit"),
+    ("macro's parameter unused", MACROS, "${m / 12.0 * (d*d + h*h)}", "${m / 12.0 * h*h}", "I112", MAIN, BASE[:30]),
+    ("wheel drawn in degrees", MACROS, 'rpy="${pi/2} 0 0"/>\n        <geometry>', 'rpy="90 0 0"/>\n        <geometry>', "J108", MACROS, 'rpy="90 0 0"'),
+    ("material undefined", MACROS, '<material name="red">', '<material name="rd">', "G108", MAIN, '<material name="red"/>'),
+    ("wheels exchanged", MAIN, 'prefix="left" reflect="1"', 'prefix="left" reflect="-1"', "D111", MAIN, '<xacro:wheel prefix="right"'),
+]  # fmt: skip
+DROPPED = ("macro's parameter unused", "wheels exchanged")
+MUTANTS = [m for m in MUTANTS if m[0] not in DROPPED]
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = Path(resolve_robot_path("kbot")).parents[1]
+    shutil.copytree(folder, tmp_path / "kbot_description")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "kbot_description" / "urdf"
+
+
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda m: m[0])
+def test_a_mutant_is_found_at_its_line(mutant: tuple[str, ...], package: Path) -> None:
+    _, file, old, new, code, found_in, words = mutant
+    text = (package / file).read_text("utf-8")
+    assert old in text
+    (package / file).write_text(text.replace(old, new, 1), "utf-8")
+    lines = (package / found_in).read_text("utf-8").splitlines()
+    found = check_file(str(package / MAIN), config=Config())
+    # a macro that is called once may be at fault itself or its call may be: the stack names the call
+    places = {
+        (d.code, Path(span.file).name, span.line)
+        for d in found
+        if d.origin
+        for span in (d.origin.span, *(c.span for c in d.origin.stack if c.kind == "macro"))
+    }
+    expected = {(code, found_in, n) for n, line in enumerate(lines, 1) if words in line}
+    assert expected & places, (expected, places)
+
+
+def test_the_robot_itself_is_clean(package: Path) -> None:
+    assert check_file(str(package / MAIN), config=Config()) == ()
+
+
+def test_a_controller_s_yaml_is_held_against_the_wheels(package: Path) -> None:
+    path = package.parent / "config" / "kbot_controllers.yaml"
+    text = path.read_text("utf-8")
+    changed = text.replace("wheel_separation: 0.174", "wheel_separation: 0.15").replace(
+        "wheel_radius: 0.035", "wheel_radius: 0.04"
+    )
+    path.write_text(
+        changed.replace("left_wheel_names: [left_wheel_joint]", "left_wheel_names: [left_joint]"), "utf-8"
+    )
+    found = check_file(str(package / MAIN), {"control": "ros2_control"}, config=Config())
+    lines = changed.splitlines()
+    expected = {
+        (code, Path(path).name, next(n for n, line in enumerate(lines, 1) if word in line))
+        for code, word in (
+            ("D105", "wheel_separation"),
+            ("D106", "wheel_radius"),
+            ("D101", "left_wheel_names"),
+        )
+    }
+    assert expected == {
+        (d.code, Path(d.origin.span.file).name, d.origin.span.line) for d in found if d.origin
+    }
+
+
+def test_a_macro_is_mended_where_every_call_has_the_fault(package: Path) -> None:
+    path = package / MACROS
+    text = path.read_text("utf-8")
+    path.write_text(text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'), "utf-8")
+    main = str(package / MAIN)
+    fixes = fixed_includes(main, lambda: check_file(main, config=Config()), unsafe=False)
+    assert [f.title for f in fixes] == ["remove rpy"]
+    assert path.read_text("utf-8") == text
+
+
+def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:
+    path, main = package / MACROS, package / MAIN
+    text = path.read_text("utf-8")
+    turned = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="${axis}"/>').replace(
+        'params="prefix reflect"', "params=\"prefix reflect axis:='0 1 0'\""
+    )
+    path.write_text(turned, "utf-8")
+    main.write_text(
+        main.read_text("utf-8").replace(
+            'prefix="left" reflect="1"', 'prefix="left" reflect="1" axis="0 2 0"'
+        ),
+        "utf-8",
+    )
+    found = check_file(str(main), config=Config())
+    (long,) = [d for d in found if d.code == "J107"]
+    assert long.fix is None
+    assert long.origin is not None
+    assert Path(long.origin.span.file).name == MAIN
