@@ -1,5 +1,5 @@
 """`python -m kbot`."""
 
-from kbot.cli.main import main
+from kbot.cli.start import main
 
 main()

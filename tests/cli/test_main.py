@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 from kbot.cli.main import VERBS, group, run
+from kbot.xacro.packages import SHIPPED
+
+KBOT = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
 
 
 def kbot(*words: str, **more: object) -> subprocess.CompletedProcess[str]:
@@ -70,17 +73,19 @@ def test_an_unknown_option_is_exit_status_2(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.skipif(os.name == "nt", reason="pipes and /dev/full are POSIX")
-def test_a_reader_that_goes_away_is_met_in_silence() -> None:
-    command = f"'{sys.executable}' -m kbot expand kbot | head -c 1"
+@pytest.mark.parametrize("robot", ["kbot", KBOT])
+def test_a_reader_that_goes_away_is_met_in_silence(robot: str) -> None:
+    command = f"'{sys.executable}' -m kbot expand '{robot}' | head -c 1"
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("<", "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
-def test_a_full_disk_is_one_message() -> None:
+@pytest.mark.parametrize("robot", ["kbot", KBOT])
+def test_a_full_disk_is_one_message(robot: str) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "kbot", "expand", "kbot"],
+            [sys.executable, "-m", "kbot", "expand", robot],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

@@ -42,6 +42,6 @@ def _expand_plainly(words: Sequence[str]) -> bool:
     try:
         sys.stdout.write(expansion.text)
         sys.stdout.flush()
-    except (BrokenPipeError, UnicodeEncodeError):
+    except (OSError, UnicodeEncodeError):
         return False
     return True
