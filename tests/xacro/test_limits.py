@@ -3,9 +3,9 @@
 import pytest
 
 from kbot.xacro import Limits, expand_text
-from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault
+from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.packages import Packages
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope

@@ -1,0 +1,85 @@
+"""Positions of everything in an XML text, to the byte."""
+
+import pytest
+
+from kbot.text import Comment, DescriptionError, Element, Source, Text, parse_xml
+from kbot.text.xml import CData, parse_document
+
+TEXT = """<?xml version="1.0"?>
+<!-- first --><robot name='a>b' é="ü">
+  hi &amp; there <a x="1"/>tail<![CDATA[ <x> ]]>after<!-- é --> z
+  <b><c/></b>
+</robot>"""
+
+
+def test_every_node_knows_what_was_written() -> None:
+    document = parse_document(Source("f", TEXT))
+    root = document.root
+    assert root.origin.span.text == """<robot name='a>b' é="ü">"""
+    assert root.whole.text == TEXT[TEXT.index("<robot") :]
+    assert [(type(n), n.origin.span.text) for n in root.children[:6]] == [
+        (Text, "\n  hi &amp; there "),
+        (Element, '<a x="1"/>'),
+        (Text, "tail"),
+        (CData, "<![CDATA[ <x> ]]>"),
+        (Text, "after"),
+        (Comment, "<!-- é -->"),
+    ]
+    (b,) = root.elements("b")
+    assert b.whole.text == "<b><c/></b>"
+    assert [c.whole.text for c in b.elements()] == ["<c/>"]
+    assert [node.value for node in document.before] == [" first "]
+
+
+def test_lines_and_columns_count_characters() -> None:
+    a = next(parse_xml(Source("f", TEXT)).elements("a"))
+    assert (a.origin.span.line, a.origin.span.column) == (3, 18)
+
+
+def test_attribute_spans() -> None:
+    root = parse_xml(Source("f", TEXT))
+    name, value = root.attribute_spans()["name"]
+    assert (name.text, value.text) == ("name", "a>b")
+    assert root.attribute_origin("é").span.text == "ü"
+    assert root.attribute_origin("absent").span == root.origin.span
+
+
+def test_a_long_text_is_one_node() -> None:
+    long = " \n" + "x" * 200_000 + "\ny"
+    root = parse_xml(Source("f", f"<a>{long}</a>"))
+    assert [type(child) for child in root.children] == [Text]
+    assert root.text == long
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line", "column"),
+    [
+        ("", "P002", 1, 1),
+        (" \n ", "P002", 1, 1),
+        ("hello", "P001", 1, 1),
+        ("<a><b></a>", "P001", 1, 9),
+        ("<a>\n  <b", "P001", 2, 3),
+        ("<a/><b/>", "P001", 1, 5),
+        ("<a x='1' x='2'/>", "P001", 1, 10),
+        ("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "P003", 1, 14),
+        ("<a>\n<x:b/></a>", "P004", 2, 1),
+        ("<a x:b='1'/>", "P004", 1, 1),
+        ("<a>" * 1500 + "</a>" * 1500, "P005", 1, 3001),
+    ],
+)
+def test_what_is_wrong_is_one_diagnostic_at_its_place(text: str, code: str, line: int, column: int) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        parse_xml(Source("f", text))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.origin is not None
+    assert (diagnostic.code, diagnostic.origin.span.line, diagnostic.origin.span.column) == (
+        code,
+        line,
+        column,
+    )
+
+
+def test_a_prefix_declared_within_holds_only_there() -> None:
+    parse_xml(Source("f", '<a><b xmlns:x="u"><x:c x:d="1"/></b></a>'))
+    with pytest.raises(DescriptionError):
+        parse_xml(Source("f", '<a><b xmlns:x="u"><x:c/></b><x:c/></a>'))

@@ -1,0 +1,55 @@
+"""What errors say: stack, other places, nearest names."""
+
+from pathlib import Path
+
+from kbot.xacro import expand, expand_text
+
+HEAD = '<r xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+
+
+def test_the_stack_leads_through_macros_and_includes(tmp_path: Path) -> None:
+    (tmp_path / "m.xacro").write_text(
+        f'{HEAD}<xacro:macro name="inner"><a x="${{1/0}}"/></xacro:macro>\n'
+        '<xacro:macro name="outer"><xacro:inner/></xacro:macro>\n<xacro:outer/></r>'
+    )
+    (tmp_path / "main.xacro").write_text(f'{HEAD}<xacro:include filename="m.xacro"/></r>')
+    (error,) = expand(tmp_path / "main.xacro").diagnostics
+    assert error.origin is not None
+    assert [(call.kind, Path(call.name).name, call.span.line) for call in error.origin.stack] == [
+        ("macro", "inner", 3),
+        ("macro", "outer", 4),
+        ("include", "m.xacro", 2),
+    ]
+
+
+def test_an_undefined_property_is_one_error_with_every_place_that_uses_it() -> None:
+    text = f'{HEAD}<a x="${{gone}}"/>\n<b y="${{gone}}" z="1 ${{gone}}"/>\n</r>'
+    (error,) = expand_text(text, "f.xacro").diagnostics
+    assert str(error.origin) == "f.xacro:2:7"
+    assert [str(related.origin) for related in error.related] == ["f.xacro:3:7", "f.xacro:3:21"]
+
+
+def test_the_nearest_names_are_told() -> None:
+    text = f'{HEAD}<xacro:property name="wheel_radius" value="1"/><a x="${{wheel_raduis}}"/></r>'
+    (error,) = expand_text(text).diagnostics
+    assert error.hint == "did you mean 'wheel_radius'?"
+
+
+def test_the_span_covers_the_expression() -> None:
+    (error,) = expand_text(f'{HEAD}<a x="é ${{gone + 1}} b"/></r>').diagnostics
+    assert error.origin is not None
+    assert error.origin.span.text == "${gone + 1}"
+
+
+def test_what_a_failed_include_would_have_defined_is_not_missed() -> None:
+    text = f'{HEAD}<xacro:include filename="gone.xacro"/>\n<xacro:wheel/>\n<a x="${{from_there}}"/></r>'
+    (error,) = expand_text(text).diagnostics
+    assert error.code == "X117"
+    assert [related.origin.span.line for related in error.related] == [3, 4]
+
+
+def test_expansion_goes_on_after_errors() -> None:
+    expansion = expand_text(f'{HEAD}<a x="${{gone}}"/><b/></r>')
+    assert expansion.document is not None
+    assert [e.tag for e in expansion.document.elements()] == ["a", "b"]
+    assert not expansion.ok

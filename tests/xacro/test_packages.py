@@ -1,0 +1,82 @@
+"""Packages are found in the documented order, and named by their manifest."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from kbot.xacro import PackageNotFound, Packages, expand
+
+
+def package(folder: Path, name: str) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"<package><name> {name} </name></package>")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def no_ros(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+
+
+def test_the_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = package(tmp_path / "ws/robot", "robot")
+    near = package(tmp_path / "ws/p", "p")
+    ros = package(tmp_path / "ros/p", "p")
+    ament = package(tmp_path / "prefix/share/p", "p")
+    given = package(tmp_path / "given/deep/p", "p")
+    around = str(robot / "robot.xacro")
+    assert Packages(around=around).find("p") == str(near)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ros"))
+    assert Packages(around=around).find("p") == str(ros)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", os.pathsep.join(["/none", str(tmp_path / "prefix")]))
+    assert Packages(around=around).find("p") == str(ament)
+    assert Packages([str(tmp_path / "given")], around).find("p") == str(given)
+
+
+def test_a_package_is_known_by_its_manifest_and_not_by_its_folder(tmp_path: Path) -> None:
+    folder = package(tmp_path / "ws/some_folder", "real_name")
+    packages = Packages([str(tmp_path / "ws")])
+    assert packages.find("real_name") == str(folder)
+    with pytest.raises(PackageNotFound):
+        packages.find("some_folder")
+
+
+def test_the_nearest_name_is_told(tmp_path: Path) -> None:
+    package(tmp_path / "ws/kbot_description_2", "my_description")
+    with pytest.raises(PackageNotFound, match="did you mean 'my_description'"):
+        Packages([str(tmp_path / "ws")]).find("my_descripton")
+
+
+def test_symbolic_links_are_not_resolved(tmp_path: Path) -> None:
+    package(tmp_path / "real/p", "p")
+    (tmp_path / "ws").mkdir()
+    (tmp_path / "ws/link").symlink_to(tmp_path / "real/p")
+    assert Packages([str(tmp_path / "ws")]).find("p") == str(tmp_path / "ws/link")
+
+
+def test_uris(tmp_path: Path) -> None:
+    mesh = package(tmp_path / "ws/p", "p") / "a b.stl"
+    mesh.write_text("")
+    packages = Packages([str(tmp_path / "ws")])
+    assert packages.resolve("package://p/a%20b.stl") == str(mesh)
+    assert packages.resolve(f"file://{mesh}") == str(mesh)
+    assert packages.resolve("a b.stl", str(mesh.parent / "robot.urdf")) == str(mesh)
+    assert packages.resolve("package://p/none.stl") is None
+    assert packages.resolve("package://none/none.stl") is None
+    assert packages.resolve("https://example.org/a.stl") is None
+
+
+def test_the_shipped_package_is_found_last() -> None:
+    assert Path(Packages().find("kbot_description"), "package.xml").is_file()
+
+
+def test_find_in_a_description(tmp_path: Path) -> None:
+    folder = package(tmp_path / "ws/p", "p")
+    (folder / "r.xacro").write_text('<r xmlns:xacro="http://www.ros.org/wiki/xacro" f="$(find p)/x"/>')
+    document = expand(folder / "r.xacro").require().document
+    assert document is not None
+    assert document.attributes == {"f": f"{folder}/x"}
