@@ -10,9 +10,9 @@ from kbot.messages import Odometry, Twist, Vector3
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import DriveLimits, Simulation
 from kbot.sim.drive_settings import drive_settings
-from kbot.world.findings import Findings
 from kbot.sim.slope import Slope
 from kbot.sim.surfaces import link_surfaces
+from kbot.world.findings import Findings
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.numbers import numbers
-from kbot.sim.recipe import SLEW_PERIOD
+from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.servo import speed_limit
 from kbot.sim.wheel_servos import WheelServos
 from kbot.sim.world_builder import body_pose
@@ -26,8 +26,24 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
+class Host(Protocol):
+    """The simulation a robot is in."""
+
+    def refresh(self) -> None:
+        """Bring the engine's frames up to the positions of now."""
+        ...
+
+    def take_command(
+        self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
+    ) -> None:
+        """Take a twist that holds, or, with a watchdog (s), is taken for lost after that time."""
+        ...
+
+
 class SimulatedRobot:
-    """A robot's handles into the engine, its drive and its odometry."""
+    """A robot in a simulation: commands in; motion, joints and links out."""
+
+    holds: JointHolds
 
     def __init__(
         self,
@@ -36,14 +52,17 @@ class SimulatedRobot:
         drive: DifferentialDrive | NoDrive,
         settings: DriveSettings | None,
         timestep: float,
+        host: Host,
     ) -> None:
         """`settings`: how the robot's own controller drives; None for one that cannot drive."""
         self.name = name
         self.robot = robot
+        self._host = host
         self.drive = drive
         self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
         self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
         """Fixed, for the base hangs rigidly on the root."""
+        self._is_bound = False
         self.is_slewing = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
         self._next_slew = 0
@@ -61,7 +80,9 @@ class SimulatedRobot:
         self._is_left = True
 
     def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
-        """Look up this robot's places in a compiled model."""
+        """Look up this robot's places in a compiled model; joints that are held stay so."""
+        held = self.holds.engaged if self._is_bound else frozenset()
+        self._is_bound = True
         self._model, self._data = model, data
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._force = numbers(data.qfrc_actuator)
@@ -81,6 +102,7 @@ class SimulatedRobot:
         self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
         driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
         self.holds = JointHolds(model, data, prefix, [name for name in self._joints if name not in driven])
+        self.holds.engage_only(held)
         self._servos: WheelServos | None = None
         if isinstance(self.drive, DifferentialDrive):
             self._servos = WheelServos(model, data, self.drive, prefix)
@@ -111,7 +133,23 @@ class SimulatedRobot:
     def can_drive(self) -> bool:
         return self._controller is not None
 
-    def command(self, linear: float, angular: float, deadline: int | None) -> bool:
+    def cmd_vel(self, linear: float, angular: float) -> None:
+        """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
+
+        Raises:
+            KbotError: the robot cannot drive (the reason is said), or a number is not finite.
+        """
+        self._host.take_command(self, linear, angular, None)
+
+    def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
+        """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
+        after the last one (half a second, unless the robot's controller says otherwise): for commands
+        that come from outside, by topic or page."""
+        if watchdog is None:
+            watchdog = self.settings.watchdog if self.settings is not None else WATCHDOG
+        self._host.take_command(self, linear, angular, watchdog)
+
+    def obey(self, linear: float, angular: float, deadline: int | None) -> bool:
         """Take a twist (m/s, rad/s) that holds until the step `deadline`; whether `slew` has to be called.
 
         Raises:
@@ -171,7 +209,7 @@ class SimulatedRobot:
         odometry.update(left, right)
         servos.unwind()
         if controller.deadline is not None and step >= controller.deadline:
-            return self.command(0.0, 0.0, None)
+            return self.obey(0.0, 0.0, None)
         return False
 
     def _count_turns(self) -> None:
@@ -191,11 +229,11 @@ class SimulatedRobot:
         w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
         return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
-    # What can be read. The simulation has brought the engine's frames up to date before.
+    # what can be read
 
     @property
     def odometry(self) -> Motion:
-        """What the wheels tell: the base's pose in the odometry frame, and its twist."""
+        """What the wheels tell: `pose` of the base in the odometry frame, `twist` in its own."""
         reckoned = self._reckoned
         if self._odometry is None or self._servos is None or reckoned is None:
             return Motion(PlanarPose(), PlanarTwist())
@@ -234,10 +272,16 @@ class SimulatedRobot:
 
     def link_pose(self, link: str) -> Transform:
         """`world_from_link`. Raises KbotError for a link that the robot does not have."""
+        self._host.refresh()
         return body_pose(self._data, self.body(link))
+
+    def link_poses(self) -> dict[str, Transform]:
+        """`world_from_link` of every link."""
+        return {link: self.link_pose(link) for link in self._bodies}
 
     def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
+        self._host.refresh()
         velocity = np.zeros(6)
         kind = mujoco.mjtObj.mjOBJ_XBODY
         mujoco.mj_objectVelocity(self._model, self._data, kind, self.body(link), velocity, 1)
@@ -275,12 +319,20 @@ class SimulatedRobot:
             self._odometry.start_at(other.odometry.pose, *self._servos.angles())
         mine, theirs = self._controller, other._controller
         if mine is not None and theirs is not None:
-            self.command(*theirs.target, theirs.deadline)
+            self.obey(*theirs.target, theirs.deadline)
 
     def set_position(self, joint: str, position: float) -> None:
         """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
         self._require_joint(joint)
         self._qpos[self._joints[joint][0]] = position
+
+    def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
+        """See `Simulation.set_twist`."""
+        if self.root_qpos < 0:
+            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
+        turn = self.link_pose(self.robot.root).rotation.T
+        for index, value in enumerate((*linear, *(turn @ np.array(angular)).tolist())):
+            self._qvel[self._root_dof + index] = value
 
     def restart_odometry(self) -> None:
         """Reckon from zero, from where the robot and its wheels are now."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar
 
@@ -18,16 +19,16 @@ from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.model import Robot
 from kbot.sim import recipe
-from kbot.sim.compile import compile_model
+from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, drive_settings
 from kbot.sim.joints import limits
 from kbot.sim.motion import Motion
-from kbot.sim.placing import lowest_point
+from kbot.sim.pushes import Push, Vector, apply
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robot_builder import RobotPlan
-from kbot.sim.state import State, digest, read_engine, write_engine
+from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
 from kbot.sim.topics import RobotTopics
 from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
 from kbot.sim.world_builder import body_pose, moving_bodies
@@ -36,6 +37,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 from kbot.world.findings import Findings
 
+_NAME = re.compile(r"[A-Za-z]\w*")
 S = TypeVar("S")
 S_co = TypeVar("S_co", covariant=True)
 
@@ -47,7 +49,7 @@ class Mountable(Protocol[S_co]):
 
 
 class Simulation:
-    """One robot in a world.
+    """A robot in a world, and others that may join it.
 
     Time passes only in `step` and `run`; the same robot, world, seed and commands give the same bytes.
     The world's frame is that of the odometry at the start: x ahead, y left, z up, in metres.
@@ -83,44 +85,43 @@ class Simulation:
         self.random = np.random.default_rng(seed)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
-        drive = find_drive(robot)
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
+        self._step_ns = timestep * 1e9
+        self._limits = limits
+        self._slewing: list[SimulatedRobot] = []
+        self._pushes: list[Push] = []
+        self._steps, self._fresh = 0, -1
+        self._robot, plan, findings = self._prepare(robot, robot.name, PlanarPose(), limits)
+        self.robots: dict[str, SimulatedRobot] = {robot.name: self._robot}
+        """All robots by name, the first being the one that this object's own methods speak of."""
+        self._assembly = Assembly.of(self.world, self.contacts, timestep, {robot.name: plan})
+        self.diagnostics = (*self.world.diagnostics, *findings, *self._assembly.diagnostics)
+        self._use(self._assembly)
+        self._topics = {robot.name: RobotTopics(self.bus, self._robot, tells_time=True)}
+        self.reset()
+
+    def _prepare(
+        self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
+    ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
+        drive = find_drive(robot)
         findings = Findings()
         settings: DriveSettings | None = None
         if isinstance(drive, DifferentialDrive):
             settings = drive_settings(robot, drive, findings)
             if limits is not None:
                 settings = dataclasses.replace(settings, limits=limits)
-        self._robot = SimulatedRobot(robot.name, robot, drive, settings, timestep)
-        self._robots = {robot.name: self._robot}
-        self._step_ns = timestep * 1e9
-        self._limits = limits
-        self._slewing: list[SimulatedRobot] = []
-        self.diagnostics = (
-            *self.world.diagnostics,
-            *findings.diagnostics,
-            *self._build(robot, drive, settings),
-        )
-        self._topics = RobotTopics(self.bus, self._robot, self.command)
-        self.reset()
+        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self)
+        plan = plan_of(name, robot, drive, settings, self.contacts, pose)
+        return simulated, plan, tuple(findings.diagnostics)
 
-    def _build(
-        self, robot: Robot, drive: DifferentialDrive | NoDrive, settings: DriveSettings | None
-    ) -> tuple[Diagnostic, ...]:
-        torque = settings.torque if settings is not None else None
-        plan = RobotPlan(
-            robot.name, robot, drive, self.contacts, Transform.identity(), others=False, torque=torque
-        )
-        self._model, diagnostics = compile_model(self.world, [plan], self.timestep)
-        self._data = mujoco.MjData(self._model)
+    def _use(self, assembly: Assembly) -> None:
+        self._assembly = assembly
+        self._model, self._data = assembly.model, assembly.data
         self._qvel = self._data.qvel
         self._moving = moving_bodies(self._model, self.world)
-        self._robot.bind(self._model, self._data)
-        mujoco.mj_kinematics(self._model, self._data)
-        lowest = lowest_point(self._model, self._data, plan.prefix)
-        if lowest is not None and robot.root != "world":
-            self._model.qpos0[self._robot.root_qpos + 2] -= lowest
-        return diagnostics
+        self._fresh = -1
+        for robot in self.robots.values():
+            robot.bind(self._model, self._data)
 
     # time
 
@@ -171,11 +172,13 @@ class Simulation:
     def reset(self) -> None:
         """Back to the start: the same robot and world at time 0, without commands."""
         mujoco.mj_resetData(self._model, self._data)
-        for joint in self._robot.robot.movable_joints:
-            lower, upper = limits(joint)
-            if lower <= upper:
-                self._robot.set_position(joint.name, min(max(0.0, lower), upper))
-        self._robot.reset()
+        self._pushes.clear()
+        for robot in self.robots.values():
+            for joint in robot.robot.movable_joints:
+                lower, upper = limits(joint)
+                if lower <= upper:
+                    robot.set_position(joint.name, min(max(0.0, lower), upper))
+            robot.reset()
         self.random = np.random.default_rng(self.seed)
         self._start_at(0)
         self._note("reset")
@@ -199,7 +202,7 @@ class Simulation:
         self._steps = steps
         self._failure: SimulationDiverged | None = None
         self._next_tick = (steps // self._tick_steps + 1) * self._tick_steps
-        self._slewing = [robot for robot in self._robots.values() if robot.is_slewing]
+        self._slewing = [robot for robot in self.robots.values() if robot.is_slewing]
         self._fresh = -1
         self.clock.set(round(steps * self._step_ns))
         self._plan_stop()
@@ -211,6 +214,8 @@ class Simulation:
         if self._planned_due < NEVER:
             due = math.ceil(self._planned_due / self._step_ns - 1e-6)
             self._next_stop = min(self._next_tick, max(due, self._steps + 1))
+        for push in self._pushes:
+            self._next_stop = min(self._next_stop, max(push.until, self._steps + 1))
 
     def _stop(self) -> None:
         """Do what is due at this step."""
@@ -219,20 +224,29 @@ class Simulation:
             # false for NaN too
             if not self._qvel.dot(self._qvel) < FASTEST**2:
                 self._fail()
-            for robot in self._robots.values():
+            for robot in self.robots.values():
                 if robot.tick(self._steps) and robot not in self._slewing:
                     self._slewing.append(robot)
-            if self._topics.are_heard:
-                self.clock.advance_to(round(self._steps * self._step_ns))
-                self._topics.publish(self.clock)
+            for topics in self._topics.values():
+                if topics.are_heard:
+                    self.clock.advance_to(round(self._steps * self._step_ns))
+                    topics.publish(self.clock)
+        if self._pushes:
+            self._end_pushes()
         if self._planned_due < NEVER:
             self.clock.advance_to(round(self._steps * self._step_ns))
         self._plan_stop()
 
     def _fail(self) -> None:
         last = (self._steps - self._tick_steps) * self.timestep
-        self._failure = diverged(self._model, self._data, list(self._robots.values()), self.time, last)
+        self._failure = diverged(self._model, self._data, list(self.robots.values()), self.time, last)
         raise self._failure
+
+    def _end_pushes(self) -> None:
+        lasting = [push for push in self._pushes if push.until > self._steps]
+        if len(lasting) < len(self._pushes):
+            self._pushes[:] = lasting
+            apply(self._model, self._data, lasting)
 
     def _slew(self) -> int:
         """Serve the robots that follow a new command; steps until the next of them is due."""
@@ -253,22 +267,23 @@ class Simulation:
         Raises:
             KbotError: the robot cannot drive (the reason is said), or a number is not finite.
         """
-        self._command(self._robot, linear, angular, None)
+        self.take_command(self._robot, linear, angular, None)
 
     def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
         """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
         after the last one (half a second, unless the robot's controller says otherwise): for commands
         that come from outside, by topic or page."""
-        if watchdog is None:
-            settings = self._robot.settings
-            watchdog = settings.watchdog if settings is not None else recipe.WATCHDOG
-        deadline = self._steps + max(1, round(watchdog / self.timestep))
-        self._command(self._robot, linear, angular, deadline)
+        self._robot.command(linear, angular, watchdog)
 
-    def _command(self, robot: SimulatedRobot, linear: float, angular: float, deadline: int | None) -> None:
-        if robot.command(linear, angular, deadline) and robot not in self._slewing:
+    def take_command(
+        self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
+    ) -> None:
+        """See `SimulatedRobot.cmd_vel` and `SimulatedRobot.command`."""
+        deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
+        if robot.obey(linear, angular, deadline) and robot not in self._slewing:
             self._slewing.append(robot)
-        self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
+        if self.journal is not None:
+            self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
 
     def _note(self, what: str, **numbers: object) -> None:
         if self.journal is not None:
@@ -288,37 +303,128 @@ class Simulation:
         self._robot.release(joint)
         self._note("release", joint=joint)
 
-    def set_pose(self, x: float, y: float, yaw: float) -> None:
+    def set_pose(self, x: float, y: float, yaw: float, robot: str | None = None) -> None:
         """Put the robot somewhere else, standing still on level ground: metres and radians in the world.
         Its odometry does not learn of it.
 
         Raises:
-            KbotError: a number is not finite, or the robot is fixed to the world.
+            KbotError: a number is not finite, no such robot, or it is fixed to the world.
         """
         if not all(math.isfinite(value) for value in (x, y, yaw)):
             raise KbotError(f"a pose is three finite numbers, not {x}, {y}, {yaw}")
-        self._refresh()
-        self._robot.stand_at(x, y, yaw, float(self._model.qpos0[self._robot.root_qpos + 2]))
+        moved = self._of(robot)
+        moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
         self._fresh = -1
-        self._note("set_pose", x=x, y=y, yaw=yaw)
+        self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
+
+    def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
+        """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.
+
+        Raises:
+            KbotError: a number is not finite, no such robot, or it is fixed to the world.
+        """
+        _require_finite("a twist", (*linear, *angular))
+        self._of(robot).set_twist(linear, angular)
+        self._fresh = -1
+        self._note("set_twist", robot=self._of(robot).name, linear=linear, angular=angular)
+
+    def apply_force(
+        self,
+        link: str,
+        force: Vector,
+        duration: float,
+        torque: Vector = (0.0, 0.0, 0.0),
+        robot: str | None = None,
+    ) -> None:
+        """Push a link with a force (N) and a torque (N m) along the world's axes, at its centre of mass,
+        for `duration` seconds.
+
+        Raises:
+            KbotError: a number is not finite, no such robot or link, or a duration that is none.
+        """
+        _require_finite("a force", (*force, *torque))
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise KbotError(f"a push lasts a finite number of seconds above zero, not {duration}")
+        pushed = self._of(robot)
+        pushed.body(link)
+        until = self._steps + max(1, round(duration / self.timestep))
+        self._pushes.append(Push(f"{pushed.name}/{link}", force, torque, until))
+        apply(self._model, self._data, self._pushes)
+        self._plan_stop()
+        self._note("force", robot=pushed.name, link=link, force=force, torque=torque, until=until)
+
+    # robots that come and go
+
+    def spawn(
+        self, robot: Robot, name: str | None = None, x: float = 0.0, y: float = 0.0, yaw: float = 0.0
+    ) -> SimulatedRobot:
+        """Put one more robot into the running world, at a place on the ground (m, rad).
+
+        Its topics and frames are in the namespace of its name. What runs goes on as it was.
+
+        Raises:
+            DescriptionError: the robot cannot be simulated; every reason at its line.
+            KbotError: the name is taken or is none, a number is not finite, or the robot would stand
+                inside something.
+        """
+        name = robot.name if name is None else name
+        if not _NAME.fullmatch(name):
+            raise KbotError(f"'{name}' is no robot's name: letters, digits and _ only, a letter first")
+        if name in self.robots:
+            raise KbotError(f"there is a robot '{name}' already; give this one another name")
+        _require_finite("a pose", (x, y, yaw))
+        simulated, plan, findings = self._prepare(robot, name, PlanarPose(x, y, yaw), None)
+        assembly = self._assembly.with_robot(plan)
+        self.robots[name] = simulated
+        self._use(assembly)
+        self.diagnostics = (*self.diagnostics, *findings)
+        for joint in robot.movable_joints:
+            lower, upper = limits(joint)
+            if lower <= upper:
+                simulated.set_position(joint.name, min(max(0.0, lower), upper))
+        simulated.reset()
+        self._topics[name] = RobotTopics(self.bus, simulated, namespace=name)
+        apply(self._model, self._data, self._pushes)
+        self._note("spawn", robot=name, x=x, y=y, yaw=yaw)
+        return simulated
+
+    def delete(self, name: str) -> None:
+        """Take a robot out of the running world; the first one stays.
+
+        Raises:
+            KbotError: there is no such robot, or it is the first.
+        """
+        gone = self._of(name)
+        if gone is self._robot:
+            raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
+        del self.robots[name]
+        self._topics.pop(name).close()
+        self._slewing = [robot for robot in self._slewing if robot is not gone]
+        self._pushes = [push for push in self._pushes if not push.body.startswith(f"{name}/")]
+        self._use(self._assembly.without_robot(name))
+        apply(self._model, self._data, self._pushes)
+        self._note("delete", robot=name)
+
+    def _of(self, name: str | None) -> SimulatedRobot:
+        if name is None:
+            return self._robot
+        if name not in self.robots:
+            hint = did_you_mean(name, self.robots) or f"there are {', '.join(self.robots)}"
+            raise KbotError(f"there is no robot '{name}': {hint}")
+        return self.robots[name]
 
     def with_robot(self, robot: Robot) -> Simulation:
         """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
-        positions, odometry and command.
+        positions, odometry and command, and the other robots with theirs.
 
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
         """
         other = Simulation(robot, self.world, self.seed, self.timestep, self.contacts, self._limits)
-        held = self.joint_positions
-        for joint in robot.movable_joints:
-            lower, upper = limits(joint)
-            if joint.name in held and lower <= held[joint.name] <= upper:
-                other._robot.set_position(joint.name, held[joint.name])
-        if other._robot.root_qpos >= 0 and self._robot.root_qpos >= 0:
-            pose = self.ground_truth.pose
-            other.set_pose(pose.x, pose.y, pose.yaw)
-        other._robot.take_over(self._robot)
+        _put_as(other._robot, self._robot, other)
+        for old in list(self.robots.values())[1:]:
+            pose = old.ground_truth.pose
+            _put_as(other.spawn(old.robot, old.name, pose.x, pose.y, pose.yaw), old, other)
         other._start_at(self._steps)
         return other
 
@@ -347,7 +453,6 @@ class Simulation:
     @property
     def ground_truth(self) -> Motion:
         """Where the base truly is in the world, and its twist in its own frame."""
-        self._refresh()
         return self._robot.ground_truth
 
     @property
@@ -362,22 +467,20 @@ class Simulation:
 
     def link_pose(self, link: str) -> Transform:
         """`world_from_link`. Raises KbotError for an unknown link."""
-        self._refresh()
         return self._robot.link_pose(link)
 
     def link_poses(self) -> dict[str, Transform]:
         """`world_from_link` of every link of the robot."""
-        self._refresh()
-        return {link: self._robot.link_pose(link) for link in self._robot.links}
+        return self._robot.link_poses()
 
     def body_poses(self) -> dict[str, Transform]:
         """`world_from_body` of those bodies of the world that can move."""
-        self._refresh()
+        self.refresh()
         return {name: body_pose(self._data, index) for name, index in self._moving.items()}
 
     def engine(self) -> tuple[Any, Any]:
         """The engine's model and data with frames as of now, for what measures in them; not to be changed."""
-        self._refresh()
+        self.refresh()
         return self._model, self._data
 
     def add_sensor(self, sensor: Mountable[S]) -> S:
@@ -388,7 +491,7 @@ class Simulation:
         """
         return sensor.mount(self)
 
-    def _refresh(self) -> None:
+    def refresh(self) -> None:
         """Bring the engine's frames up to the positions of now; a step leaves them one behind."""
         if self._fresh != self._steps:
             mujoco.mj_kinematics(self._model, self._data)
@@ -400,19 +503,27 @@ class Simulation:
 
     def state(self) -> State:
         """Everything that what follows depends on."""
-        engine = read_engine(self._model, self._data)
-        return State(self._steps, engine, {self._robot.name: self._robot.save()}, self._random_state())
+        return State(
+            self._steps,
+            self._vector(),
+            copy_engine(self._model, self._data),
+            {name: robot.save() for name, robot in self.robots.items()},
+            tuple(self._pushes),
+            dict(self.random.bit_generator.state),
+        )
 
     def restore(self, state: State) -> None:
         """Back to a saved state of this simulation; what follows is the same, bit for bit.
 
         Raises:
-            KbotError: the state is another simulation's.
+            KbotError: the state is another simulation's, or robots came or went since.
         """
-        if set(state.robots) != {self._robot.name} or len(state.engine) != len(self._vector()):
+        if set(state.robots) != set(self.robots) or len(state.vector) != len(self._vector()):
             raise KbotError("the state is that of another robot or world")
-        write_engine(self._model, self._data, state.engine)
-        self._robot.restore(state.robots[self._robot.name])
+        restore_engine(self._model, self._data, state.engine)
+        for name, robot in self.robots.items():
+            robot.restore(state.robots[name])
+        self._pushes[:] = state.pushes
         self.random.bit_generator.state = state.random
         self._start_at(state.steps)
         self._note("restore")
@@ -424,8 +535,23 @@ class Simulation:
     def _vector(self) -> NDArray[np.float64]:
         return read_engine(self._model, self._data)
 
-    def _random_state(self) -> dict[str, Any]:
-        return dict(self.random.bit_generator.state)
+
+def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation) -> None:
+    """Let a changed robot stand as it stood before, and go on with what it was told."""
+    held = old.joint_positions
+    for joint in new.robot.movable_joints:
+        lower, upper = limits(joint)
+        if joint.name in held and lower <= held[joint.name] <= upper:
+            new.set_position(joint.name, held[joint.name])
+    if new.root_qpos >= 0 and old.root_qpos >= 0:
+        pose = old.ground_truth.pose
+        simulation.set_pose(pose.x, pose.y, pose.yaw, new.name)
+    new.take_over(old)
+
+
+def _require_finite(what: str, values: tuple[float, ...]) -> None:
+    if not all(math.isfinite(value) for value in values):
+        raise KbotError(f"{what} is made of finite numbers, not {values}")
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

@@ -10,18 +10,34 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.sim.pushes import Push
+
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on; the smaller sets differ in the last bits after a restore."""
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """`engine`: the engine's vector; `robots`: what each robot's controllers hold, by name."""
+    """`vector`: the engine's state; `engine`: a copy of all the engine holds, for what lies asleep is not
+    in the vector; `robots`: what each robot's controllers hold, by name; `pushes` that still act."""
 
     steps: int
-    engine: NDArray[np.float64]
+    vector: NDArray[np.float64]
+    engine: Any
     robots: dict[str, tuple[Any, ...]]
+    pushes: tuple[Push, ...]
     random: dict[str, Any]
+
+
+def copy_engine(model: Any, data: Any) -> Any:  # noqa: ANN401
+    """All that the engine holds."""
+    copy = mujoco.MjData(model)
+    mujoco.mj_copyData(copy, model, data)
+    return copy
+
+
+def restore_engine(model: Any, data: Any, copy: Any) -> None:  # noqa: ANN401
+    mujoco.mj_copyData(data, model, copy)
 
 
 def read_engine(model: Any, data: Any) -> NDArray[np.float64]:  # noqa: ANN401
@@ -29,10 +45,6 @@ def read_engine(model: Any, data: Any) -> NDArray[np.float64]:  # noqa: ANN401
     vector = np.empty(mujoco.mj_stateSize(model, _EVERYTHING))
     mujoco.mj_getState(model, data, vector, _EVERYTHING)
     return vector
-
-
-def write_engine(model: Any, data: Any, vector: NDArray[np.float64]) -> None:  # noqa: ANN401
-    mujoco.mj_setState(model, data, vector, _EVERYTHING)
 
 
 def digest(vector: NDArray[np.float64]) -> str:

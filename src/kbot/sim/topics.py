@@ -13,8 +13,6 @@ from kbot.messages.bus import Bus, Publisher, Subscription, absolute
 from kbot.messages.clock import Clock
 from kbot.sim.robot import SimulatedRobot
 
-Command = Callable[[float, float], None]
-
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
 """Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
 
@@ -27,16 +25,19 @@ def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
 class RobotTopics:
     """`odom`, `tf` and `joint_states` out, `cmd_vel` in; nothing is made that nobody hears."""
 
-    def __init__(self, bus: Bus, robot: SimulatedRobot, command: Command, namespace: str = "") -> None:
-        """`command` is called with the forward and turning speed of every twist that is heard."""
+    def __init__(
+        self, bus: Bus, robot: SimulatedRobot, namespace: str = "", *, tells_time: bool = False
+    ) -> None:
+        """`tells_time`: whether `/clock` is said too."""
         self._robot = robot
         self._bus = bus
         self._frame_prefix = f"{namespace}/" if namespace else ""
         self._covariance = covariance(POSE_VARIANCE)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage),
             (bus.advertise(absolute("joint_states", namespace), msg.JointState), self._joint_state),
         ]
+        if tells_time:
+            self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
         self._commands: Subscription | None = None
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
@@ -51,7 +52,7 @@ class RobotTopics:
             self._commands = bus.subscribe(
                 absolute(robot.settings.command_topic, namespace),
                 msg.Twist,
-                lambda m: command(m.linear.x, m.angular.z),
+                lambda m: robot.command(m.linear.x, m.angular.z),
             )
         self._heard = self._outputs
         self._seen = -1

@@ -1,0 +1,145 @@
+"""The engine's model of a world with its robots, built anew when a robot comes or goes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim.compile import compile_model
+from kbot.sim.contacts import GROUND
+from kbot.sim.drive_settings import DriveSettings
+from kbot.sim.placing import lowest_point
+from kbot.sim.recipe import Contacts
+from kbot.sim.robot_builder import RobotPlan
+from kbot.text import Diagnostic, KbotError
+from kbot.world import World
+
+DEEP = 0.002
+"""Metres by which a new robot may reach into something and be pushed out by the contact."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Assembly:
+    """A world and the robots in it by name, compiled."""
+
+    world: World
+    contacts: Contacts
+    timestep: float
+    plans: Mapping[str, RobotPlan]
+    model: Any
+    data: Any
+    diagnostics: tuple[Diagnostic, ...]
+
+    @classmethod
+    def of(
+        cls, world: World, contacts: Contacts, timestep: float, plans: Mapping[str, RobotPlan]
+    ) -> Assembly:
+        """Build it, every robot with its lowest point on the ground at its place.
+
+        Raises:
+            DescriptionError: the world or a robot cannot be simulated; every reason at its line.
+        """
+        met = {name: dataclasses.replace(plan, others=len(plans) > 1) for name, plan in plans.items()}
+        model, diagnostics = compile_model(world, tuple(met.values()), timestep)
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        for plan in met.values():
+            _put_on_ground(model, data, plan)
+        mujoco.mj_resetData(model, data)
+        return cls(world, contacts, timestep, met, model, data, diagnostics)
+
+    def with_robot(self, plan: RobotPlan) -> Assembly:
+        """The same with one more robot, everything else as it stands now.
+
+        Raises:
+            DescriptionError: the robot cannot be simulated.
+            KbotError: it would stand inside something; this assembly is left as it is.
+        """
+        other = Assembly.of(self.world, self.contacts, self.timestep, {**self.plans, plan.name: plan})
+        _carry_over(self.model, self.data, other.model, other.data)
+        other._refuse_inside(plan)
+        return other
+
+    def without_robot(self, name: str) -> Assembly:
+        """The same without a robot, everything else as it stands now."""
+        plans = {key: plan for key, plan in self.plans.items() if key != name}
+        other = Assembly.of(self.world, self.contacts, self.timestep, plans)
+        _carry_over(self.model, self.data, other.model, other.data)
+        return other
+
+    def height(self, root_qpos: int) -> float:
+        """Metres at which a robot's root stands at the start."""
+        return float(self.model.qpos0[root_qpos + 2])
+
+    def _refuse_inside(self, plan: RobotPlan) -> None:
+        trial = mujoco.MjData(self.model)
+        mujoco.mj_copyData(trial, self.model, self.data)
+        mujoco.mj_forward(self.model, trial)
+        for contact in trial.contact:
+            names = [self.model.body(int(self.model.geom_bodyid[g])).name for g in contact.geom]
+            ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
+            own = [name.startswith(plan.prefix) for name in names]
+            if contact.dist < -DEEP and any(own) and not ground:
+                other = names[own.index(False)] if False in own else names[0]
+                raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{other.strip('/')}'")
+
+
+def plan_of(
+    name: str,
+    robot: Robot,
+    drive: DifferentialDrive | NoDrive,
+    settings: DriveSettings | None,
+    contacts: Contacts,
+    pose: PlanarPose,
+) -> RobotPlan:
+    """A robot to be built at a place on the ground."""
+    place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+    torque = settings.torque if settings is not None else None
+    return RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
+
+
+def _put_on_ground(model: Any, data: Any, plan: RobotPlan) -> None:  # noqa: ANN401 - the engine's own
+    root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
+    lowest = lowest_point(model, data, plan.prefix)
+    if root >= 0 and lowest is not None:
+        model.qpos0[model.jnt_qposadr[root] + 2] -= lowest
+
+
+_POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
+_SPEEDS = {0: 6, 1: 3, 2: 1, 3: 1}
+
+
+def _carry_over(old: Any, before: Any, new: Any, after: Any) -> None:  # noqa: ANN401
+    """Positions, speeds and servo states of everything that is in both models, by name."""
+    after.time = before.time
+    for index in range(old.njnt):
+        name = old.joint(index).name
+        there = mujoco.mj_name2id(new, mujoco.mjtObj.mjOBJ_JOINT, name)
+        if there < 0:
+            continue
+        kind = int(old.jnt_type[index])
+        _copy(before.qpos, old.jnt_qposadr[index], after.qpos, new.jnt_qposadr[there], _POSITIONS[kind])
+        for field in ("qvel", "qacc_warmstart"):
+            _copy(
+                getattr(before, field), old.jnt_dofadr[index],
+                getattr(after, field), new.jnt_dofadr[there], _SPEEDS[kind],
+            )  # fmt: skip
+    for index in range(old.nu):
+        there = mujoco.mj_name2id(new, mujoco.mjtObj.mjOBJ_ACTUATOR, old.actuator(index).name)
+        if there < 0:
+            continue
+        after.ctrl[there] = before.ctrl[index]
+        if old.actuator_actadr[index] >= 0:
+            after.act[new.actuator_actadr[there]] = before.act[old.actuator_actadr[index]]
+
+
+def _copy(source: np.ndarray, start: int, target: np.ndarray, place: int, count: int) -> None:
+    target[place : place + count] = source[start : start + count]

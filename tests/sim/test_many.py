@@ -1,0 +1,210 @@
+"""Robots that come, go, meet and are pushed, while what runs goes on as it was."""
+
+from math import hypot
+
+import pytest
+
+from kbot.messages import Odometry, TFMessage, Twist, Vector3
+from kbot.model.load import load_robot
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+
+def test_two_robots_drive_on_their_own(sim, kbot_robot):
+    other = sim.spawn(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
+    assert list(sim.robots) == ["kbot", "b"]
+    start = other.ground_truth.pose
+    assert (start.x, start.y, start.yaw) == pytest.approx((1.0, 0.5, 1.0))
+    sim.cmd_vel(0.2, 0.0)
+    other.cmd_vel(0.0, 1.0)
+    sim.run(2.0)
+    assert sim.ground_truth.pose.x == pytest.approx(0.4 - 0.02, abs=0.01)
+    assert other.ground_truth.pose.yaw == pytest.approx(1.0 + 2.0 - 0.0625, abs=0.05)
+    assert hypot(other.ground_truth.pose.x - 1.0, other.ground_truth.pose.y - 0.5) < 1e-4
+    assert other.odometry.pose.yaw == pytest.approx(other.ground_truth.pose.yaw - 1.0, abs=1e-4)
+
+
+def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
+    """It goes on where it is, at its speed; its wheels, command and odometry stay."""
+    alone, joined = Simulation(kbot_robot), Simulation(kbot_robot)
+    for sim in (alone, joined):
+        sim.cmd_vel(0.2, 0.3)
+        sim.run(1.01)
+    joined.spawn(kbot_robot, "b", x=2.0)
+    joined.spawn(kbot_robot, "c", x=-2.0)
+    joined.run(1.0)
+    joined.delete("b")
+    joined.run(1.0)
+    alone.run(2.0)
+    for a, b in ((alone.ground_truth, joined.ground_truth), (alone.odometry, joined.odometry)):
+        assert (a.pose.x, a.pose.y, a.pose.yaw) == pytest.approx((b.pose.x, b.pose.y, b.pose.yaw), abs=1e-6)
+    assert joined.joint_velocities == pytest.approx(alone.joint_velocities, rel=1e-6)
+    assert list(joined.robots) == ["kbot", "c"]
+
+
+def test_robots_run_into_each_other(sim, kbot_robot):
+    other = sim.spawn(kbot_robot, "b", x=0.5)
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(3.0)
+    assert other.ground_truth.pose.x > 0.501
+    assert sim.ground_truth.pose.x < other.ground_truth.pose.x - 0.1
+    assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=2e-3)
+
+
+def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
+    sim.spawn(kbot_robot, "b", x=1.0)
+    odometry, frames = [], []
+    sim.bus.subscribe("/b/odom", Odometry, odometry.append)
+    sim.bus.subscribe("/tf", TFMessage, lambda m: frames.extend(t.child_frame_id for t in m.transforms))
+    sim.bus.publish("/b/cmd_vel", Twist(Vector3(0.2, 0.0, 0.0)))
+    sim.run(0.4)
+    assert odometry[-1].twist.twist.linear.x > 0.1
+    assert odometry[-1].child_frame_id == "b/base_footprint"
+    assert set(frames) == {"base_footprint", "b/base_footprint"}
+    assert sim.ground_truth.pose.x == pytest.approx(0.0, abs=1e-6)
+    sim.delete("b")
+    count = len(odometry)
+    sim.run(0.1)
+    assert len(odometry) == count
+
+
+def test_many_runs_are_equal(kbot_robot):
+    digests = []
+    for _ in range(2):
+        sim = Simulation(kbot_robot)
+        for index in range(5):
+            robot = sim.spawn(kbot_robot, f"r{index}", x=0.5 * (index + 1))
+            robot.cmd_vel(0.1, 0.2 * index)
+        sim.run(0.5)
+        saved = sim.state()
+        sim.run(0.5)
+        digests.append(sim.state_sha256())
+        sim.restore(saved)
+        sim.run(0.5)
+        digests.append(sim.state_sha256())
+    assert len(set(digests)) == 1
+
+
+def test_a_reset_puts_every_robot_back(sim, kbot_robot):
+    other = sim.spawn(kbot_robot, "b", x=1.0)
+    other.cmd_vel(0.2, 0.0)
+    sim.run(1.0)
+    sim.reset()
+    assert other.ground_truth.pose.x == pytest.approx(1.0)
+    assert other.odometry.pose.x == 0.0
+    sim.run(1.0)
+    assert other.ground_truth.pose.x == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
+    sim.spawn(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
+    sim.run(1.0)
+    other = sim.with_robot(load_robot("kbot", {"wheel_radius": "0.04"}).require())
+    assert list(other.robots) == ["kbot", "b"]
+    before = other.robots["b"].ground_truth.pose.x
+    assert before == pytest.approx(sim.robots["b"].ground_truth.pose.x)
+    other.run(1.0)
+    assert other.robots["b"].ground_truth.pose.x > before + 0.08
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "message"),
+    [
+        ("kbot", 1.0, "there is a robot 'kbot' already"),
+        ("a/b", 1.0, "is no robot's name"),
+        ("b", float("nan"), "finite"),
+        ("b", 1e400, "finite"),
+        ("b", 0.0, "it would be inside 'kbot/"),
+    ],
+)
+def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, name, x, message):
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(0.1)
+    before = sim.state_sha256()
+    with pytest.raises(KbotError, match=message):
+        sim.spawn(kbot_robot, name, x=x)
+    assert sim.state_sha256() == before
+    sim.reset()
+    assert list(sim.robots) == ["kbot"]
+
+
+def test_a_robot_is_not_put_into_a_wall(kbot_robot):
+    sim = Simulation(kbot_robot, world="corridor:width=0.8")
+    with pytest.raises(KbotError, match="inside 'left_wall'"):
+        sim.spawn(kbot_robot, "b", x=1.0, y=0.4)
+
+
+def test_the_first_robot_stays_and_unknown_ones_are_named(sim):
+    with pytest.raises(KbotError, match="it stays"):
+        sim.delete("kbot")
+    with pytest.raises(KbotError, match="did you mean 'kbot'"):
+        sim.delete("kbt")
+
+
+def test_a_push_gives_its_impulse(urdf):
+    """Without ground or friction 1 kg pushed by 2 N for 0.5 s goes at 1 m/s."""
+    inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
+    link = f'<link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    sim = Simulation(urdf(f'<robot name="r">{link}</robot>'))
+    sim.apply_force("base", (2.0, 0.0, 0.0), 0.5, torque=(0.0, 0.0, 0.02))
+    sim.run(1.0)
+    twist = sim.robots["r"].link_velocity("base")
+    assert twist[0][2] == pytest.approx(0.02 * 0.5 / 0.1, rel=1e-6)
+    assert hypot(twist[1][0], twist[1][1]) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_push_is_part_of_the_state(sim):
+    sim.apply_force("base_link", (1.0, 0.5, 0.0), 0.3)
+    sim.run(0.1)
+    saved = sim.state()
+    sim.run(0.5)
+    after = sim.state_sha256()
+    sim.restore(saved)
+    sim.run(0.5)
+    assert sim.state_sha256() == after
+
+
+def test_a_kick_tips_nothing_but_moves_it(sim):
+    sim.run(0.1)
+    sim.set_twist((0.0, 0.5, 0.0))
+    assert sim.ground_truth.twist.y == pytest.approx(0.5)
+    sim.run(2.0)
+    assert 0.005 < sim.ground_truth.pose.y < 0.2
+    assert abs(sim.link_pose("base_link").rpy[0]) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("base_lnk", (1.0, 0.0, 0.0), 1.0), "did you mean 'base_link'"),
+        (("base_link", (float("nan"), 0.0, 0.0), 1.0), "finite"),
+        (("base_link", (1.0, 0.0, 0.0), 0.0), "above zero"),
+        (("base_link", (1.0, 0.0, 0.0), float("inf")), "finite"),
+    ],
+)
+def test_a_push_that_is_none_is_refused(sim, arguments, message):
+    before = sim.state_sha256()
+    with pytest.raises(KbotError, match=message):
+        sim.apply_force(*arguments)
+    assert sim.state_sha256() == before
+
+
+def test_what_sleeps_is_restored_too(kbot_robot):
+    """Crates at rest are put to sleep by the engine; a restored run goes on bit for bit all the same."""
+    from kbot.world import Body, Box, Part, World
+    from kbot.world.builders import at, floor
+
+    crates = [
+        Body(f"c{i}", (Part(Box((0.1, 0.1, 0.1))),), at(0.5 + 0.2 * i, 0, 0.05), mass=0.1) for i in range(5)
+    ]
+    sim = Simulation(kbot_robot, world=World("yard", (floor(), *crates)))
+    sim.run(4.0)
+    saved = sim.state()
+    digests = []
+    for _ in range(2):
+        sim.restore(saved)
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(3.0)
+        digests.append(sim.state_sha256())
+    assert digests[0] == digests[1]
+    assert sim.body_poses()["c0"].translation[0] > 0.6
