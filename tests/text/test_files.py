@@ -40,7 +40,7 @@ def test_writing_replaces_the_whole_and_keeps_the_mode(tmp_path: Path) -> None:
     write_text(path, "new\r\n")
     assert path.read_bytes() == b"new\r\n"
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
-    assert os.listdir(tmp_path) == ["out"]
+    assert [child.name for child in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_link_stays_a_link(tmp_path: Path) -> None:
@@ -54,7 +54,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no devices among its files")
 def test_a_device_is_written_to_and_not_replaced() -> None:
     write_text("/dev/null", "text")
-    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
 def test_a_folder_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """Hostile descriptions end in one clear error, whatever they try."""
 
+import contextlib
+
 import pytest
 
 from kbot.xacro import Limits, expand_text
@@ -123,13 +125,24 @@ def test_dangerous_functions_are_not_there(name: str) -> None:
 
 @pytest.mark.parametrize(
     "expression",
-    ["(" * 500 + "1" + ")" * 500, "-" * 5000 + "1", "1" + "+1" * 9999, "[" * 150 + "]" * 150, "a" * 30_000,
-     "x if " * 1000 + "1" + " else 1" * 1000, "yield 1", "await x", "a.b.c = 1", "*a", "lambda *, k: k", "\0"],
-)  # fmt: skip
-def test_odd_syntax_ends_in_a_typed_error(expression: str) -> None:
-    with pytest.raises((InvalidExpression, Fault, RecursionError)):
+    [
+        "(" * 500 + "1" + ")" * 500,
+        "-" * 5000 + "1",
+        "1" + "+1" * 9999,
+        "[" * 150 + "]" * 150,
+        "a" * 30_000,
+        "x if " * 1000 + "1" + " else 1" * 1000,
+        "yield 1",
+        "await x",
+        "a.b.c = 1",
+        "*a",
+        "lambda *, k: k",
+        "\0",
+    ],
+)
+def test_odd_syntax_ends_in_a_value_or_a_typed_error(expression: str) -> None:
+    with contextlib.suppress(InvalidExpression, Fault, RecursionError):
         evaluate(expression)
-        raise RecursionError  # a value is fine too
 
 
 def test_limits_can_be_raised() -> None:

@@ -1,5 +1,7 @@
 """Random xacro documents that exercise scopes, macros, blocks, conditions and expressions together."""
 
+# ruff: noqa: E501 - a table of pieces of documents
+
 from hypothesis import strategies as st
 
 NAMES = st.sampled_from(["a", "b", "c", "width", "n"])
