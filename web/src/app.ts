@@ -18,6 +18,8 @@ export class App {
   readonly parameters = new Signal<Parameters | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
+  /** The link that was last asked to fill the picture. */
+  readonly focused = new Signal<{ link: string } | null>(null);
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
   readonly options = rememberedOptions();

@@ -73,9 +73,7 @@ export function handle(app: App, view: View): Handle {
     },
     look(eye, target) {
       stage.camera.position.set(...eye);
-      stage.controls.target.set(...target);
-      stage.controls.update();
-      stage.invalidate();
+      stage.lookAt(new Vector3(...target));
     },
     where(link) {
       settle();

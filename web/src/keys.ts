@@ -13,7 +13,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
-    f: () => view.fit(),
+    f: () => (app.selected.value === "" ? view.fit() : view.focus(app.selected.value)),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
     "?": help,
     Escape: () => {

@@ -40,6 +40,7 @@ app.about.watch((about) => {
 });
 
 view = new View(app, picture);
+app.focused.watch((asked) => asked && view.focus(asked.link));
 centre.append(hover(app, view, picture));
 useKeys(app, view, driver, showHelp);
 window.kbot = handle(app, view);

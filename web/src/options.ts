@@ -10,6 +10,10 @@ export interface Options {
   grid: boolean;
   trail: boolean;
   follow: boolean;
+  /** Seen from the robot. */
+  ride: boolean;
+  /** Without perspective. */
+  flat: boolean;
 }
 
 export type Theme = "dark" | "light";
@@ -26,6 +30,8 @@ const DEFAULTS: Options = {
   grid: true,
   trail: true,
   follow: true,
+  ride: false,
+  flat: false,
 };
 
 export function rememberedOptions(): Signal<Options> {

@@ -6,8 +6,9 @@ const KEYS: readonly [string, string][] = [
   ["P", "pause, go on"],
   [".", "step, when paused"],
   ["R", "reset"],
-  ["F", "see the whole robot"],
-  ["1 – 8", "displays on and off"],
+  ["F", "see the whole robot, or the chosen link"],
+  ["1 – 9", "displays on and off"],
+  ["O", "with or without perspective"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
   ["Escape", "close the source, choose nothing"],
@@ -20,7 +21,7 @@ export function help(): HTMLDialogElement {
     { class: "help", "aria-label": "Keys" },
     h("h2", {}, "Keys"),
     h("dl", {}, ...KEYS.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)])),
-    h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file."),
+    h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file."),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());

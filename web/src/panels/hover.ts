@@ -50,5 +50,10 @@ export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
     if (link === "") app.selected.set("");
     else app.selectLink(link, true);
   });
+  canvas.addEventListener("dblclick", (event) => {
+    const box = canvas.getBoundingClientRect();
+    const link = view.linkAt(event.clientX - box.left, event.clientY - box.top);
+    if (link !== "") app.focused.set({ link });
+  });
   return tip;
 }

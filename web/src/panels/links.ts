@@ -47,7 +47,7 @@ function item(app: App, link: LinkView, depth: number): HTMLElement {
   const mass = link.inertia === null ? "" : formatMass(link.inertia.mass);
   const button = h(
     "button",
-    { type: "button", "data-link": link.name, title: describe(link), onclick: () => app.selectLink(link.name, true) },
+    { type: "button", "data-link": link.name, title: describe(link), onclick: () => app.selectLink(link.name, true), ondblclick: () => app.focused.set({ link: link.name }) },
     icon(link.joint === "" ? "box" : "joint"),
     h("span", { class: "name" }, link.name),
     h("span", { class: "mass" }, mass),

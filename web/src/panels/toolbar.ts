@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h, toggle } from "../dom";
+import { download, h, toggle } from "../dom";
 import { icon, type IconName } from "../icons";
 import type { Options } from "../options";
 import type { View } from "../view/view";
@@ -13,10 +13,16 @@ const TOGGLES: readonly [keyof Options, IconName, string, string][] = [
   ["grid", "grid", "Grid", "6"],
   ["trail", "path", "Path", "7"],
   ["follow", "follow", "Follow", "8"],
+  ["ride", "drive", "Ride", "9"],
 ];
 
 /** Which display a number key turns on and off. */
-export const TOGGLE_KEYS = new Map(TOGGLES.map(([name, , , key]) => [key, name]));
+export const TOGGLE_KEYS = new Map<string, keyof Options>([...TOGGLES.map(([name, , , key]) => [key, name] as const), ["o", "flat"]]);
+
+async function savePicture(view: View): Promise<void> {
+  const blob = await view.png();
+  if (blob !== null) download(blob, "kbot.png");
+}
 
 /** What is shown, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
@@ -28,12 +34,15 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   });
   app.about.watch((about) => {
     for (const button of buttons) {
-      const forDriving = button.dataset["option"] === "trail" || button.dataset["option"] === "follow";
+      const forDriving = ["trail", "follow", "ride"].includes(button.dataset["option"] ?? "");
       button.hidden = forDriving && about?.mode !== "sim";
     }
   });
   const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
     h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
+  const flat = toggle("Without perspective", "Without perspective (O)", app.options.value.flat, (on) => app.setOption("flat", on), "Ortho");
+  app.options.watch((options) => flat.setAttribute("aria-pressed", String(options.flat)));
+  const save = h("button", { type: "button", title: "Save the picture (PNG)", "aria-label": "Save the picture", onclick: () => void savePicture(view()) }, icon("camera"));
   return h(
     "div",
     { class: "toolbar" },
@@ -42,9 +51,11 @@ export function toolbar(app: App, view: () => View): HTMLElement {
       "div",
       { class: "chips looks", role: "toolbar", "aria-label": "View" },
       h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().fit() }, icon("fit")),
-      look("Front", 0, 8),
-      look("Side", 270, 8),
+      look("Front", 0, 6),
+      look("Side", 270, 6),
       look("Top", 270, 89.9),
+      flat,
+      save,
     ),
   );
 }

@@ -3,7 +3,6 @@ import {
   CylinderGeometry,
   Group,
   InstancedMesh,
-  MathUtils,
   Matrix4,
   MeshBasicMaterial,
   Object3D,
@@ -55,12 +54,11 @@ export class Frames {
     this.selected = selected;
   }
 
-  /** Puts everything where the links are now; the picture's height in CSS pixels, its angle in degrees. */
-  follow(height: number, fieldOfView: number): void {
+  /** Puts everything where the links are now; `perPixel` is a label's size for one CSS pixel. */
+  follow(perPixel: number): void {
     const options = this.shown;
     if (options === null) return;
     const product = new Matrix4();
-    const perPixel = (2 * Math.tan(MathUtils.degToRad(fieldOfView) / 2)) / Math.max(height, 1);
     let count = 0;
     this.links.forEach((link, index) => {
       const isSelected = this.scene.links[index]?.name === this.selected;

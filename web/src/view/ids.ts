@@ -1,4 +1,6 @@
-import { Color, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Color, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+
+import type { Camera } from "./stage";
 
 const NOTHING = 0;
 
@@ -35,7 +37,7 @@ export class IdBuffer {
   }
 
   /** The number of what is at a point of the picture, in CSS pixels from its top left; -1 for nothing. */
-  at(camera: PerspectiveCamera, x: number, y: number, width: number, height: number): number {
+  at(camera: Camera, x: number, y: number, width: number, height: number): number {
     const eye = camera.clone();
     eye.setViewOffset(width, height, Math.floor(x), Math.floor(y), 1, 1);
     const bytes = this.read(eye, this.pixel, 1, 1);
@@ -43,7 +45,7 @@ export class IdBuffer {
   }
 
   /** The number of what is at each pixel, row by row from the top; -1 for nothing. */
-  image(camera: PerspectiveCamera, width: number, height: number): Int16Array {
+  image(camera: Camera, width: number, height: number): Int16Array {
     const target = new WebGLRenderTarget(width, height, { minFilter: NearestFilter, magFilter: NearestFilter });
     const bytes = this.read(camera, target, width, height);
     target.dispose();
@@ -56,7 +58,7 @@ export class IdBuffer {
     return image;
   }
 
-  private read(camera: PerspectiveCamera, target: WebGLRenderTarget, width: number, height: number): Uint8Array {
+  private read(camera: Camera, target: WebGLRenderTarget, width: number, height: number): Uint8Array {
     for (const entry of this.entries) entry.mesh.visible = entry.visible();
     const shadows = this.renderer.shadowMap.enabled;
     this.renderer.shadowMap.enabled = false;

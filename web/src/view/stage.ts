@@ -3,6 +3,7 @@ import {
   DirectionalLight,
   HemisphereLight,
   MathUtils,
+  OrthographicCamera,
   PCFShadowMap,
   PerspectiveCamera,
   Scene,
@@ -16,10 +17,12 @@ import { PALETTES } from "./palette";
 
 const FIELD_OF_VIEW = 32;
 
+export type Camera = PerspectiveCamera | OrthographicCamera;
+
 /** Renderer, camera and lights. Draws only when something changed. */
 export class Stage {
   readonly scene = new Scene();
-  readonly camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
+  camera: Camera;
   readonly renderer: WebGLRenderer;
   readonly controls: OrbitControls;
   readonly isSoftware: boolean;
@@ -31,8 +34,13 @@ export class Stage {
   private readonly before: (() => void)[] = [];
   private pending = false;
 
+  private readonly perspective = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
+  private readonly orthographic = new OrthographicCamera(-1, 1, 1, -1, 0.01, 1000);
+
   constructor(private readonly holder: HTMLElement) {
-    this.camera.up.set(0, 0, 1);
+    this.perspective.up.set(0, 0, 1);
+    this.orthographic.up.set(0, 0, 1);
+    this.camera = this.perspective;
     this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
     this.isSoftware = isSoftware(this.renderer);
     const asked = new URLSearchParams(location.search).get("shadows");
@@ -96,6 +104,50 @@ export class Stage {
     this.sun.shadow.normalBias = radius * 0.004;
   }
 
+  get isOrthographic(): boolean {
+    return this.camera === this.orthographic;
+  }
+
+  /** With or without perspective, from the same place and at the same size. */
+  setOrthographic(on: boolean): void {
+    if (on === this.isOrthographic) return;
+    const other = on ? this.orthographic : this.perspective;
+    other.position.copy(this.camera.position);
+    other.quaternion.copy(this.camera.quaternion);
+    this.camera = this.controls.object = other;
+    this.orthographic.zoom = 1;
+    this.fitCamera();
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /** Height of the picture at what is looked at, in metres. */
+  get heightSeen(): number {
+    const { top, bottom, zoom } = this.orthographic;
+    if (this.isOrthographic) return (top - bottom) / zoom;
+    return 2 * this.distance * Math.tan(MathUtils.degToRad(FIELD_OF_VIEW) / 2);
+  }
+
+  get distance(): number {
+    return this.camera.position.distanceTo(this.controls.target);
+  }
+
+  /** Shapes the camera to the picture, and its depth to what it looks at. */
+  private fitCamera(): void {
+    const aspect = this.aspect;
+    this.perspective.aspect = aspect;
+    const half = this.distance * Math.tan(MathUtils.degToRad(FIELD_OF_VIEW) / 2);
+    this.orthographic.top = half;
+    this.orthographic.bottom = -half;
+    this.orthographic.left = -half * aspect;
+    this.orthographic.right = half * aspect;
+    for (const camera of [this.perspective, this.orthographic]) {
+      camera.near = camera === this.perspective ? this.distance / 100 : -this.distance * 20;
+      camera.far = this.distance * 200;
+      camera.updateProjectionMatrix();
+    }
+  }
+
   /** Looks at `centre` from a direction given by azimuth and elevation in degrees. */
   look(centre: Vector3, distance: number, azimuth: number, elevation: number): void {
     const a = MathUtils.degToRad(azimuth);
@@ -105,10 +157,14 @@ export class Stage {
       centre.y + distance * Math.cos(e) * Math.sin(a),
       centre.z + distance * Math.sin(e),
     );
-    this.controls.target.copy(centre);
-    this.camera.near = distance / 100;
-    this.camera.far = distance * 200;
-    this.camera.updateProjectionMatrix();
+    this.lookAt(centre);
+  }
+
+  /** Looks at a place from where the camera is. */
+  lookAt(target: Vector3): void {
+    this.controls.target.copy(target);
+    this.orthographic.zoom = 1;
+    this.fitCamera();
     this.controls.update();
     this.invalidate();
   }
@@ -116,29 +172,31 @@ export class Stage {
   /** The distance from which a sphere fills most of the picture. */
   distanceFor(radius: number): number {
     const half = MathUtils.degToRad(FIELD_OF_VIEW) / 2;
-    const narrow = Math.min(1, this.camera.aspect);
+    const narrow = Math.min(1, this.aspect);
     return (radius * 1.35) / Math.sin(half) / narrow;
   }
 
   private draw(): void {
     this.pending = false;
-    const distance = this.camera.position.distanceTo(this.controls.target);
-    if (distance < this.camera.near * 20 || distance > this.camera.near * 500) {
-      this.camera.near = distance / 100;
-      this.camera.far = distance * 200;
-      this.camera.updateProjectionMatrix();
-    }
+    const { near } = this.perspective;
+    if (!this.isOrthographic && (this.distance < near * 20 || this.distance > near * 500)) this.fitCamera();
     this.controls.update();
     for (const action of this.before) action();
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }
 
+  private get aspect(): number {
+    return this.holder.clientWidth / Math.max(1, this.holder.clientHeight) || 1;
+  }
+
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.holder;
     if (width === 0 || height === 0) return;
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
+    const { zoom } = this.orthographic;
+    this.fitCamera();
+    this.orthographic.zoom = zoom;
+    this.orthographic.updateProjectionMatrix();
     this.renderer.setSize(width, height);
     this.invalidate();
   }

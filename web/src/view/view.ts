@@ -1,4 +1,4 @@
-import { Vector3 } from "three";
+import { Box3, Object3D, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Scene, State } from "../protocol";
@@ -11,6 +11,7 @@ import { PALETTES } from "./palette";
 import { RobotObject } from "./robot";
 import { Stage } from "./stage";
 import { Trail } from "./trail";
+import { readView, viewHash } from "./address";
 
 /** The picture: the robot in its world, and the eye that looks at it. */
 export class View {
@@ -34,6 +35,7 @@ export class View {
     this.stage.scene.add(this.ground.floor, this.trail.mesh);
     if (this.stage.hasShadows) this.stage.scene.add(this.ground.shadow);
     this.stage.onFrame(() => this.beforeFrame());
+    this.stage.controls.addEventListener("end", () => this.writeAddress());
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
     app.options.watch(() => this.showOptions());
@@ -58,10 +60,62 @@ export class View {
 
   /** Looks at the whole robot from a direction in degrees. */
   fit(azimuth = 215, elevation = 24): void {
+    this.lookFrom(azimuth, elevation);
+    this.writeAddress();
+  }
+
+  private lookFrom(azimuth: number, elevation: number): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
     const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
     this.stage.look(this.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
+  }
+
+  /** Looks at one link so that it fills the picture, from the side it is seen from now. */
+  focus(name: string): void {
+    const link = this.robot?.links.find((one) => one.view.name === name);
+    if (link === undefined) return;
+    const box = new Box3().setFromObject(link.visual);
+    if (box.isEmpty()) box.setFromCenterAndSize(link.group.position, new Vector3(1, 1, 1).multiplyScalar(this.app.scene.value?.radius ?? 0.1));
+    const { camera, controls } = this.stage;
+    const centre = box.getCenter(new Vector3());
+    const away = camera.position.clone().sub(controls.target).normalize();
+    camera.position.copy(centre).addScaledVector(away, this.stage.distanceFor(box.getSize(new Vector3()).length() / 2));
+    this.stage.lookAt(centre);
+    this.writeAddress();
+  }
+
+  /** The picture as a PNG of the size it has on screen. */
+  png(): Promise<Blob | null> {
+    this.stage.renderer.render(this.stage.scene, this.stage.camera);
+    return new Promise((resolve) => this.stage.renderer.domElement.toBlob(resolve));
+  }
+
+  /** Sees what the robot would: from above its front, ahead. */
+  private ride(): void {
+    const { camera, controls } = this.stage;
+    const radius = this.app.scene.value?.radius ?? 0.1;
+    const base = this.rootObject;
+    if (base === undefined) return;
+    camera.position.set(-radius * 0.4, 0, radius * 1.5).applyQuaternion(base.quaternion).add(base.position);
+    controls.target.set(radius * 3, 0, radius * 0.7).applyQuaternion(base.quaternion).add(base.position);
+  }
+
+  /** Takes the view from the page's address, where it has one. */
+  private openAddress(): boolean {
+    const view = readView(location.hash);
+    if (view === null) return false;
+    this.app.setOption("flat", view.orthographic);
+    this.stage.camera.position.fromArray(view.eye);
+    this.stage.lookAt(new Vector3().fromArray(view.target));
+    return true;
+  }
+
+  /** Puts the view into the page's address, so that a link to it opens the same. */
+  private writeAddress(): void {
+    const { camera, controls, isOrthographic } = this.stage;
+    const hash = viewHash({ eye: camera.position.toArray(), target: controls.target.toArray(), orthographic: isOrthographic });
+    history.replaceState(null, "", hash);
   }
 
   private build(scene: Scene): void {
@@ -90,7 +144,9 @@ export class View {
     if (this.app.about.value?.mode === "sim") this.trail.add(this.root.x, this.root.y);
     if (!this.placed) {
       this.placed = true;
-      this.fit();
+      if (!this.openAddress()) this.lookFrom(215, 24);
+    } else if (this.app.options.value.ride) {
+      this.ride();
     } else if (this.app.options.value.follow) {
       const moved = centre.clone().sub(this.lastSeen);
       this.stage.controls.target.add(moved);
@@ -104,9 +160,12 @@ export class View {
   }
 
   private get root(): Vector3 {
+    return this.rootObject?.position ?? new Vector3();
+  }
+
+  private get rootObject(): Object3D | undefined {
     const scene = this.app.scene.value;
-    const index = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-    return this.robot?.links[index]?.group.position ?? new Vector3();
+    return this.robot?.links.find((link) => link.view.name === scene?.root)?.group;
   }
 
   private centre(): Vector3 {
@@ -119,10 +178,15 @@ export class View {
 
   private beforeFrame(): void {
     const { target } = this.stage.controls;
-    const distance = this.stage.camera.position.distanceTo(target);
-    this.ground.follow(target.x, target.y, Math.max(distance, (this.app.scene.value?.radius ?? 0.1) * 2));
+    this.ground.follow(target.x, target.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
     this.robot?.group.updateMatrixWorld();
-    this.frames?.follow(this.holder.clientHeight, this.stage.camera.fov);
+    this.frames?.follow(this.perPixel());
+  }
+
+  /** How large a sprite is made to cover one CSS pixel: by the picture's angle, or in metres without perspective. */
+  private perPixel(): number {
+    const { heightSeen, isOrthographic, distance } = this.stage;
+    return (isOrthographic ? heightSeen : heightSeen / distance) / Math.max(1, this.holder.clientHeight);
   }
 
   private paint(): void {
@@ -149,6 +213,8 @@ export class View {
     this.robot?.show(options);
     this.frames?.show(options, this.app.selected.value);
     this.ground.showGrid(options.grid);
+    this.stage.controls.enabled = !options.ride;
+    this.stage.setOrthographic(options.flat && !options.ride);
     this.trail.mesh.visible = options.trail;
     this.stage.invalidate();
   }

@@ -1,0 +1,85 @@
+"""Where the page looks from."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .pictures import id_image
+
+OpenPage = Callable[..., Any]
+
+
+def share(page: Any, link: str) -> float:
+    """Part of the picture that a link covers."""
+    page.evaluate("kbot.drawn()")
+    ids, links = id_image(page)
+    return float((ids == links.index(link)).mean())
+
+
+def clip(page: Any) -> np.ndarray:
+    page.evaluate("kbot.drawn()")
+    return np.array(page.evaluate("kbot.camera()")["clipFromWorld"]).reshape(4, 4)
+
+
+def test_a_double_click_fills_the_picture_with_a_link(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    before = share(page, "left_wheel")
+    page.locator("#links").get_by_role("button", name="left_wheel").dblclick()
+    assert share(page, "left_wheel") > 4 * before
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="See the whole robot").click()
+    assert abs(share(page, "left_wheel") - before) < 0.3 * before
+
+
+def test_without_perspective_parallels_stay_parallel(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    assert not np.allclose(clip(page)[3], (0, 0, 0, 1))
+    shown = share(page, "base_link")
+    page.keyboard.press("o")
+    assert np.allclose(clip(page)[3], (0, 0, 0, 1))
+    assert abs(share(page, "base_link") - shown) < 0.25 * shown
+    page.get_by_role("button", name="Top").click()
+    # from above x is to the right and y is up, at the same scale
+    right, up = clip(page)[0], clip(page)[1]
+    camera = page.evaluate("kbot.camera()")
+    assert abs(right[0] * camera["width"] - up[1] * camera["height"]) < 1e-2 * right[0] * camera["width"]
+    assert abs(right[1]) < 1e-3 * right[0]
+
+
+def test_an_address_opens_the_same_view(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.keyboard.press("o")
+    page.get_by_role("button", name="Side").click()
+    other = open_page(page.url)
+    assert "#eye=" in page.url
+    assert np.allclose(clip(page), clip(other), rtol=1e-3, atol=1e-3)
+    lost = open_page(viewing + "#eye=1,2&at=nonsense")
+    assert share(lost, "base_link") > 0.02
+
+
+def test_riding_along_looks_ahead_of_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.keyboard.press("9")
+    page.keyboard.down("a")
+    until(lambda: float(page.inner_text("[data-reading=yaw]").replace("\u2212", "-")) > 90)
+    page.keyboard.up("a")
+    until(lambda: page.locator(".meter .number").all_inner_texts() == ["0.00", "0.00"])
+    page.evaluate("kbot.drawn()")
+    yaw = np.radians(float(page.inner_text("[data-reading=yaw]").replace("\u2212", "-")))
+    ahead = clip(page) @ (10 * np.cos(yaw), 10 * np.sin(yaw), 0.0, 1.0)
+    assert ahead[3] > 0
+    assert abs(ahead[0] / ahead[3]) < 0.02
+
+
+def test_the_picture_is_saved_as_a_png(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save the picture").click()
+    data = saved.value.path().read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert saved.value.suggested_filename == "kbot.png"
+    assert len(data) > 4000

@@ -1,0 +1,26 @@
+/** Where one looks from and at, in metres. */
+export interface SavedView {
+  eye: number[];
+  target: number[];
+  orthographic: boolean;
+}
+
+/** A view as the part of an address after the hash. */
+export function viewHash(view: SavedView): string {
+  const text = (numbers: number[]): string => numbers.map((value) => Number(value.toPrecision(5))).join(",");
+  return `#eye=${text(view.eye)}&at=${text(view.target)}${view.orthographic ? "&flat" : ""}`;
+}
+
+/** The view that an address has, null when it has none that can be used. */
+export function readView(hash: string): SavedView | null {
+  const values = new URLSearchParams(hash.replace(/^#/, ""));
+  const [eye, target] = [triple(values.get("eye")), triple(values.get("at"))];
+  if (eye === null || target === null) return null;
+  if (Math.hypot(...eye.map((value, i) => value - target[i]!)) < 1e-6) return null;
+  return { eye, target, orthographic: values.has("flat") };
+}
+
+function triple(text: string | null): number[] | null {
+  const numbers = (text ?? "").split(",").map(Number);
+  return numbers.length === 3 && numbers.every((value) => Number.isFinite(value) && Math.abs(value) < 1e6) && text !== "" ? numbers : null;
+}
