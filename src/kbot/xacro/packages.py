@@ -52,6 +52,7 @@ class Packages:
         self.paths = tuple(os.fspath(path) for path in paths)
         self.around = around
         self._found: dict[str, str] = {}
+        self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}
         self._crawled: dict[str, dict[str, str]] = {}
 
     def beside(self, file: str) -> Packages:
@@ -66,9 +67,11 @@ class Packages:
         """
         folder = self._found.get(name)
         if folder is None:
-            folder = self._search(name)
+            folder = None if name in self._missing else self._search(name)
             if folder is None:
-                raise PackageNotFound(name, self.names(), self._roots())
+                if name not in self._missing:
+                    self._missing[name] = (self.names(), self._roots())
+                raise PackageNotFound(name, *self._missing[name])
             self._found[name] = folder
         return folder
 
