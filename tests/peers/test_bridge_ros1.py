@@ -1,5 +1,6 @@
 """A simulated KBot as a node of ROS 1: Debian's own tools see it, hear it and drive it."""
 
+import json
 import re
 import subprocess
 import sys
@@ -109,23 +110,33 @@ def speed(ros: Ros) -> float:
     return float(one(ros, "/odom")["twist"]["twist"]["linear"]["x"])  # type: ignore[index]
 
 
-def test_tf_knows_every_link_also_those_that_were_said_once(live: Ros) -> None:
-    """`tf2` hears the latched static transforms although it comes late."""
-    robot = kbot.load("kbot")
-    fixed = next(joint for joint in robot.joints.values() if not joint.is_movable)
-    wheel = next(joint for joint in robot.movable_joints)
-    for parent, child in ((fixed.parent, fixed.child), ("odom", wheel.child)):
-        echo = live.start("/usr/lib/tf2_tools/echo.py", parent, child)
-        log = live.home / "echo.py.log"
+LOOK_UP = """
+import json, sys, rospy, tf2_ros
+rospy.init_node("look", anonymous=True)
+buffer = tf2_ros.Buffer()
+listener = tf2_ros.TransformListener(buffer)
+found = []
+for parent, child in json.loads(sys.argv[1]):
+    for attempt in range(300):
         try:
-            wait_until(lambda log=log: "Translation" in log.read_text(), f"{parent} -> {child}", 30)
-            text = log.read_text()
-        finally:
-            stop(echo)
-            log.unlink()
-        if parent != "odom":
-            x, y, z = map(float, re.findall(r"Translation: \[(.*?), (.*?), (.*?)\]", text)[-1])
-            assert (x, y, z) == pytest.approx(fixed.pose.xyz, abs=1e-3)
+            transform = buffer.lookup_transform(parent, child, rospy.Time(0)).transform
+            break
+        except tf2_ros.TransformException:
+            rospy.rostime.wallsleep(0.05)
+    found.append([transform.translation.x, transform.translation.y, transform.translation.z])
+json.dump(found, sys.stdout)
+"""
+
+
+def test_tf_knows_every_link_also_those_that_were_said_once(live: Ros) -> None:
+    """`tf2` hears the latched static transforms although it comes late, and joins them to the moving ones."""
+    robot = kbot.load("kbot")
+    pairs = [(joint.parent, joint.child) for joint in robot.joints.values()]
+    asked = json.dumps([*pairs, *(("odom", link) for link in robot.links)])
+    found = json.loads(live.run("/usr/bin/python3", "-c", LOOK_UP, asked))
+    for xyz, joint in zip(found, robot.joints.values(), strict=False):
+        assert xyz == pytest.approx(joint.pose.xyz, abs=1e-12)
+    assert len(found) == len(robot.joints) + len(robot.links)
 
 
 def test_a_subscriber_of_another_type_is_told(live: Ros) -> None:
@@ -136,3 +147,15 @@ def test_a_subscriber_of_another_type_is_told(live: Ros) -> None:
     )
     live.run("/usr/bin/python3", "-c", program)
     assert answers(live, "rostopic", "echo", "-n", "1", "/odom")
+
+
+def test_a_second_one_takes_the_name_and_the_first_gives_way(live: Ros) -> None:
+    before = live.run("rosnode", "info", "/kbot").partition("Pid:")[2].split()[0]
+    second = live.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
+    try:
+        wait_until(lambda: str(second.pid) in said(live, "rosnode", "info", "/kbot"), "the second's node")
+        assert before != str(second.pid)
+        for _ in range(3):
+            assert str(second.pid) in said(live, "rosnode", "info", "/kbot")
+    finally:
+        stop(second)

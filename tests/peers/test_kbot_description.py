@@ -76,7 +76,7 @@ def test_roslaunch_runs_it_and_its_frames_are_ours(launched: Ros, display: Path)
             assert robot.parent_joint[link].parent == parent
             np.testing.assert_allclose(xyz, expected.translation, atol=1e-12)
             np.testing.assert_allclose(_matrix(xyzw), expected.rotation, atol=1e-9)
-    wait_until(lambda: _shows_robot(display), "a blue plate and black wheels on rviz's screen", 90)
+    wait_until(lambda: shows_robot(display), "a blue plate and black wheels on rviz's screen", 90)
 
 
 def _nodes(ros: Ros) -> str:
@@ -97,7 +97,7 @@ def _matrix(xyzw: list[float]) -> np.ndarray:
     )
 
 
-def _shows_robot(display: Path) -> bool:
+def shows_robot(display: Path) -> bool:
     """Whether thousands of pixels are blue as the base, and black within rviz's grey as the wheels."""
     pixels = picture(display).astype(int)
     blue = (pixels[..., 2] > 80) & (pixels[..., :2].max(axis=2) < 12)
