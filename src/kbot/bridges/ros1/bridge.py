@@ -18,6 +18,7 @@ NODE = "/kbot"
 DEFAULT_MASTER = "http://localhost:11311/"
 LOOPBACK = "127.0.0.1"
 CHECK_SECONDS = 2.0
+LEAVE_SECONDS = 5.0
 
 
 class Ros1Bridge:
@@ -62,13 +63,7 @@ class Ros1Bridge:
         """Take leave of the master and of all peers."""
         self._closed.set()
         self._changed.set()
-        self._thread.join(CHECK_SECONDS)
-        for topic in list(self._outgoing.values()):
-            self._quietly("unregisterPublisher", topic.topic.name, self.uri)
-            topic.close()
-        for heard in list(self._incoming.values()):
-            self._quietly("unregisterSubscriber", heard.topic.name, self.uri)
-            heard.close()
+        self._thread.join(LEAVE_SECONDS)
         self._door.close()
         self._server.close()
         if self._own_master is not None:
@@ -99,6 +94,7 @@ class Ros1Bridge:
             changed = self._changed.wait(CHECK_SECONDS)
             self._changed.clear()
             if self._closed.is_set():
+                self._leave()
                 return
             try:
                 if not changed and known_to_master:
@@ -109,6 +105,17 @@ class Ros1Bridge:
             except RpcFailed as failed:
                 known_to_master = False
                 self._link.tell(f"ROS 1: the master is gone, and waited for: {failed}")
+
+    def _leave(self) -> None:
+        with self._lock:
+            for said in self._outgoing.values():
+                self._quietly("unregisterPublisher", said.topic.name, self.uri)
+                said.close()
+            for heard in self._incoming.values():
+                self._quietly("unregisterSubscriber", heard.topic.name, self.uri)
+                heard.close()
+            self._outgoing.clear()
+            self._incoming.clear()
 
     def _is_known(self) -> bool:
         try:
@@ -168,8 +175,10 @@ class Ros1Bridge:
 
     def _shutdown(self, caller: str, reason: str = "") -> Reply:
         """A master sends this when another node takes the name; `rosnode kill` too."""
-        self._link.tell(f"ROS 1: {caller} asked {NODE} to end ({reason}); the simulation goes on")
-        return 1, "the simulation goes on", 0
+        self._link.tell(f"ROS 1: {caller} asked {NODE} to go ({reason}); the simulation goes on without it")
+        self._closed.set()
+        self._changed.set()
+        return 1, "the node goes, the simulation stays", 0
 
     def _publisher_update(self, caller: str, topic: str, uris: list[str]) -> Reply:
         heard = self._incoming.get(topic)

@@ -81,13 +81,13 @@ class Master:
         topic = resolve(topic, caller)
         self._join(caller, uri)
         self._registry.publishers.add(topic, caller, uri)
-        self._registry.set_type(topic, type_name)
+        self._registry.set_type(topic, type_name, is_spoken=True)
         self._tell_subscribers(topic)
         return 1, f"Registered [{caller}] as publisher of [{topic}]", self._registry.subscribers.uris(topic)
 
     def _unregisterPublisher(self, caller: str, topic: str, uri: str) -> Reply:
         topic = resolve(topic, caller)
-        gone = self._registry.publishers.remove(topic, caller)
+        gone = self._registry.publishers.remove(topic, caller, uri)
         self._registry.leave(caller)
         if gone:
             self._tell_subscribers(topic)
@@ -97,11 +97,11 @@ class Master:
         topic = resolve(topic, caller)
         self._join(caller, uri)
         self._registry.subscribers.add(topic, caller, uri)
-        self._registry.set_type(topic, type_name)
+        self._registry.set_type(topic, type_name, is_spoken=False)
         return 1, f"Subscribed to [{topic}]", self._registry.publishers.uris(topic)
 
     def _unregisterSubscriber(self, caller: str, topic: str, uri: str) -> Reply:
-        gone = self._registry.subscribers.remove(resolve(topic, caller), caller)
+        gone = self._registry.subscribers.remove(resolve(topic, caller), caller, uri)
         self._registry.leave(caller)
         return 1, f"Unregistered [{caller}] as subscriber of [{topic}]", int(gone)
 

@@ -16,10 +16,10 @@ class Table:
     def add(self, name: str, node: str, uri: str) -> None:
         self.entries.setdefault(name, {})[node] = uri
 
-    def remove(self, name: str, node: str) -> bool:
-        """Whether it was there."""
+    def remove(self, name: str, node: str, uri: str | None = None) -> bool:
+        """Whether it was there; one that has started anew elsewhere is not where `uri` says, and stays."""
         nodes = self.entries.get(name, {})
-        if node not in nodes:
+        if node not in nodes or uri not in (None, nodes[node]):
             return False
         del nodes[node]
         if not nodes:
@@ -67,9 +67,9 @@ class Registry:
         if not any(t.has_node(node) for t in (self.publishers, self.subscribers, self.services)):
             self.nodes.pop(node, None)
 
-    def set_type(self, topic: str, type_name: str) -> None:
-        """A type that is said counts more than `*`."""
-        if type_name != "*" or topic not in self.topic_types:
+    def set_type(self, topic: str, type_name: str, *, is_spoken: bool) -> None:
+        """A type that is said counts more than `*`, and who speaks knows better than who listens."""
+        if topic not in self.topic_types or (is_spoken and type_name != "*"):
             self.topic_types[topic] = type_name
 
     def published(self, under: str) -> Graph:

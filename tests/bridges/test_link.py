@@ -1,0 +1,86 @@
+"""Between the threads: what peers say is delivered by the simulation, what it says is handed out."""
+
+import math
+
+import kbot
+from kbot.bridges.link import WAITING, Link
+from kbot.messages import types as msg
+from kbot.sim import Simulation
+from kbot.wire import Feed, Packet
+
+
+def linked() -> tuple[Simulation, Link, list[str]]:
+    sim, told = Simulation(kbot.load("kbot")), list[str]()
+    link = Link(told.append)
+    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
+    return sim, link, told
+
+
+def test_topics_are_told_with_type_and_direction() -> None:
+    _, link, _ = linked()
+    assert {name: (t.type_name, t.is_input) for name, t in link.topics.items()} == {
+        "/clock": ("rosgraph_msgs/msg/Clock", False),
+        "/joint_states": ("sensor_msgs/msg/JointState", False),
+        "/odom": ("nav_msgs/msg/Odometry", False),
+        "/tf": ("tf2_msgs/msg/TFMessage", False),
+        "/cmd_vel": ("geometry_msgs/msg/Twist", True),
+    }
+
+
+def test_a_command_is_obeyed_within_one_control_period() -> None:
+    sim, link, _ = linked()
+    sim.step(5)
+    link.send("/cmd_vel", msg.Twist(msg.Vector3(0.3)))
+    sim.run(0.02)
+    assert sim.twist.x > 0.0
+    link.send("/cmd_vel", msg.TwistStamped(msg.Header(), msg.Twist(msg.Vector3(-0.3))))
+    sim.run(0.5)
+    assert sim.twist.x < 0.0
+
+
+def test_of_a_flood_the_newest_are_delivered() -> None:
+    sim, link, _ = linked()
+    heard: list[float] = []
+    sim.bus.subscribe("/cmd_vel", msg.Twist, lambda m: heard.append(m.linear.x))
+    for number in range(10_000):
+        link.send("/cmd_vel", msg.Twist(msg.Vector3(float(number))))
+    sim.run(0.02)
+    assert heard == [float(n) for n in range(10_000 - WAITING, 10_000)]
+
+
+def test_what_makes_no_sense_is_told_once_and_harms_nothing() -> None:
+    sim, link, told = linked()
+    for _ in range(5):
+        link.send("/cmd_vel", msg.Twist(msg.Vector3(math.nan)))
+        link.send("/cmd_vel", msg.String("not a twist"))
+        link.send("/odom", msg.Odometry())
+        link.send("/nothing", msg.String())
+        sim.run(0.02)
+    assert len(told) == 2
+    assert "finite" in told[0]
+    assert "carries Twist, not String" in told[1]
+    assert "/nothing" not in sim.bus.topics
+
+
+def test_receivers_go_along_to_the_next_simulation_with_their_topics() -> None:
+    sim, link, _ = linked()
+    found: list[Packet] = []
+    link.open("/odom", found.append)
+    sim.run(0.04)
+    assert found
+    other = Simulation(kbot.load("kbot"))
+    link.attach(other, Feed(other.bus, lambda: other.clock.nanoseconds))
+    found.clear()
+    sim.run(0.1)
+    assert not found
+    other.run(0.1)
+    assert len(found) == 5
+    link.close("/odom", found.append)
+    other.run(0.02)
+    found.clear()
+    other.run(0.1)
+    assert not found
+
+
+def test_a_link_to_nothing_serves_nobody() -> None:
+    Link(print).serve()

@@ -1,0 +1,247 @@
+"""The node of ROS 1 without a ROS: raw peers that behave, and raw peers that do not."""
+
+import os
+import random
+import socket
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+
+import pytest
+
+from kbot.bridges.ros1 import Ros1Bridge
+from kbot.bridges.ros1.master import Master
+from kbot.bridges.ros1.rpc import RpcFailed, RpcServer, call
+from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
+from kbot.messages import types as msg
+from kbot.wire import decode_ros1, encode_ros1, ros1_definition
+
+from .conftest import Running, wait_until
+
+ME = "/tester"
+
+
+@pytest.fixture
+def bridge(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros1Bridge]:
+    for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME"):
+        monkeypatch.delenv(name, raising=False)
+    found = Ros1Bridge(running.link, master=f"http://127.0.0.1:{free_port()}")
+    try:
+        wait_until(lambda: "/odom" in dict(call(found.master, "getPublishedTopics", ME, "")))
+        yield found
+    finally:
+        found.close()
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return int(server.getsockname()[1])
+
+
+@contextmanager
+def subscribed(bridge: Ros1Bridge, topic: str, kind: str, md5: str | None = None) -> Iterator[socket.socket]:
+    protocol, host, port = call(bridge.uri, "requestTopic", ME, topic, [["TCPROS"]])
+    assert protocol == "TCPROS"
+    with socket.create_connection((host, port), 10) as connection:
+        sum_ = md5 or ros1_definition(kind.replace("/", "/msg/"))[1]
+        connection.sendall(encode_header({"callerid": ME, "topic": topic, "type": kind, "md5sum": sum_}))
+        yield connection
+
+
+def test_a_subscriber_gets_messages_at_the_pace_of_the_clock(running: Running, bridge: Ros1Bridge) -> None:
+    with subscribed(bridge, "/odom", "nav_msgs/Odometry") as connection:
+        header = read_header(connection)
+        assert header["type"] == "nav_msgs/Odometry"
+        stamps = [
+            decode_ros1(read_block(connection), msg.Odometry).header.stamp.nanoseconds for _ in range(5)
+        ]
+    assert [after - before for before, after in pairwise(stamps)] == [20_000_000] * 4
+
+
+def test_a_late_subscriber_gets_what_was_latched(running: Running, bridge: Ros1Bridge) -> None:
+    assert running.goes_on()
+    for _ in range(2):
+        with subscribed(bridge, "/tf_static", "tf2_msgs/TFMessage") as connection:
+            assert read_header(connection)["latching"] == "1"
+            message = decode_ros1(read_block(connection), msg.TFMessage)
+            assert "base_link" in {t.child_frame_id for t in message.transforms}
+
+
+def test_another_type_is_refused_with_the_reason(running: Running, bridge: Ros1Bridge) -> None:
+    with subscribed(bridge, "/odom", "std_msgs/String") as connection:
+        assert "nav_msgs/Odometry" in read_header(connection)["error"]
+    with subscribed(bridge, "/odom", "nav_msgs/Odometry", "0" * 32) as connection:
+        assert "md5sum" in read_header(connection)["error"]
+    wait_until(lambda: any("turned away" in text for text in running.told))
+
+
+def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
+    assert call(bridge.master, "getParam", ME, "/robot_description") == "<robot/>"
+    assert call(bridge.master, "getParam", ME, "/use_sim_time") is True
+    with pytest.raises(RpcFailed, match=r"\[/nothing\] is not set"):
+        call(bridge.master, "getParam", ME, "nothing")
+
+
+class Publisher:
+    """A node that publishes /cmd_vel by hand; `script` is what it sends after the header."""
+
+    def __init__(self, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None = None) -> None:
+        self.door = socket.create_server(("127.0.0.1", 0))
+        self.door.settimeout(10)
+        self._script = script
+        self._header = header or {
+            "type": "geometry_msgs/Twist",
+            "md5sum": ros1_definition("geometry_msgs/msg/Twist")[1],
+        }
+        self.server = RpcServer(
+            "127.0.0.1",
+            0,
+            {"requestTopic": lambda *_: (1, "", ["TCPROS", "127.0.0.1", self.door.getsockname()[1]])},
+        )
+        uri = f"http://127.0.0.1:{self.server.port}/"
+        call(bridge.master, "registerPublisher", ME, "/cmd_vel", "geometry_msgs/Twist", uri)
+
+    def serve_one(self) -> socket.socket:
+        connection, _ = self.door.accept()
+        read_header(connection)
+        connection.sendall(encode_header(self._header) + self._script)
+        return connection
+
+    def close(self) -> None:
+        self.door.close()
+        self.server.close()
+
+
+def twist(speed: float) -> bytes:
+    data = encode_ros1(msg.Twist(msg.Vector3(speed)))
+    return struct.pack("<I", len(data)) + data
+
+
+def test_a_twist_from_outside_drives(running: Running, bridge: Ros1Bridge) -> None:
+    publisher = Publisher(bridge, twist(0.2) * 3)
+    with publisher.serve_one():
+        wait_until(lambda: running.simulation.twist.x > 0.1)
+        wait_until(lambda: running.simulation.twist.x == 0.0)  # the watchdog, half a second later
+    publisher.close()
+
+
+@pytest.mark.parametrize(
+    ("script", "header"),
+    [
+        (b"", None),
+        (twist(0.2)[:20], None),
+        (struct.pack("<I", 1 << 31) + b"x" * 1000, None),
+        (struct.pack("<I", 4) + b"abcd", None),
+        (twist(float("nan")) * 100, None),
+        (os.urandom(5000), None),
+        (twist(0.2), {"type": "std_msgs/String", "md5sum": "*"}),
+        (twist(0.2), {"error": "I do not like you"}),
+    ],
+    ids=["silent", "half", "huge", "short", "nan", "noise", "type", "error"],
+)
+def test_a_publisher_that_misbehaves_moves_nothing_and_stops_nothing(
+    running: Running, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None
+) -> None:
+    publisher = Publisher(bridge, script, header)
+    with publisher.serve_one():
+        assert running.goes_on()
+    assert running.simulation.twist.x == 0.0
+    publisher.close()
+    assert running.goes_on()
+
+
+def test_a_subscriber_that_never_reads_stalls_nobody(running: Running, bridge: Ros1Bridge) -> None:
+    with subscribed(bridge, "/odom", "nav_msgs/Odometry") as deaf:
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
+        with subscribed(bridge, "/odom", "nav_msgs/Odometry") as listening:
+            read_header(listening)
+            for _ in range(100):
+                assert len(read_block(listening)) > 600
+    assert running.goes_on()
+
+
+def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros1Bridge) -> None:
+    _, host, port = call(bridge.uri, "requestTopic", ME, "/odom", [["TCPROS"]])
+    rpc = int(bridge.uri.rstrip("/").rpartition(":")[2])
+    for number in range(1000):
+        with socket.create_connection((host, (port, rpc)[number % 2]), 10) as connection:
+            if number % 3:
+                connection.sendall(b"\x10\0\0\0half")
+    assert running.goes_on()
+    with subscribed(bridge, "/odom", "nav_msgs/Odometry") as connection:
+        read_header(connection)
+        read_block(connection)
+
+
+def test_noise_on_every_port_ends_nothing(running: Running, bridge: Ros1Bridge) -> None:
+    noise = random.Random(1)
+    _, host, port = call(bridge.uri, "requestTopic", ME, "/odom", [["TCPROS"]])
+    ports = [port, *(int(uri.rstrip("/").rpartition(":")[2]) for uri in (bridge.uri, bridge.master))]
+    openings = [
+        b"",
+        b"POST / HTTP/1.1\r\ncontent-length: 99999999999\r\n\r\n",
+        b"POST / HTTP/1.1\r\ncontent-length: -5\r\n\r\n",
+        b"POST / HTTP/1.1\r\n\r\n",
+        b"POST / HTTP/1.1\r\ncontent-length: 9\r\n\r\n<not xml>",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b'POST / HTTP/1.1\r\ncontent-length: 80\r\n\r\n<!DOCTYPE a [<!ENTITY b "c">]>',
+    ]
+    for number in range(120):
+        with socket.create_connection((host, ports[number % 3]), 10) as connection:
+            connection.sendall(openings[number % len(openings)] + noise.randbytes(noise.randrange(300)))
+    assert running.goes_on()
+    assert call(bridge.uri, "getPid", ME) == os.getpid()
+    assert "/odom" in dict(call(bridge.master, "getPublishedTopics", ME, ""))
+
+
+def test_calls_with_wrong_arguments_are_answered(bridge: Ros1Bridge) -> None:
+    for method in (
+        "registerPublisher",
+        "getParam",
+        "setParam",
+        "subscribeParam",
+        "lookupNode",
+        "searchParam",
+    ):
+        for arguments in ((), (1,), (ME,), (ME, 5), (ME, "a", "b", "c", "d", "e"), ({}, [])):
+            try:
+                call(bridge.master, method, *arguments)
+            except RpcFailed:
+                continue
+    assert call(bridge.master, "getPid", ME) == os.getpid()
+
+
+def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kbot.bridges.ros1.bridge.CHECK_SECONDS", 0.1)
+    monkeypatch.delenv("ROS_IP", raising=False)
+    master = Master("127.0.0.1", 0)
+    bridge = Ros1Bridge(running.link, master=master.uri)
+    try:
+        wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
+        port = int(master.uri.rstrip("/").rpartition(":")[2])
+        master.close()
+        wait_until(lambda: any("the master is gone" in text for text in running.told))
+        master = Master("127.0.0.1", port)
+        wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
+        assert call(master.uri, "getParam", ME, "/use_sim_time") is True
+        assert running.goes_on()
+    finally:
+        bridge.close()
+        master.close()
+
+
+def test_leaving_takes_everything_off_the_master(running: Running) -> None:
+    master = Master("127.0.0.1", 0)
+    bridge = Ros1Bridge(running.link, master=master.uri)
+    wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
+    bridge.close()
+    assert call(master.uri, "getSystemState", ME) == [[], [], []]
+    with pytest.raises(RpcFailed, match="unknown node"):
+        call(master.uri, "lookupNode", ME, "/kbot")
+    master.close()
+    started = time.monotonic()
+    with pytest.raises(RpcFailed):
+        call(bridge.uri, "getPid", ME)
+    assert time.monotonic() - started < 60
