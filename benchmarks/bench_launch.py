@@ -1,8 +1,8 @@
 """From `kbot launch` to the robot in the page, beside roslaunch to the robot in rviz.
 
 Both carry out KBot's own kbot_base_rviz.launch: one in headless Chromium, one in rviz under Xvfb, both
-without a graphics card. The browser is open already; roslaunch starts its own master, as it does for a user. It needs a ROS 1
-(`make test-peers` installs it).
+without a graphics card. The browser is open already; roslaunch starts its own master, as it does for a
+user. It needs a ROS 1 (`make test-peers` installs it).
 
     python benchmarks/bench_launch.py [--runs N]
 """
