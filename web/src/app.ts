@@ -22,6 +22,7 @@ export class App {
   readonly focused = new Signal<{ link: string } | null>(null);
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
+  readonly plots = new Signal(false);
   readonly options = rememberedOptions();
   readonly theme = rememberedTheme();
   readonly connection: Connection;

@@ -8,12 +8,13 @@ import type { View } from "./view/view";
 
 /** The keys that are pressed once; held ones drive. */
 export function useKeys(app: App, view: View, driver: Driver, help: () => void): void {
-  const actions: Record<string, () => void> = {
+  const actions: Record<string, () => unknown> = {
     " ": () => stop(app, driver),
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
     f: () => (app.selected.value === "" ? view.fit() : view.focus(app.selected.value)),
+    l: () => app.about.value?.mode === "sim" && app.plots.set(!app.plots.value),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
     "?": help,
     Escape: () => {

@@ -9,6 +9,7 @@ const KEYS: readonly [string, string][] = [
   ["F", "see the whole robot, or the chosen link"],
   ["1 – 9", "displays on and off"],
   ["O", "with or without perspective"],
+  ["L", "plots"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
   ["Escape", "close the source, choose nothing"],

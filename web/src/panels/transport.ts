@@ -15,6 +15,8 @@ export function transport(app: App): HTMLElement {
     app.send({ type: "set_speed", factor: Number(speed.value) });
     speed.blur();
   });
+  const plot = h("button", { type: "button", class: "icon-button", title: "Plots (L)", "aria-label": "Plots", onclick: () => app.plots.set(!app.plots.value) }, icon("plot"));
+  app.plots.watch((open) => plot.setAttribute("aria-pressed", String(open)));
   const rate = h("span", { class: "rate", title: "Real-time factor reached" });
   let isPaused: boolean | null = null;
   app.state.watch((state) => {
@@ -28,7 +30,7 @@ export function transport(app: App): HTMLElement {
     pause.title = isPaused ? "Go on (P)" : "Pause (P)";
     pause.setAttribute("aria-label", isPaused ? "Go on" : "Pause");
   });
-  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate);
+  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate, plot);
   app.about.watch((about) => {
     bar.hidden = about?.mode !== "sim";
   });

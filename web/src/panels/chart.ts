@@ -1,0 +1,5 @@
+import "uplot/dist/uPlot.min.css";
+
+import uPlot from "uplot";
+
+export default uPlot;
