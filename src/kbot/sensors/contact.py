@@ -11,6 +11,7 @@ import numpy as np
 from kbot.messages.sensing import Bool
 from kbot.sensors.sensor import Sensor, Spec, own_geometries
 from kbot.sim import Simulation
+from kbot.sim.world_builder import owner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +51,7 @@ class ContactSensor(Sensor[Bool]):
         if not spec.everywhere:
             self._mine &= model.geom_bodyid == self._body
         ground = {body.name for body in simulation.world.bodies if all(p.ground for p in body.parts)}
-        names = [model.body(int(b)).name for b in model.geom_bodyid]
+        names = [owner(model, geom) for geom in range(model.ngeom)]
         self._ground = np.array([name.startswith("/") and name[1:] in ground for name in names])
 
     def touches(self) -> list[Touch]:
@@ -70,8 +71,7 @@ class ContactSensor(Sensor[Bool]):
             if data.contact.exclude[at]:
                 continue
             mujoco.mj_contactForce(model, data, at, force)
-            name = model.body(int(model.geom_bodyid[other])).name
-            found.append(Touch(name.removeprefix("/"), float(np.linalg.norm(force[:3]))))
+            found.append(Touch(owner(model, other).removeprefix("/"), float(np.linalg.norm(force[:3]))))
         return found
 
     def measure(self, sample: int | None = None) -> Bool:

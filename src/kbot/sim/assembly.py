@@ -19,6 +19,7 @@ from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.placing import lowest_point
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot_builder import RobotPlan
+from kbot.sim.world_builder import owner
 from kbot.text import Diagnostic, KbotError
 from kbot.world import World
 
@@ -84,7 +85,7 @@ class Assembly:
         mujoco.mj_copyData(trial, self.model, self.data)
         mujoco.mj_forward(self.model, trial)
         for contact in trial.contact:
-            names = [self.model.body(int(self.model.geom_bodyid[g])).name for g in contact.geom]
+            names = [owner(self.model, int(geom)) for geom in contact.geom]
             ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
             own = [name.startswith(plan.prefix) for name in names]
             if contact.dist < -DEEP and any(own) and not ground:

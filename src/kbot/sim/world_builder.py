@@ -23,19 +23,43 @@ def add_world(spec: Any, world: w.World, findings: Findings) -> None:  # noqa: A
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     for body in world.bodies:
-        added = spec.worldbody.add_body(
-            name=PREFIX + body.name, pos=body.pose.translation, quat=wxyz(body.pose)
-        )
+        # what stands still is part of one body: a thousand bodies would be looked at every step
+        added, place = spec.worldbody, body.pose
         if not body.is_static:
+            added = spec.worldbody.add_body(
+                name=PREFIX + body.name, pos=body.pose.translation, quat=wxyz(body.pose)
+            )
             added.add_freejoint(name=PREFIX + body.name)
-        geoms = [(part, _add_part(spec, added, body, part, findings)) for part in body.parts if part.solid]
+            place = Transform.identity()
+        geoms = []
+        for index, part in enumerate(body.parts):
+            if part.solid:
+                geom = _add_part(spec, added, body, part, place @ part.pose, findings)
+                if geom is not None:
+                    geom.name = f"{PREFIX}{body.name}#{index}"
+                    geoms.append((part, geom))
         if body.mass is not None:
-            _weigh(added, body, body.mass, [(part, geom) for part, geom in geoms if geom is not None])
+            _weigh(added, body, body.mass, geoms)
 
 
-def _add_part(spec: Any, added: Any, body: w.Body, part: w.Part, findings: Findings) -> Any:  # noqa: ANN401
+def owner(model: Any, geom: int) -> str:  # noqa: ANN401
+    """Whose shape it is: `/body` of the world, or `robot/link`."""
+    name: str = model.geom(geom).name
+    if name.startswith(PREFIX):
+        return name.rpartition("#")[0]
+    return str(model.body(int(model.geom_bodyid[geom])).name)
+
+
+def _add_part(
+    spec: Any,  # noqa: ANN401
+    added: Any,  # noqa: ANN401
+    body: w.Body,
+    part: w.Part,
+    pose: Transform,
+    findings: Findings,
+) -> Any:  # noqa: ANN401
     try:
-        geom = add_shape(spec, added, part.shape, part.pose)
+        geom = add_shape(spec, added, part.shape, pose)
     except KbotError as error:
         findings.warning("W106", f"'{body.name}' cannot be touched: {error}", part.origin or body.origin)
         return None
