@@ -962,7 +962,14 @@ _LAUNCH: tuple[_Row, ...] = tuple(
             "a missing rviz file.",
             "mend its name.",
         ),
-        ("L060", "group-name", _ERROR, "A namespace that ROS does not take.", '`ns="my robot"`', "mend it."),
+        (
+            "L060",
+            "remap-name",
+            _ERROR,
+            "A remap from or to a name that ROS does not take.",
+            '`<remap from="my scan" …/>`',
+            "mend the name.",
+        ),
         (
             "L061",
             "machine-remote",

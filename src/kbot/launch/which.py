@@ -12,11 +12,14 @@ _WORDS_OF_2 = re.compile(
 )
 
 
-def is_ros_2(path: str) -> bool:
-    """Whether a launch file is one of ROS 2: by its name, or by words that ROS 1 does not have."""
+def is_ros_2(path: str, text: str | None = None) -> bool:
+    """Whether a launch file is one of ROS 2: by its name, or by words that ROS 1 does not have.
+
+    `text` is what it holds, where that is known already.
+    """
     if path.endswith((".py", ".yaml", ".yml")):
         return True
     try:
-        return bool(_WORDS_OF_2.search(read_source(path).text))
+        return bool(_WORDS_OF_2.search(read_source(path).text if text is None else text))
     except DescriptionError:
         return False
