@@ -47,7 +47,8 @@ def check(text: str) -> None:
     """Expand a text and look at everything that comes out."""
     expansion = expand_text(text, "fuzz.xacro", {"x": "1"}, limits=LIMITS)
     for diagnostic in expansion.diagnostics:
-        assert diagnostic.code and diagnostic.message, diagnostic
+        assert diagnostic.code, diagnostic
+        assert diagnostic.message, diagnostic
         to_json(diagnostic)
     render_text(expansion.diagnostics)
     if expansion.ok:

@@ -43,7 +43,7 @@ class Limits:
         nesting: int = 1000,
         includes: int = 100,
         macro_calls: int = 500,
-        nodes: int = 2_000_000,
+        nodes: int = 500_000,
         text: int = 64 * 1024 * 1024,
         steps: int = 5_000_000,
         length: int = 4_000_000,
