@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from kbot.checks.fixing import copy_as_collision, insert_child, set_value
 from kbot.checks.rig import Rig, find_rig
 from kbot.checks.sources import SourceFile, read_sources
 from kbot.checks.spatial import Frame
+from kbot.checks.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source
 
@@ -106,6 +107,11 @@ class Context:
     def elements(self) -> tuple[Element, ...]:
         """The root and every element of the result, in document order."""
         return (self.root, *self.root.descendants())
+
+    @cached_property
+    def urdf(self) -> tuple[tuple[Element, Element], ...]:
+        """Every element of URDF itself with its parent; what is in extensions is left out."""
+        return tuple(_urdf(self.root))
 
     @cached_property
     def _elements_by_place(self) -> Mapping[tuple[str, int], Element]:
@@ -225,6 +231,14 @@ class Context:
                 moving.add(link)
             waiting += [(j.child, moves or j.is_movable) for j in self.robot.child_joints[link]]
         return frozenset(moving)
+
+
+def _urdf(parent: Element) -> Iterator[tuple[Element, Element]]:
+    for child in parent.children:
+        if isinstance(child, Element) and ":" not in child.tag:
+            yield parent, child
+            if child.tag in CHILDREN and child.children:
+                yield from _urdf(child)
 
 
 def _touches(element: Element, origin: Origin) -> bool:

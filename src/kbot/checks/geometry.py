@@ -230,8 +230,9 @@ def overlap(context: Context, a: str, one: Part, b: str, other: Part) -> float:
     them, boxes and spheres do touch; round bodies may be missed or a little overstated at rims.
     """
     frame_a, frame_b = context.frames[a], context.frames[b]
-    center = frame_a.point(one.frame.translation)
-    away = subtract(frame_b.point(other.frame.translation), center)
+    away = subtract(frame_b.point(other.frame.translation), frame_a.point(one.frame.translation))
+    if norm(away) >= norm(one.half) + norm(other.half):
+        return 0.0
     whole_a, whole_b = frame_a.then(one.frame), frame_b.then(other.frame)
     columns = [whole.direction(e) for whole in (whole_a, whole_b) for e in _BASE]
     length = norm(away)

@@ -76,8 +76,10 @@ class _Copies:
         self._calls: dict[tuple[str, int], list[Call | None]] = defaultdict(list)
         starts: dict[str, set[int]] = defaultdict(set)
         for element in document.descendants() if document else ():
-            self._calls[element.source.path, element.start].append(element.call)
-            starts[element.source.path].add(element.start)
+            if element.call is not None:
+                path = element.source.path
+                self._calls[path, element.start].append(element.call)
+                starts[path].add(element.start)
         self._starts = {path: sorted(found) for path, found in starts.items()}
 
     def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:

@@ -314,6 +314,10 @@ def leftover(context: Context) -> Found:
             if element.start not in failed and not _failed_in(element, failed):
                 yield Finding(element.origin, f"<{element.tag}> is left in the result")
             continue
+        if not any("$" in v for v in element.attributes.values()) and not any(
+            "$" in c.value for c in element.children if not isinstance(c, Element)
+        ):
+            continue
         for name, value in element.attributes.items():
             if "$" in value and ("${" in value or "$(" in value):
                 origin = element.attribute_origin(name)

@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.fixing import remove_attributes, rename_attribute, rename_tag
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.vocabulary import ATTRIBUTES, CHILDREN, FOREIGN_ATTRIBUTES, TOLERATED
-from kbot.text import Element, Severity
+from kbot.text import Severity
 from kbot.text.suggest import nearest
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.\-/:]*")
-
-
-def _urdf(parent: Element) -> Iterator[tuple[Element, Element]]:
-    """Every element of URDF itself with its parent; extensions are not walked into."""
-    for child in parent.elements():
-        if ":" in child.tag:
-            continue
-        yield parent, child
-        if child.tag in CHILDREN:
-            yield from _urdf(child)
 
 
 @rule("U201", "unknown-tag", Severity.WARNING, "document")
@@ -39,7 +28,7 @@ def unknown_tag(context: Context) -> Found:
 
     Fix: safe: renamed where one known tag is near and not there already.
     """
-    for parent, element in _urdf(context.root):
+    for parent, element in context.urdf:
         tag, known = element.tag, CHILDREN[parent.tag]
         if tag in known or tag in TOLERATED.get(parent.tag, ()):
             continue
@@ -81,8 +70,7 @@ def unknown_attribute(context: Context) -> Found:
 
     Fix: safe: renamed where one known attribute is near and not given; `rpy` on `<axis>` removed.
     """
-    root = context.root
-    for element in (root, *(child for _, child in _urdf(root))):
+    for element in (context.root, *(child for _, child in context.urdf)):
         known = ATTRIBUTES.get(element.tag)
         if known is None:
             continue
