@@ -52,8 +52,11 @@ class Assembly:
         model, diagnostics = compile_model(world, tuple(met.values()), timestep)
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
-        for plan in met.values():
-            _put_on_ground(model, data, plan)
+        geoms: dict[str, list[int]] = {name: [] for name in met}
+        for geom in range(model.ngeom):
+            geoms.setdefault(owner(model, geom).partition("/")[0], []).append(geom)
+        for name, plan in met.items():
+            _put_on_ground(model, data, plan, geoms[name])
         mujoco.mj_resetData(model, data)
         return cls(world, contacts, timestep, met, model, data, diagnostics)
 
@@ -85,10 +88,12 @@ class Assembly:
         mujoco.mj_copyData(trial, self.model, self.data)
         mujoco.mj_forward(self.model, trial)
         for contact in trial.contact:
-            names = [owner(self.model, int(geom)) for geom in contact.geom]
             ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
+            if contact.dist >= -DEEP or ground:
+                continue
+            names = [owner(self.model, int(geom)) for geom in contact.geom]
             own = [name.startswith(plan.prefix) for name in names]
-            if contact.dist < -DEEP and any(own) and not ground:
+            if any(own):
                 other = names[own.index(False)] if False in own else names[0]
                 raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{other.strip('/')}'")
 
@@ -107,9 +112,9 @@ def plan_of(
     return RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
 
 
-def _put_on_ground(model: Any, data: Any, plan: RobotPlan) -> None:  # noqa: ANN401 - the engine's own
+def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> None:  # noqa: ANN401
     root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
-    lowest = lowest_point(model, data, plan.prefix)
+    lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
         model.qpos0[model.jnt_qposadr[root] + 2] -= lowest
 

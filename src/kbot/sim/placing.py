@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import mujoco
@@ -10,16 +11,15 @@ import numpy as np
 _TYPE = mujoco.mjtGeom
 
 
-def lowest_point(model: Any, data: Any, prefix: str) -> float | None:  # noqa: ANN401
-    """Height in m of the lowest touching point of the bodies whose names start with `prefix`.
+def lowest_point(model: Any, data: Any, geoms: Iterable[int]) -> float | None:  # noqa: ANN401
+    """Height in m of the lowest touching point of some geometries.
 
-    None when nothing of them touches. The engine's frames must be up to date.
+    None when none of them touches. The engine's frames must be up to date.
     """
     heights = [
         float(data.geom_xpos[geom][2]) - _reach_down(model, data, geom)
-        for geom in range(model.ngeom)
-        if (model.geom_contype[geom] or model.geom_conaffinity[geom])
-        and model.body(int(model.geom_bodyid[geom])).name.startswith(prefix)
+        for geom in geoms
+        if model.geom_contype[geom] or model.geom_conaffinity[geom]
     ]
     return min(heights, default=None)
 
