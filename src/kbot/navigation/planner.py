@@ -19,7 +19,7 @@ from kbot.navigation.taut import pull_taut
 from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OCCUPIED, UNKNOWN, OccupancyGrid
 
-MARGINS = (0.06, 0.03, 0.01)
+MARGINS = (0.06, 0.03, 0.01, 0.0)
 """Metres kept from walls beside the robot's radius: the widest that leaves a way is taken."""
 
 

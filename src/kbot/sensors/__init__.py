@@ -4,6 +4,7 @@ A sensor is declared by its spec and mounted: `lidar = sim.add_sensor(Lidar(link
 on it measures at its rate; `lidar.latest` is what was heard last.
 """
 
+from kbot.sensors.camera import Camera, CameraSensor
 from kbot.sensors.contact import Contact, ContactSensor
 from kbot.sensors.encoders import Encoders, EncoderSensor
 from kbot.sensors.imu import Imu, ImuSensor
@@ -15,6 +16,8 @@ from kbot.sensors.proximity import Cliff, CliffSensor, Range, RangeSensor
 from kbot.sensors.sensor import Sensor, Spec
 
 __all__ = [
+    "Camera",
+    "CameraSensor",
     "Cliff",
     "CliffSensor",
     "CloudSensor",

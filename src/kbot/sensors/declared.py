@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.model import Robot
+from kbot.sensors.camera import Camera
 from kbot.sensors.contact import Contact
 from kbot.sensors.imu import Imu
 from kbot.sensors.lidar import Lidar
@@ -212,15 +213,42 @@ def _sonar(values: Values, common: dict[str, Any]) -> Spec:
     )  # fmt: skip
 
 
+def _camera(values: Values, common: dict[str, Any]) -> Spec:
+    """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
+    kind = values.element.attributes["type"]
+    topic = common.pop("topic") or values.text("plugin/imageTopicName").strip("/")
+    frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
+    name = common["name"] or "camera"
+    if topic and not topic.endswith(("image", "image_raw", "color")):
+        topic = f"{topic}/image"
+    return Camera(
+        width=values.whole(320, "camera/image/width"),
+        height=values.whole(240, "camera/image/height"),
+        fov=values.number(1.047, "camera/horizontal_fov"),
+        near=values.number(0.1, "camera/clip/near"),
+        far=values.number(100.0, "camera/clip/far"),
+        depth=kind != "camera",
+        noise=values.noise("camera/noise"),
+        topic=topic or f"{name}/image_raw",
+        frame=frame,
+        **common,
+    )
+
+
 READERS: dict[str, Read] = {
     "ray": _lidar,
     "gpu_ray": _lidar,
     "lidar": _lidar,
     "gpu_lidar": _lidar,
     "imu": _imu,
+    "camera": _camera,
     "contact": _contact,
+    "depth": _camera,
+    "depth_camera": _camera,
     "gps": _gps,
     "navsat": _gps,
+    "rgbd": _camera,
+    "rgbd_camera": _camera,
     "sonar": _sonar,
 }
 """By the type of a `<sensor>`."""

@@ -74,10 +74,15 @@ class Sensor(ABC, Generic[M]):
         self._body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{robot.name}/{spec.link}")
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
-        self._publisher: Publisher[M] = simulation.bus.advertise(spec.topic or spec.label, self.message_type)
+        self._publisher: Publisher[M] = simulation.bus.advertise(self.topic, self.message_type)
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
+
+    @property
+    def topic(self) -> str:
+        """Where its readings are heard."""
+        return self.spec.topic or self.spec.label
 
     @property
     def latest(self) -> M | None:

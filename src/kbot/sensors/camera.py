@@ -1,0 +1,122 @@
+"""Cameras: colours and depths as an ideal pinhole sees them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages.sensing import CameraInfo, Image
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.offscreen import Canvas
+from kbot.sensors.picture_model import PictureModel
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera(Spec):
+    """Looks along x of `pose`, z up; `fov` is the horizontal field of view in rad; `near` and `far` in m
+    bound what is seen. `noise` is added to colours of 0 to 1. `topic` is that of the pictures; the intrinsics
+    are said on `camera_info` beside it, and with `depth` the distances on `depth/` beside it. `frame` should
+    name an optical frame (REP 103)."""
+
+    kind: ClassVar[str] = "camera"
+    width: int = 640
+    height: int = 480
+    fov: float = math.radians(60)
+    near: float = 0.02
+    far: float = 50.0
+    depth: bool = False
+    noise: Noise = NONE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (1 <= self.width <= 8192 and 1 <= self.height <= 8192):
+            raise KbotError(f"{self.label}: a picture has 1 to 8192 pixels a side")
+        if not 0.0 < self.fov < math.pi:
+            raise KbotError(f"{self.label}: a field of view is above 0 and below pi rad, not {self.fov}")
+        if not 0.0 < self.near < self.far < math.inf:
+            raise KbotError(
+                f"{self.label}: the planes go up from above 0 m, unlike {self.near} to {self.far}"
+            )
+
+    @property
+    def focal_length(self) -> float:
+        """In pixels, the same across and down."""
+        return self.width / 2.0 / math.tan(self.fov / 2.0)
+
+    def mount(self, simulation: Simulation) -> CameraSensor:
+        return CameraSensor(simulation, self)
+
+
+class CameraSensor(Sensor[Image]):
+    """Says an Image (rgb8), its CameraInfo, and with depth an Image of metres along the axis (32FC1)."""
+
+    message_type = Image
+    spec: Camera
+
+    def __init__(self, simulation: Simulation, spec: Camera) -> None:
+        """Raises KbotError where there is no OpenGL off screen; what to install is said."""
+        fovy = 2.0 * math.atan(spec.height / 2.0 / spec.focal_length)
+        size = spec.width, spec.height
+        self._scene = PictureModel(simulation, fovy, size, spec.near, spec.far)
+        self._canvas = Canvas(self._scene.model, *size)
+        super().__init__(simulation, spec)
+        bus = simulation.bus
+        beside, _, leaf = self.topic.rpartition("/")
+        beside = f"{beside}/" if beside else ""
+        self._infos = bus.advertise(f"{beside}camera_info", CameraInfo)
+        self._depths = bus.advertise(f"{beside}depth/{leaf}", Image) if spec.depth else None
+        self._noise = NoiseSource(
+            spec.noise, simulation.seed, f"{spec.label}/colour", size[0] * size[1] * 3, self._period
+        )
+        self.latest_depth: Image | None = None
+
+    @property
+    def topic(self) -> str:
+        return self.spec.topic or f"{self.spec.label}/image_raw"
+
+    def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+        """Colours (height, width, 3) and distances along the axis (height, width) in m now; +inf where
+        nothing is as near as `far`."""
+        _, _, place, axes = self._place()
+        self._scene.place(place, axes)
+        return self._canvas.draw(self._scene.data)
+
+    def measure(self, sample: int | None = None) -> Image:
+        colours, depths = self.draw()
+        if sample is not None:
+            if not self.spec.noise.is_none:
+                noisy = self._noise.apply(colours.reshape(-1) / 255.0, sample) * 255.0
+                colours = np.clip(np.rint(noisy), 0, 255).astype(np.uint8).reshape(colours.shape)
+            self._say_beside(depths)
+        return self._image("rgb8", 3, colours.tobytes())
+
+    def info(self) -> CameraInfo:
+        """The intrinsics of an ideal pinhole."""
+        spec, f = self.spec, self.spec.focal_length
+        x, y = spec.width / 2.0, spec.height / 2.0
+        return CameraInfo(
+            self._header(),
+            spec.height,
+            spec.width,
+            k=(f, 0.0, x, 0.0, f, y, 0.0, 0.0, 1.0),
+            p=(f, 0.0, x, 0.0, 0.0, f, y, 0.0, 0.0, 0.0, 1.0, 0.0),
+        )
+
+    def _say_beside(self, depths: NDArray[np.float64]) -> None:
+        if self._infos.is_heard:
+            self._infos.publish(self.info())
+        if self._depths is not None:
+            self.latest_depth = self._image("32FC1", 4, depths.astype("<f4").tobytes())
+            if self._depths.is_heard:
+                self._depths.publish(self.latest_depth)
+
+    def _image(self, encoding: str, size: int, data: bytes) -> Image:
+        spec = self.spec
+        return Image(self._header(), spec.height, spec.width, encoding, 0, size * spec.width, data)

@@ -1,0 +1,66 @@
+"""Pictures drawn off screen by OpenGL: through EGL on Linux, where Mesa's software driver serves without a
+graphics card."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.text import KbotError
+
+MISSING = (
+    "cameras draw off screen by OpenGL, which is not here ({why}): install the extra kbot[camera]"
+    " and, on Linux, libegl1 and libgl1-mesa-dri"
+)
+
+
+class Canvas:
+    """Draws the one camera of a model. Raises KbotError where there is no OpenGL off screen."""
+
+    def __init__(self, model: Any, width: int, height: int, shadows: bool = False) -> None:  # noqa: ANN401
+        self._gl = _context(width, height)
+        self._gl.make_current()
+        self._model = model
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 100)
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
+        self._option = mujoco.MjvOption()
+        self._camera = mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._camera.fixedcamid = 0
+        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._colours = np.empty((height, width, 3), dtype=np.uint8)
+        self._depths = np.empty((height, width), dtype=np.float32)
+
+    def draw(self, data: Any) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:  # noqa: ANN401
+        """Colours (height, width, 3) and distances along the camera's axis (height, width) in m, inf where
+        nothing is; rows from the top."""
+        self._gl.make_current()
+        model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(model, data, self._option, None, self._camera, everything, self._scene)
+        mujoco.mjr_render(self._rectangle, self._scene, self._context)
+        mujoco.mjr_readPixels(self._colours, self._depths, self._rectangle, self._context)
+        near = model.vis.map.znear * model.stat.extent
+        far = model.vis.map.zfar * model.stat.extent
+        depths = self._depths[::-1].astype(np.float64)
+        metres = near / (1.0 - depths * (1.0 - near / far))
+        metres[depths >= 1.0] = np.inf
+        return self._colours[::-1].copy(), metres
+
+
+def _context(width: int, height: int) -> Any:  # noqa: ANN401
+    try:
+        if sys.platform.startswith("linux"):
+            from mujoco.egl import GLContext
+        else:
+            from mujoco.gl_context import GLContext
+        return GLContext(width, height)
+    except (ImportError, RuntimeError, AttributeError, OSError) as error:
+        why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise KbotError(MISSING.format(why=why)) from None

@@ -1,0 +1,132 @@
+"""World and robot as they look: everything that is seen, paint and visuals too, and one camera."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.model import Geometry, Mesh
+from kbot.model.meshes import load_mesh
+from kbot.sim import Simulation
+from kbot.sim.geometry import add_shape, wxyz
+from kbot.text import KbotError
+from kbot.world import Mesh as WorldMesh
+from kbot.world import Shape
+
+GREY = (0.6, 0.6, 0.6, 1.0)
+
+# the engine's cameras look along -z with y up; a sensor looks along x with z up
+_SENSOR_FROM_CAMERA = Transform.from_rotation_translation(
+    np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), (0.0, 0.0, 0.0)
+)
+
+
+class PictureModel:
+    """A model that only stands for pictures: its bodies are put where the simulation's are."""
+
+    def __init__(
+        self, simulation: Simulation, fovy: float, size: tuple[int, int], near: float, far: float
+    ) -> None:
+        """`fovy`, the vertical field of view in rad; `size` as width and height in pixels; the planes between
+        which something is seen, in m."""
+        self._simulation = simulation
+        spec = mujoco.MjSpec()
+        spec.compiler.degree = False
+        visual = spec.visual
+        visual.global_.offwidth, visual.global_.offheight = size
+        visual.quality.offsamples = 0
+        visual.quality.shadowsize = 0
+        visual.map.znear, visual.map.zfar = near, far
+        visual.headlight.ambient, visual.headlight.diffuse = (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)
+        visual.headlight.specular = (0.0, 0.0, 0.0)
+        spec.stat.extent = 1.0
+        self._add_world(spec)
+        self._add_robot(spec)
+        camera = spec.worldbody.add_body(name="camera", mocap=True)
+        camera.add_camera(name="camera", fovy=math.degrees(fovy), quat=wxyz(_SENSOR_FROM_CAMERA))
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        names = ["camera", *self._moving, *(f"robot/{link}" for link in self._links)]
+        self._mocap = {n: int(self.model.body(n).mocapid[0]) for n in names}
+
+    def place(self, camera: NDArray[np.float64], axes: NDArray[np.float64]) -> None:
+        """Put everything where it is now, and the camera at a place (3,) with the sensor's axes (3, 3)."""
+        simulation = self._simulation
+        self._put("camera", Transform.from_rotation_translation(axes, camera))
+        if self._moving:
+            for name, pose in simulation.body_poses().items():
+                self._put(f"/{name}", pose)
+        for link in self._links:
+            self._put(f"robot/{link}", simulation.link_pose(link))
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def _put(self, name: str, pose: Transform) -> None:
+        at = self._mocap[name]
+        self.data.mocap_pos[at] = pose.translation
+        self.data.mocap_quat[at] = wxyz(pose)
+
+    def _add_world(self, spec: Any) -> None:  # noqa: ANN401 - the engine has no types
+        self._moving = [f"/{b.name}" for b in self._simulation.world.bodies if not b.is_static]
+        for body in self._simulation.world.bodies:
+            added = spec.worldbody.add_body(
+                name=f"/{body.name}",
+                pos=body.pose.translation,
+                quat=wxyz(body.pose),
+                mocap=not body.is_static,
+            )
+            for part in body.parts:
+                _add(spec, added, part.shape, part.pose, part.rgba)
+
+    def _add_robot(self, spec: Any) -> None:  # noqa: ANN401
+        self._links = []
+        for name, link in self._simulation.robot.links.items():
+            if not link.visuals:
+                continue
+            self._links.append(name)
+            added = spec.worldbody.add_body(name=f"robot/{name}", mocap=True)
+            for visual in link.visuals:
+                pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
+                known = visual.material.rgba if visual.material else None
+                _add(spec, added, visual.geometry, pose, known or GREY)
+
+
+def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: tuple[float, ...]) -> None:  # noqa: ANN401
+    """What cannot be drawn is left out: the simulation has warned of it."""
+    try:
+        if isinstance(shape, Mesh | WorldMesh):
+            geom = body.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_MESH,
+                pos=pose.translation,
+                quat=wxyz(pose),
+                meshname=_mesh(spec, shape),
+            )
+        else:
+            geom = add_shape(spec, body, shape, pose)
+    except KbotError:
+        return
+    geom.rgba = rgba
+
+
+def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:  # noqa: ANN401
+    """Triangles as they are; Raises KbotError for a file that is not there or not readable."""
+    name = f"mesh{len(spec.meshes)}"
+    if isinstance(shape, WorldMesh):
+        vertices, faces = shape.vertices, shape.faces.astype(np.int64)
+    else:
+        if shape.path is None:
+            raise KbotError(f"the mesh {shape.uri} is not found")
+        data = load_mesh(shape.path)
+        vertices, faces = data.vertices * np.asarray(shape.scale), data.faces
+    spec.add_mesh(
+        name=name,
+        uservert=np.asarray(vertices, dtype=np.float64).ravel(),
+        userface=np.asarray(faces, dtype=np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    return name
