@@ -232,9 +232,19 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING) -> Document:
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
         message = f"not well-formed XML: {expat.ErrorString(error.code)}"
-        raise _error(source, "P001", message, parser.ErrorByteIndex) from None
+        raise _error(source, "P001", message, parser.ErrorByteIndex, _nameless(source.data, parser)) from None
     document.diagnostics = tuple(problems)
     return document
+
+
+def _nameless(data: bytes, parser: expat.XMLParserType) -> str:
+    """A hint for a tag that begins with an attribute, as where `<robot` and the rest came apart."""
+    tag = data.rfind(b"<", 0, parser.ErrorByteIndex + 1)
+    match = re.match(rb"<([\w:.-]+)\s*=", data[tag : tag + 200]) if tag >= 0 else None
+    if match is None:
+        return ""
+    name = match[1].decode("utf-8", "replace")
+    return f"'{name}' is an attribute, and no element: put it into the tag of the element before"
 
 
 def _error(source: Source, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:

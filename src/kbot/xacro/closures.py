@@ -3,7 +3,7 @@
 A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
 `budget`. Names, operators, calls and attributes mean what they mean in Python; attributes lead
 only to public data (`values.attribute`), and everything that could grow is measured first
-(`bounds`).
+(`operators`, `functions`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
-from kbot.xacro import bounds, loops
+from kbot.xacro import loops
+from kbot.xacro.functions import call
 from kbot.xacro.operations import (
     Closure,
     InvalidExpression,
@@ -21,6 +22,8 @@ from kbot.xacro.operations import (
     operation,
     refuse_private,
 )
+from kbot.xacro.operators import COMPARE
+from kbot.xacro.text_methods import format_value
 from kbot.xacro.values import Value, attribute, public_names
 
 TYPE_CHECKING = False
@@ -84,7 +87,7 @@ def _compare(node: ast.Compare) -> Closure:
     if len(node.ops) == 1:
         return comparison(type(node.ops[0]).__name__, first, closure_of(node.comparators[0]))
     steps = [
-        (bounds.COMPARE[type(op).__name__], closure_of(right))
+        (COMPARE[type(op).__name__], closure_of(right))
         for op, right in zip(node.ops, node.comparators, strict=True)
     ]
 
@@ -193,9 +196,9 @@ def _call(node: ast.Call) -> Closure:
     function, arguments = closure_of(node.func), items(node.args)
     named = [(keyword.arg, closure_of(keyword.value)) for keyword in node.keywords]
     if not named:
-        return lambda env: bounds.call(env.budget, function(env), arguments(env), {})
+        return lambda env: call(env.budget, function(env), arguments(env), {})
 
-    def call(env: Environment) -> Value:
+    def with_keywords(env: Environment) -> Value:
         target, values = function(env), arguments(env)
         keywords: dict[str, Value] = {}
         for name, closure in named:
@@ -203,9 +206,9 @@ def _call(node: ast.Call) -> Closure:
                 keywords.update(closure(env))
             else:
                 keywords[name] = closure(env)
-        return bounds.call(env.budget, target, values, keywords)
+        return call(env.budget, target, values, keywords)
 
-    return call
+    return with_keywords
 
 
 def _assignment(node: ast.NamedExpr) -> Closure:
@@ -231,7 +234,7 @@ def _formatted(node: ast.FormattedValue) -> Closure:
     def formatted(env: Environment) -> str:
         result = value(env)
         env.budget.weigh(result)
-        return bounds.format_value(env.budget, convert(result) if convert else result, spec(env))
+        return format_value(env.budget, convert(result) if convert else result, spec(env))
 
     return formatted
 

@@ -127,7 +127,7 @@ FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
 def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value]) -> Callable[..., Value]:
     def call(*args: Value, **named: Value) -> Value:
         run.warn("X202", f"{name}() without a prefix is deprecated", hint=f"write {space}.{name}()")
-        from kbot.xacro.bounds import call as bounded
+        from kbot.xacro.functions import call as bounded
 
         return bounded(run.budget, function, list(args), named)
 

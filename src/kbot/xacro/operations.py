@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from kbot.xacro import bounds
+from kbot.xacro import operators
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value
 
@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Protocol
 
-    from kbot.xacro.bounds import Budget
+    from kbot.xacro.budget import Budget
 
     class Environment(Protocol):
         """Where names are looked up."""
@@ -74,7 +74,7 @@ def operation(kind: str, left: Closure, right: Closure) -> Closure:
     """The closure of a binary operator, by the name of its syntax tree's class."""
     if kind == "Div":
         return lambda env: left(env) / right(env)
-    function = bounds.BINARY[kind]
+    function = operators.BINARY[kind]
     if kind in ("Sub", "Add", "Mult"):
         direct = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}[kind]
 
@@ -90,7 +90,7 @@ def operation(kind: str, left: Closure, right: Closure) -> Closure:
 
 def comparison(kind: str, left: Closure, right: Closure) -> Closure:
     """The closure of a comparison, by the name of its syntax tree's class."""
-    function = bounds.COMPARE[kind]
+    function = operators.COMPARE[kind]
     return lambda env: function(env.budget, left(env), right(env))
 
 

@@ -11,7 +11,7 @@ from kbot.text.files import read_source
 from kbot.text.span import Call, Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element, Text
-from kbot.xacro.bounds import Budget
+from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
 from kbot.xacro.location import locate
 from kbot.xacro.values import Value

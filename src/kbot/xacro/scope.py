@@ -5,7 +5,7 @@ from __future__ import annotations
 from kbot.text.span import Call, Origin
 from kbot.text.suggest import nearest
 from kbot.text.xml import Element
-from kbot.xacro.bounds import Budget
+from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, Problem, consequence
 from kbot.xacro.names import GLOBAL, KNOWN, run_name
 from kbot.xacro.templates import evaluate
