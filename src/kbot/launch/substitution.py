@@ -11,7 +11,7 @@ from typing import Any
 from kbot.launch.known import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.bounds import Budget
+from kbot.xacro.budget import Budget
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault as ExpressionFault
 from kbot.xacro.limits import DEFAULT

@@ -12,7 +12,7 @@ from kbot.launch.plan import Description
 from kbot.launch.ros2.substitutions import find_share, performed
 from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin
-from kbot.xacro.bounds import Budget
+from kbot.xacro.budget import Budget
 from kbot.xacro.expressions import compiled
 from kbot.xacro.faults import Fault as ExpressionFault
 from kbot.xacro.limits import DEFAULT
