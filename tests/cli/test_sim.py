@@ -132,3 +132,43 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(capsys, tmp_path):
     status, _, err = simulate(capsys, str(file), "--headless", "--cmd-vel", "0.1,0")
     assert status == 2
     assert "robot 'ball' cannot drive: the robot has no joint that moves" in err
+
+
+def test_a_picture_is_drawn_even_of_a_drive_that_fails(capsys, tmp_path):
+    """The true way is blue and ends to the right of where it began."""
+    script, picture = tmp_path / "drive.py", tmp_path / "drive.png"
+    script.write_text("def drive(sim):\n    sim.cmd_vel(0.2, 0)\n    sim.run(3)\n    assert False\n")
+    status, _, _ = simulate(
+        capsys, "kbot", "--headless", "--world", "boxes", "--script", str(script), "--plot", str(picture)
+    )
+    assert status == 1
+    from kbot.world.images import read_grey
+
+    assert read_grey(str(picture)).shape == (900, 900)
+
+
+def test_a_picture_that_cannot_be_written_is_said(capsys, tmp_path):
+    target = tmp_path / "nowhere" / "drive.png"
+    status, _, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--plot", str(target))
+    assert status == 2
+    assert "cannot be written" in err
+
+
+def test_the_example_holds_for_kbot(capsys):
+    from pathlib import Path
+
+    script = Path(__file__).parents[2] / "examples" / "drive_test" / "drive_straight.py"
+    assert report_of(capsys, "kbot", "--script", str(script))["distance_m"] == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_world_from_a_file(capsys, tmp_path):
+    world = tmp_path / "yard.world"
+    world.write_text(
+        "<sdf version='1.7'><world name='yard'><include><uri>model://ground_plane</uri></include>"
+        "<include><uri>model://wall</uri><pose>0.6 0 0 0 0 1.5707963</pose></include></world></sdf>"
+    )
+    report = report_of(capsys, "kbot", "--world", str(world), "--duration", "6", "--cmd-vel", "0.2,0")
+    assert report["pose"]["x"] == pytest.approx(0.6 - 0.025 - 0.06, abs=0.02)
+    status, _, err = simulate(capsys, "kbot", "--headless", "--world", str(tmp_path / "none.world"))
+    assert status == 2
+    assert "none.world does not exist" in err

@@ -12,6 +12,7 @@ from kbot.cli.arguments import examples, one_file, package_path_option, page_opt
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
+from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
@@ -34,12 +35,19 @@ DURATION = 10.0
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
-@click.option("--world", default="empty", show_default=True, metavar="W", help="Name of a built-in world.")
+@click.option(
+    "--world",
+    default="empty",
+    show_default=True,
+    metavar="W",
+    help="A built-in world, an SDF file, or a map.yaml.",
+)
 @click.option("--headless", is_flag=True, help="No page: run as fast as the machine can, and report.")
 @click.option("--duration", type=float, metavar="S", help="Simulated seconds to run.  [default: 10]")
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
 @click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
 @click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
+@click.option("--plot", metavar="PNG", help="Draw the way it went, and its odometry's, from above.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",
@@ -60,6 +68,7 @@ def command(
     cmd_vel: str | None,
     script: str | None,
     goto: str | None,
+    plot: str | None,
     seed: int,
     contacts: str,
     as_json: bool,
@@ -78,7 +87,7 @@ def command(
     file, arguments = one_file(words)
     if not headless:
         _refuse_without_headless(
-            duration=duration, cmd_vel=cmd_vel, script=script, goto=goto, json=as_json or None
+            duration=duration, cmd_vel=cmd_vel, script=script, goto=goto, plot=plot, json=as_json or None
         )
         from kbot.workbench.serve import serve
 
@@ -107,6 +116,8 @@ def command(
         fail("--script says itself how long to run; leave --duration out")
     if goto is not None and (cmd_vel is not None or script is not None):
         fail("--goto drives the robot itself; leave --cmd-vel and --script out")
+    if goto is not None and plot is not None:
+        fail("--plot is for --script and --cmd-vel; leave it out with --goto")
     goal = None if goto is None else parse_goal(goto)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path)
     with going_along(wishes) as join:
@@ -116,8 +127,8 @@ def command(
         if speeds is not None:
             simulation.cmd_vel(*speeds)
         if wishes.is_live and script is None:
-            return _run(simulation, duration, script, as_json, in_real_time=True)
-        return _run(simulation, seconds, script, as_json)
+            return _run(simulation, duration, script, as_json, plot, in_real_time=True)
+        return _run(simulation, seconds, script, as_json, plot)
 
 
 def _refuse_without_headless(**options: object) -> None:
@@ -162,6 +173,7 @@ def _run(
     seconds: float | None,
     script: str | None,
     as_json: bool,
+    plot: str | None,
     in_real_time: bool = False,
 ) -> int:
     """`seconds` None is until Ctrl-C."""
@@ -169,7 +181,7 @@ def _run(
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 
-    odometer = Odometer(simulation)
+    odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
     with Progress(simulation, seconds if script is None else None) as progress:
         if in_real_time or seconds is None:
@@ -184,6 +196,10 @@ def _run(
             except ScriptFailed as failure:
                 failed = failure
     odometer.close()
+    if plot is not None:
+        from kbot.sim.plot import draw
+
+        write_bytes(plot, draw(odometer.truth, odometer.odometry, simulation.world))
     result = make_report(simulation, odometer.distance, progress.wall)
     if as_json:
         print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})

@@ -57,11 +57,15 @@ class RunReport:
 
 
 class Odometer:
-    """Adds up the way that a simulation's robot truly goes."""
+    """Adds up the way that a simulation's robot truly goes; keeps it, and what odometry has of it, where
+    `keeps` says so."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, keeps: bool = False) -> None:
         self._simulation = simulation
+        self._keeps = keeps
         self._last = simulation.ground_truth.pose
+        self.truth = [self._last]
+        self.odometry = [simulation.odometry.pose]
         self.distance = 0.0
         self._timer = simulation.clock.every(1.0 / SAMPLE, self.sample)
 
@@ -70,6 +74,9 @@ class Odometer:
         pose = self._simulation.ground_truth.pose
         self.distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
         self._last = pose
+        if self._keeps:
+            self.truth.append(pose)
+            self.odometry.append(self._simulation.odometry.pose)
 
     def close(self) -> None:
         self.sample()

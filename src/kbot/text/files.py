@@ -53,6 +53,11 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write UTF-8 text as `write_bytes` does. Raises as it does."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     """Write a file beside its target and rename it into place, so that nobody sees half of it.
 
     Raises:
@@ -64,14 +69,14 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     target = Path(os.path.realpath(path))  # a link stays a link
     try:
         if target.exists() and not target.is_file():
-            target.write_text(text, encoding="utf-8", newline="")  # a device or a pipe: nothing to replace
+            target.write_bytes(data)  # a device or a pipe: nothing to replace
             return
         descriptor, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
         raise KbotError(f"{path} cannot be written: {error.strerror}") from None
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as stream:
-            stream.write(text)
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(data)
         mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
         Path(scratch).chmod(mode)
         Path(scratch).replace(target)

@@ -1,0 +1,31 @@
+"""Refuses a robot that no longer drives straight, turns true, or knows where it is.
+
+    kbot sim robot.xacro --headless --script drive_straight.py --plot drive.png
+
+Every `assert` that does not hold ends the run with exit status 1, the time, and the values.
+"""
+
+from math import degrees, hypot, pi
+
+from kbot import Simulation
+
+
+def drive(sim: Simulation) -> None:
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(10.0)
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+    pose = sim.ground_truth.pose
+    assert abs(pose.x - 2.0) < 0.01, "two metres ahead"
+    assert abs(pose.y) < 0.005, "and not aside"
+
+    sim.cmd_vel(0.0, 1.0)
+    sim.run(2 * pi)
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(1.0)
+    turned = degrees(sim.ground_truth.pose.yaw - pose.yaw)
+    assert abs(turned - 360.0) < 1.0, "once round"
+
+    odometry, truth = sim.odometry.pose, sim.ground_truth.pose
+    off = hypot(odometry.x - truth.x, odometry.y - truth.y)
+    assert off < 0.001, "odometry within a millimetre"
