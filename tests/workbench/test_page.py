@@ -106,6 +106,31 @@ def test_pause_step_reset_and_speed(driving: tuple[str, Session], open_page: Ope
     until(lambda: page.evaluate("kbot.time") > 0.5)
 
 
+def test_another_world_is_chosen_in_every_tab(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page, other = open_page(driving[0]), open_page(driving[0])
+    page.get_by_role("combobox", name="World").select_option("boxes")
+    for tab in (page, other):
+        until(lambda tab=tab: tab.evaluate("kbot.revision") == 2)
+        assert tab.get_by_role("combobox", name="World").input_value() == "boxes"
+        tab.evaluate("kbot.drawn()")
+        ids, links = id_image(tab)
+        assert (ids >= len(links)).sum() > 100  # boxes are in the picture
+
+
+def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    at = page.evaluate("kbot.where('base_link')")
+    page.keyboard.down("Shift")
+    page.mouse.move(at["x"], at["y"])
+    page.mouse.down()
+    page.mouse.move(at["x"], at["y"] - 150)
+    until(lambda: session.state().poses[2] > 0.03)  # it is lifted
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    until(lambda: session.state().poses[2] < 0.03)
+
+
 def test_a_slider_turns_the_wheel_in_every_tab(viewing: str, open_page: OpenPage) -> None:
     page, other = open_page(viewing), open_page(viewing)
     for tab in (page, other):

@@ -13,11 +13,13 @@ from kbot.workbench.protocol import (
     FromServer,
     OpenSource,
     Pause,
+    Push,
     Reset,
     Scene,
     SetJoint,
     SetJoints,
     SetSpeed,
+    SetWorld,
     SourceText,
     State,
     Stop,
@@ -211,6 +213,37 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(arm: Path) -> None:
     assert "continuous" in session.about().cannot_drive
     with pytest.raises(KbotError, match="cannot drive"):
         session.obey(Drive(0.1, 0.0), 1)
+
+
+def test_another_world_starts_again(xacro: Path) -> None:
+    session, told = open_session(str(xacro), simulate=True), []
+    session.announce = told.append
+    drive_on(session, 0.2, 0.5)
+    assert "boxes" in session.about().worlds
+    session.obey(SetWorld("boxes:count=3"), 1)
+    state = session.state()
+    assert (state.time, state.resets, state.command) == (0.0, 1, (0.0, 0.0))
+    assert session.about().world == "boxes"
+    (scene,) = of(Scene, told)
+    assert isinstance(scene, Scene)
+    assert len(scene.bodies) == 3
+    with pytest.raises(KbotError, match="did you mean 'maze'"):
+        session.obey(SetWorld("mase"), 1)
+    assert session.about().world == "boxes"
+    drive_on(session, 0.2, 0.5)
+
+
+def test_a_push_moves_the_robot(xacro: Path) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(Push("base_link", 0.0, 0.0, 40.0, 0.1), 1)  # 40 N lift 1.15 kg
+    session.advance(0.1)
+    assert session.state().poses[2] > 0.05
+    with pytest.raises(KbotError, match="no link 'base'"):
+        session.obey(Push("base", 1.0, 0.0, 0.0, 0.1), 1)
+    arm_less = open_session(str(xacro), simulate=False)
+    for message in (Push("base_link", 1.0, 0.0, 0.0, 0.1), SetWorld("boxes")):
+        with pytest.raises(KbotError, match="kbot sim"):
+            arm_less.obey(message, 1)
 
 
 def test_equal_states_are_equal_in_every_run(xacro: Path) -> None:

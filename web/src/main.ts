@@ -24,6 +24,7 @@ import { sheets } from "./panels/sheets";
 import { toolbar } from "./panels/toolbar";
 import { topbar } from "./panels/topbar";
 import { transport } from "./panels/transport";
+import { usePush } from "./push";
 import { View } from "./view/view";
 
 const app = new App();
@@ -44,5 +45,6 @@ app.about.watch((about) => {
 view = new View(app, picture);
 app.focused.watch((asked) => asked && view.focus(asked.link));
 centre.append(hover(app, view, picture));
+usePush(app, view);
 useKeys(app, view, driver, showHelp);
 window.kbot = handle(app, view);

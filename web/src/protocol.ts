@@ -10,6 +10,7 @@ export interface About {
   linear_limit: number;
   angular_limit: number;
   files: readonly string[];
+  worlds: readonly string[];
   client: number;
   type: "about";
 }
@@ -214,6 +215,22 @@ export interface SetSpeed {
   type: "set_speed";
 }
 
+/** Push a link with a force in N along the world's axes, for a moment of simulated time. */
+export interface Push {
+  link: string;
+  x: number;
+  y: number;
+  z: number;
+  seconds: number;
+  type: "push";
+}
+
+/** Start again in another world: a built-in world's name, with parameters if any. */
+export interface SetWorld {
+  world: string;
+  type: "set_world";
+}
+
 export interface OpenSource {
   file: string;
   type: "open_source";
@@ -261,4 +278,4 @@ export interface Undo {
 
 export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Refused;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo;

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from kbot.kinematics.differential_drive import NoDrive, find_drive
-from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.session import Reader, Session
-from kbot.world import World, load_world
+from kbot.world import BUILDERS, World, load_world
 
 BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
@@ -34,7 +34,9 @@ def driven_session(
         KbotError: there is no such world.
     """
     setup = _Setup(load_world(world), seed, contacts, attend)
-    return Session(reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits)
+    return Session(
+        reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits, tuple(BUILDERS)
+    )
 
 
 def why_not(robot: Robot) -> str:
@@ -62,29 +64,26 @@ class _Setup:
     attend: Attend
 
 
-@dataclass
 class Driving:
-    """A running simulation. `time_before` and `odometry_before` are those of the robot it stands in for."""
+    """A running simulation."""
 
-    robot: Robot
-    setup: _Setup
-    time_before: float = 0.0
-    odometry_before: PlanarPose = field(default_factory=PlanarPose)
-    _command: tuple[float, float] = (0.0, 0.0)
-    _owed: float = 0.0
-    _sim: Simulation = field(init=False)
+    def __init__(self, robot: Robot, setup: _Setup, simulation: Simulation | None = None) -> None:
+        """Starts a simulation, or goes on with one.
 
-    def __post_init__(self) -> None:
-        setup = self.setup
-        self._sim = Simulation(self.robot, setup.world, setup.seed, contacts=setup.contacts)
+        Raises:
+            DescriptionError: the robot cannot be simulated.
+        """
+        self._setup = setup
+        self._sim = simulation or Simulation(robot, setup.world, setup.seed, contacts=setup.contacts)
+        self._command = (0.0, 0.0)
+        self._owed = 0.0
         setup.attend(self._sim)
 
     def moment(self) -> Moment:
         sim = self._sim
-        odometry, twist = sim.odometry, sim.odometry.twist
-        pose = self.odometry_before @ odometry.pose
+        pose, twist = sim.odometry.pose, sim.odometry.twist
         return Moment(
-            time=self.time_before + sim.time,
+            time=sim.time,
             positions=sim.joint_positions,
             poses=sim.link_poses(),
             bodies=flat(sim.body_poses().values()),
@@ -107,12 +106,14 @@ class Driving:
 
     def reset(self) -> None:
         self._sim.reset()
-        self.time_before, self.odometry_before = 0.0, PlanarPose()
         self._command, self._owed = (0.0, 0.0), 0.0
 
     def drive(self, linear: float, angular: float) -> None:
         self._sim.cmd_vel(linear, angular)
         self._command = (linear, angular)
+
+    def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
+        self._sim.apply_force(link, force, seconds)
 
     def set_joint(self, name: str, position: float) -> None:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
@@ -121,10 +122,12 @@ class Driving:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
 
     def replace(self, robot: Robot) -> Driving:
-        """A simulation of the changed robot, at rest where this one is."""
-        before = self._sim.odometry.pose
-        other = Driving(robot, self.setup, self.time_before + self._sim.time, self.odometry_before @ before)
-        kept = self._sim.joint_positions
-        joints = {j.name: kept[j.name] for j in robot.movable_joints if j.name in kept}
-        other._sim.place(self._sim.ground_truth.pose, joints)
+        """Go on with the changed robot where this one stands."""
+        other = Driving(robot, self._setup, self._sim.with_robot(robot))
+        other._command = self._command
         return other
+
+    def enter(self, world: str) -> tuple[Driving, World]:
+        """The robot at the start of another world."""
+        setup = dataclasses.replace(self._setup, world=load_world(world))
+        return Driving(self._sim.robot, setup), setup.world

@@ -12,6 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
 from kbot.workbench.scene import slider_range
+from kbot.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,10 @@ class Motion(Protocol):
         """Raises KbotError where the robot cannot drive."""
         ...
 
+    def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
+        """A force in N along the world's axes. Raises KbotError where nothing moves by itself."""
+        ...
+
     def set_joint(self, name: str, position: float) -> None:
         """Raises KbotError where there is no such joint, or joints are not set by hand."""
         ...
@@ -50,6 +55,10 @@ class Motion(Protocol):
 
     def replace(self, robot: Robot) -> Motion:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
+        ...
+
+    def enter(self, world: str) -> tuple[Motion, World]:
+        """The same robot at the start of another world. Raises KbotError."""
         ...
 
 
@@ -79,6 +88,12 @@ class Sliders:
 
     def drive(self, linear: float, angular: float) -> None:
         raise KbotError("nothing is simulated here, so the robot cannot drive: kbot sim does it")
+
+    def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
+        raise KbotError("nothing is simulated here, so nothing can be pushed: kbot sim does it")
+
+    def enter(self, world: str) -> tuple[Motion, World]:
+        raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")
 
     def set_joint(self, name: str, position: float) -> None:
         joint = self._joints.get(name)

@@ -208,6 +208,7 @@ class About:
     linear_limit: float
     angular_limit: float
     files: tuple[str, ...]
+    worlds: tuple[str, ...]
     client: int
     type: Literal["about"] = "about"
 
@@ -312,6 +313,26 @@ class SetSpeed:
 
 
 @dataclass(frozen=True, slots=True)
+class Push:
+    """Push a link with a force in N along the world's axes, for a moment of simulated time."""
+
+    link: Name
+    x: Annotated[float, Range(-1000, 1000)]
+    y: Annotated[float, Range(-1000, 1000)]
+    z: Annotated[float, Range(-1000, 1000)]
+    seconds: Annotated[float, Range(0.001, 1)]
+    type: Literal["push"] = "push"
+
+
+@dataclass(frozen=True, slots=True)
+class SetWorld:
+    """Start again in another world: a built-in world's name, with parameters if any."""
+
+    world: Name
+    type: Literal["set_world"] = "set_world"
+
+
+@dataclass(frozen=True, slots=True)
 class OpenSource:
     file: PathName
     type: Literal["open_source"] = "open_source"
@@ -379,6 +400,8 @@ FromPage = (
     | Advance
     | Reset
     | SetSpeed
+    | Push
+    | SetWorld
     | OpenSource
     | SetParameter
     | DropParameters

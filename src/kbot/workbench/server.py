@@ -43,6 +43,7 @@ class Server:
         self._page = load_page()
         self._changed = True
         self._reading = asyncio.Lock()
+        session.announce = self.hub.publish
 
     async def run(self, listening: socket.socket) -> None:
         """Serve on a bound socket until cancelled."""

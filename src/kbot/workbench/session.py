@@ -26,11 +26,14 @@ from kbot.workbench.protocol import (
     FromServer,
     OpenSource,
     Pause,
+    Push,
+    Refused,
     Reset,
     Scene,
     SetJoint,
     SetJoints,
     SetSpeed,
+    SetWorld,
     SourceText,
     State,
     Stop,
@@ -64,6 +67,7 @@ class Session:
         world: World | None = None,
         cannot_drive: Callable[[Robot], str] = lambda robot: "",
         limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0),
+        worlds: tuple[str, ...] = (),
     ) -> None:
         """Reads the description.
 
@@ -75,10 +79,13 @@ class Session:
         self._world = world
         self._cannot_drive = cannot_drive
         self._limits = limits
+        self._worlds = worlds
         self.meshes = MeshStore()
         self.authoring = Authoring(reader.overrides)
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
+        self.announce: Callable[[FromServer], None] = lambda message: None
+        """Tells every page."""
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
         self._motion = make_motion(self._robot)
@@ -112,6 +119,7 @@ class Session:
             try:
                 self._motion = self._motion.replace(reading.robot)
             except KbotError as error:
+                messages.append(Refused(str(error)))
                 problems = error.diagnostics if isinstance(error, DescriptionError) else ()
                 self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
                 self._stale = True
@@ -140,6 +148,7 @@ class Session:
             linear_limit=linear,
             angular_limit=angular,
             files=self._latest.files,
+            worlds=self._worlds,
             client=client,
         )
 
@@ -212,6 +221,10 @@ class Session:
                 self._driver = NOBODY
             case SetSpeed(factor=factor):
                 self.speed = factor
+            case Push(link=link, x=x, y=y, z=z, seconds=seconds):
+                self._motion.push(link, (x, y, z), seconds)
+            case SetWorld(world=world):
+                self._enter(world)
             case OpenSource(file=file):
                 return [self.source(file)]
             case _:
@@ -223,6 +236,15 @@ class Session:
         """A page is gone; if it was driving, the robot stops."""
         if client == self._driver:
             self._stop()
+
+    def _enter(self, world: str) -> None:
+        self._motion, self._world = self._motion.enter(world)
+        self._revision += 1
+        self._resets += 1
+        self._driver = NOBODY
+        self.scene = self._build_scene()
+        for message in (self.about(), self.scene, self.state()):
+            self.announce(message)
 
     def _drive(self, linear: float, angular: float, client: int) -> None:
         standing = linear == 0.0 and angular == 0.0

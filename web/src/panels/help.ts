@@ -3,6 +3,7 @@ import { h } from "../dom";
 const KEYS: readonly [string, string][] = [
   ["W A S D, arrows", "drive, while held"],
   ["Space", "stop"],
+  ["Shift + drag", "push a link of the robot"],
   ["P", "pause, go on"],
   [".", "step, when paused"],
   ["R", "reset"],

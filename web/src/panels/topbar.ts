@@ -6,7 +6,12 @@ import { chooseTheme } from "../options";
 /** File, mode, connection, theme. */
 export function topbar(app: App, help: () => void): HTMLElement {
   const file = h("span", { class: "file" });
-  const mode = h("span", { class: "mode" });
+  const mode = h("span", { class: "mode" }, "view");
+  const world = h("select", { class: "mode", "aria-label": "World", title: "Start again in another world" });
+  world.addEventListener("change", () => {
+    app.send({ type: "set_world", world: world.value });
+    world.blur();
+  });
   const link = h("span", { class: "status", role: "status" });
   const theme = h("button", { class: "icon-button", type: "button", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") });
   app.theme.watch((now) => {
@@ -19,7 +24,11 @@ export function topbar(app: App, help: () => void): HTMLElement {
     if (about === null) return;
     file.textContent = baseName(about.file);
     file.title = about.file;
-    mode.textContent = about.mode === "sim" ? `world: ${about.world}` : "view";
+    mode.hidden = about.mode === "sim";
+    world.hidden = about.mode !== "sim";
+    const names = about.worlds.includes(about.world) ? about.worlds : [about.world, ...about.worlds];
+    world.replaceChildren(...names.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+    world.value = about.world;
     document.title = `${baseName(about.file)} · KBot`;
   });
   app.connection.link.watch((now) => {
@@ -30,7 +39,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     "header",
     { class: "topbar" },
     h("span", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
-    h("span", { class: "crumbs" }, file, mode),
+    h("span", { class: "crumbs" }, file, mode, world),
     h("span", { class: "spacer" }),
     link,
     h("button", { class: "icon-button", type: "button", title: "Keys (?)", "aria-label": "Keys", onclick: help }, icon("help")),
