@@ -46,8 +46,8 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_rosbag_info_finds_the_same(ros: Ros, bag: Path) -> None:
     text = ros.run("rosbag", "info", str(bag))
     ours = Recording(str(bag)).summary()
-    assert f"messages:     {ours.count + 2}" in text  # with the two notes about the run
-    assert "nav_msgs/Odometry      [cd5e73d190d741a2f92e81eda573aca7]" in text
+    assert f"messages: {ours.count + 2}" in " ".join(text.split())  # with the two notes about the run
+    assert "nav_msgs/Odometry [cd5e73d190d741a2f92e81eda573aca7]" in " ".join(text.split())
 
 
 def test_rosbag_reads_every_message_and_number(ros: Ros, bag: Path) -> None:

@@ -100,6 +100,14 @@ class Companions:
                 from kbot.bridges.ros1 import Ros1Bridge
 
                 self._add(Ros1Bridge(self._link, self._wishes.host))
+            if self._wishes.foxglove:
+                from kbot.bridges.foxglove import FoxgloveBridge
+
+                self._add(FoxgloveBridge(self._link, self._wishes.host))
+            if self._wishes.rosbridge:
+                from kbot.bridges.rosbridge import RosbridgeBridge
+
+                self._add(RosbridgeBridge(self._link, self._wishes.host))
         except KbotError:
             self.close()
             raise

@@ -1,0 +1,225 @@
+"""The Foxglove WebSocket protocol, for Foxglove, Lichtblick and all who speak it.
+
+https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md; both subprotocols are the same here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import time
+from collections.abc import Callable
+from typing import Any
+
+from kbot.bridges.link import Link, Topic
+from kbot.bridges.outlets import Outlets
+from kbot.bridges.websocket import Data, WebSocketBridge, Wire
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.wire import Packet, decode_cdr, known_type, ros2_definition
+from kbot.wire.plain import from_plain
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+ORIGINS = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "https://lichtblick-suite.github.io")
+PORT = 8765
+LOOPBACK = "127.0.0.1"
+MESSAGE_DATA, TIME = 1, 2
+ERROR_LEVEL = 2
+MOST_SUBSCRIPTIONS = 1000
+
+
+class FoxgloveBridge:
+    """Channels in CDR with ROS 2 definitions, latched ones also for those who come late; clients may
+    publish on inputs in CDR or JSON, and read parameters."""
+
+    def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
+        """Raises KbotError: no port is free, or the address is not this machine's."""
+        self.link = link
+        self.outlets = Outlets(link, lambda packet: packet.cdr)
+        self.channels: dict[str, int] = {}
+        self.session = f"{time.time_ns()}"
+        self._talks: list[_Talk] = []
+        self._server = WebSocketBridge(
+            "Foxglove", host or LOOPBACK, port, self._talk, subprotocols=SUBPROTOCOLS, origins=ORIGINS
+        )
+        self.outlets.start(self._server.loop)
+        link.watch(lambda: self._on_loop(self._topics_changed))
+        self._on_loop(self._topics_changed)
+
+    @property
+    def address(self) -> str:
+        return self._server.address
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        return f"Foxglove: open a connection to {self.address}"
+
+    def close(self) -> None:
+        self._server.close()
+
+    def _on_loop(self, work: Callable[[], None]) -> None:
+        loop: asyncio.AbstractEventLoop = self._server.loop
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(work)
+
+    def _talk(self, wire: Wire) -> _Talk:
+        talk = _Talk(self, wire, self._talks.remove)
+        self._talks.append(talk)
+        return talk
+
+    def _topics_changed(self) -> None:
+        for name in self.link.topics:
+            self.channels.setdefault(name, len(self.channels) + 1)
+        for talk in self._talks:
+            talk.tell_topics()
+
+
+class _Talk:
+    def __init__(self, bridge: FoxgloveBridge, wire: Wire, leave: Callable[[_Talk], None]) -> None:
+        self._bridge, self._wire, self._leave = bridge, wire, leave
+        self._told: dict[str, Topic] = {}
+        self._sinks: dict[int, tuple[str, Callable[[Packet], None]]] = {}
+        self._advertised: dict[int, tuple[str, str]] = {}
+        self._say(
+            op="serverInfo",
+            name="KBot",
+            capabilities=["clientPublish", "parameters", "time"],
+            supportedEncodings=["cdr", "json"],
+            metadata={"ROS_DISTRO": "jazzy"},
+            sessionId=bridge.session,
+        )
+        self.tell_topics()
+        bridge.outlets.want("/clock", self._tell_time)
+
+    def close(self) -> None:
+        self._bridge.outlets.leave("/clock", self._tell_time)
+        for topic, sink in self._sinks.values():
+            self._bridge.outlets.leave(topic, sink)
+        self._leave(self)
+
+    def fault(self, text: str) -> None:
+        self._wire.put(json.dumps({"op": "status", "level": ERROR_LEVEL, "message": text}))
+
+    def tell_topics(self) -> None:
+        """Advertise what is new, take back what is gone."""
+        now = self._bridge.link.topics
+        gone = [name for name, topic in self._told.items() if now.get(name) != topic]
+        if gone:
+            self._say(op="unadvertise", channelIds=[self._bridge.channels[name] for name in gone])
+        new = [topic for name, topic in now.items() if self._told.get(name) != topic]
+        if new:
+            self._say(op="advertise", channels=[self._channel(topic) for topic in new])
+        self._told = dict(now)
+
+    def hear(self, data: Data) -> None:
+        """Raises KbotError: it is not of the protocol, or cannot be done."""
+        if isinstance(data, bytes):
+            self._publish(data)
+            return
+        try:
+            request = json.loads(data)
+        except (ValueError, RecursionError):
+            raise KbotError("that is no JSON") from None
+        if not isinstance(request, dict):
+            raise KbotError("a request is an object with an 'op'")
+        operations: dict[Any, Callable[[dict[str, Any]], None]] = {
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "getParameters": self._get_parameters,
+        }
+        name = request.get("op")
+        operation = operations.get(name) if isinstance(name, str) else None
+        if operation is None:
+            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
+        try:
+            operation(request)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None
+
+    def _subscribe(self, request: dict[str, Any]) -> None:
+        names = {channel: name for name, channel in self._bridge.channels.items()}
+        for item in request["subscriptions"]:
+            number, topic = int(item["id"]), names.get(item["channelId"])
+            if topic is None:
+                raise KbotError(f"there is no channel {item['channelId']}")
+            if number in self._sinks or not 0 <= number < 1 << 32 or len(self._sinks) >= MOST_SUBSCRIPTIONS:
+                raise KbotError(f"subscription {number} cannot be made")
+            sink = self._sink(number)
+            self._sinks[number] = topic, sink
+            self._bridge.outlets.want(topic, sink)
+
+    def _sink(self, number: int) -> Callable[[Packet], None]:
+        def send(packet: Packet) -> None:
+            self._wire.put(struct.pack("<BIQ", MESSAGE_DATA, number, packet.nanoseconds) + packet.cdr)
+
+        return send
+
+    def _unsubscribe(self, request: dict[str, Any]) -> None:
+        for number in request["subscriptionIds"]:
+            if number in self._sinks:
+                self._bridge.outlets.leave(*self._sinks.pop(number))
+
+    def _advertise(self, request: dict[str, Any]) -> None:
+        for item in request["channels"]:
+            topic, encoding = str(item["topic"]), item["encoding"]
+            known = self._bridge.link.topics
+            if topic not in known or not known[topic].is_input:
+                hint = did_you_mean(topic, [name for name, t in known.items() if t.is_input])
+                raise KbotError(f"nobody hears {topic} here" + (f": {hint}" if hint else ""))
+            kind = known_type(str(item["schemaName"]))
+            if kind is None or encoding not in ("cdr", "json"):
+                raise KbotError(f"{topic} cannot be heard as {item['schemaName']} in {encoding}")
+            self._advertised[int(item["id"])] = topic, f"{encoding} {item['schemaName']}"
+
+    def _unadvertise(self, request: dict[str, Any]) -> None:
+        for number in request["channelIds"]:
+            self._advertised.pop(number, None)
+
+    def _publish(self, data: bytes) -> None:
+        if len(data) < 5 or data[0] != MESSAGE_DATA:
+            raise KbotError("that is no message")
+        (number,) = struct.unpack_from("<I", data, 1)
+        if number not in self._advertised:
+            raise KbotError(f"channel {number} was not advertised")
+        topic, how = self._advertised[number]
+        encoding, _, name = how.partition(" ")
+        kind = known_type(name)
+        if kind is None:
+            return
+        if encoding == "cdr":
+            message = decode_cdr(data[5:], kind)
+        else:
+            try:
+                message = from_plain(json.loads(data[5:]), kind)
+            except (ValueError, RecursionError):
+                raise KbotError(f"{topic}: that is no JSON") from None
+        self._bridge.link.send(topic, message)
+
+    def _get_parameters(self, request: dict[str, Any]) -> None:
+        wanted = request.get("parameterNames") or list(self._bridge.link.parameters)
+        found = [
+            {"name": name, "value": value}
+            for name, value in self._bridge.link.parameters.items()
+            if name in wanted
+        ]
+        answer = {"id": request["id"]} if "id" in request else {}
+        self._wire.put(json.dumps({"op": "parameterValues", "parameters": found, **answer}))
+
+    def _tell_time(self, packet: Packet) -> None:
+        self._wire.put(struct.pack("<BQ", TIME, packet.nanoseconds))
+
+    def _channel(self, topic: Topic) -> dict[str, Any]:
+        return {
+            "id": self._bridge.channels[topic.name],
+            "topic": topic.name,
+            "encoding": "cdr",
+            "schemaName": topic.type_name,
+            "schema": ros2_definition(topic.type_name)[0],
+            "schemaEncoding": "ros2msg",
+        }
+
+    def _say(self, **message: object) -> None:
+        self._wire.put(json.dumps(message), keep=True)

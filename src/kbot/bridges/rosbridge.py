@@ -1,0 +1,167 @@
+"""The rosbridge protocol, version 2, for roslibjs, roslibpy and their like: JSON over a WebSocket.
+
+https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from kbot.bridges.link import Link, Topic
+from kbot.bridges.outlets import Outlets
+from kbot.bridges.rosapi import call_rosapi
+from kbot.bridges.websocket import Data, WebSocketBridge, Wire
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.wire import Packet, known_type, ros_name
+from kbot.wire.plain import from_plain, to_plain
+
+PORT = 9090
+LOOPBACK = "127.0.0.1"
+MOST_SUBSCRIPTIONS = 1000
+
+Request = dict[str, Any]
+
+
+class RosbridgeBridge:
+    """Topics out with throttling, inputs in, and rosapi's questions about topics and parameters."""
+
+    def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
+        """Raises KbotError: no port is free, or the address is not this machine's."""
+        self.link = link
+        self.outlets = Outlets(link, lambda packet: None)
+        self._server = WebSocketBridge("rosbridge", host or LOOPBACK, port, lambda wire: _Talk(self, wire))
+        self.outlets.start(self._server.loop)
+
+    @property
+    def address(self) -> str:
+        return self._server.address
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        return f"rosbridge: {self.address}"
+
+    def close(self) -> None:
+        self._server.close()
+
+
+class _Subscription:
+    """One client's wish for a topic. `throttle` is the least time between two messages, in nanoseconds
+    of the simulation."""
+
+    def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int) -> None:
+        self._wire, self.topic, self._is_ros1, self._throttle = wire, topic, is_ros1, throttle
+        self._last: int | None = None
+
+    def send(self, packet: Packet) -> None:
+        now = packet.nanoseconds
+        if self._last is not None and 0 <= now - self._last < self._throttle:
+            return
+        self._last = now
+        message = to_plain(packet.message, ros1=self._is_ros1)
+        self._wire.put(json.dumps({"op": "publish", "topic": self.topic, "msg": message}))
+
+
+class _Talk:
+    def __init__(self, bridge: RosbridgeBridge, wire: Wire) -> None:
+        self._bridge, self._wire = bridge, wire
+        self._subscriptions: dict[tuple[str, str], _Subscription] = {}
+        self._types: dict[str, type] = {}
+
+    def close(self) -> None:
+        for subscription in self._subscriptions.values():
+            self._bridge.outlets.leave(subscription.topic, subscription.send)
+
+    def fault(self, text: str) -> None:
+        self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
+
+    def hear(self, data: Data) -> None:
+        """Raises KbotError: it is not of the protocol, or cannot be done."""
+        try:
+            request = json.loads(data)
+        except (ValueError, RecursionError):
+            raise KbotError("that is no JSON") from None
+        if not isinstance(request, dict):
+            raise KbotError("a request is an object with an 'op'")
+        operations: dict[Any, Callable[[Request], None]] = {
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "publish": self._publish,
+            "call_service": self._call_service,
+            "set_level": lambda request: None,
+        }
+        name = request.get("op")
+        operation = operations.get(name) if isinstance(name, str) else None
+        if operation is None:
+            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
+        try:
+            operation(request)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None
+
+    def _subscribe(self, request: Request) -> None:
+        topic = self._known(str(request["topic"]))
+        wanted = str(request.get("type") or "")
+        if wanted and known_type(wanted) is not topic.message_type:
+            raise KbotError(f"{topic.name} carries {topic.type_name}, not {wanted}")
+        if request.get("compression", "none") != "none":
+            raise KbotError("messages are sent as JSON only, without compression")
+        key = topic.name, str(request.get("id") or "")
+        if key in self._subscriptions:
+            self._end(key)
+        if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
+            raise KbotError("that is more than enough subscriptions")
+        throttle = round(float(request.get("throttle_rate") or 0) * 1e6)
+        subscription = _Subscription(self._wire, topic.name, "/msg/" not in wanted, throttle)
+        self._subscriptions[key] = subscription
+        self._bridge.outlets.want(topic.name, subscription.send)
+
+    def _unsubscribe(self, request: Request) -> None:
+        name, number = str(request["topic"]), request.get("id")
+        for key in [k for k in self._subscriptions if k[0] == name and number in (None, k[1])]:
+            self._end(key)
+
+    def _end(self, key: tuple[str, str]) -> None:
+        subscription = self._subscriptions.pop(key)
+        self._bridge.outlets.leave(subscription.topic, subscription.send)
+
+    def _advertise(self, request: Request) -> None:
+        topic = self._input(str(request["topic"]))
+        kind = known_type(str(request["type"]))
+        if kind is None:
+            raise KbotError(f"{topic.name} carries {topic.type_name}, not {request['type']}")
+        self._types[topic.name] = kind
+
+    def _unadvertise(self, request: Request) -> None:
+        self._types.pop(str(request["topic"]), None)
+
+    def _publish(self, request: Request) -> None:
+        topic = self._input(str(request["topic"]))
+        kind = self._types.get(topic.name, topic.message_type)
+        self._bridge.link.send(topic.name, from_plain(request["msg"], kind))
+
+    def _call_service(self, request: Request) -> None:
+        service, number = str(request["service"]), request.get("id")
+        try:
+            values, works = call_rosapi(self._bridge.link, service, request.get("args") or {}), True
+        except KbotError as error:
+            values, works = {"message": str(error)}, False
+        answer = {"op": "service_response", "service": service, "values": values, "result": works}
+        self._wire.put(json.dumps(answer if number is None else {**answer, "id": number}))
+
+    def _known(self, name: str) -> Topic:
+        topics = self._bridge.link.topics
+        if name not in topics:
+            hint = did_you_mean(name, topics)
+            raise KbotError(f"there is no topic {name}" + (f": {hint}" if hint else ""))
+        return topics[name]
+
+    def _input(self, name: str) -> Topic:
+        topic = self._known(name)
+        if not topic.is_input:
+            raise KbotError(f"{name} is what the simulation says ({ros_name(topic.message_type)}), not hears")
+        return topic

@@ -1,0 +1,192 @@
+"""A WebSocket server on a thread of its own, whose clients are never waited for."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from http import HTTPStatus
+from typing import Protocol
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+from kbot.text import KbotError
+
+LARGEST_MESSAGE = 1 << 22
+QUEUE = 512
+"""Messages that wait for a slow client; of more the newest are kept."""
+MOST_CLIENTS = 64
+TRIES = 20
+"""Ports that are tried from the usual one on."""
+
+Data = str | bytes
+
+
+class Talk(Protocol):
+    """One client's conversation, on the server's loop."""
+
+    def hear(self, data: Data) -> None:
+        """Take a message. Raises KbotError: it cannot be done; the client is told."""
+        ...
+
+    def fault(self, text: str) -> None:
+        """Tell the client what it did wrong."""
+        ...
+
+    def close(self) -> None:
+        """The client is gone."""
+        ...
+
+
+class Wire:
+    """Where one client's messages go out: a queue that forgets the oldest rather than wait."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[Data] = deque(maxlen=QUEUE)
+        self._kept: deque[Data] = deque()
+        self._wake = asyncio.Event()
+
+    def put(self, data: Data, *, keep: bool = False) -> None:
+        """Send it when the client takes it; what is to be kept is sent even to a slow one."""
+        (self._kept if keep else self._waiting).append(data)
+        self._wake.set()
+
+    async def pump(self, connection: ServerConnection) -> None:
+        """Send until the client goes. Raises ConnectionClosed."""
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while self._kept or self._waiting:
+                await connection.send(self._kept.popleft() if self._kept else self._waiting.popleft())
+
+
+class WebSocketBridge:
+    """Serves `make_talk(wire)` to each client that may come in."""
+
+    def __init__(
+        self,
+        name: str,
+        host: str,
+        port: int,
+        make_talk: Callable[[Wire], Talk],
+        *,
+        subprotocols: Sequence[str] = (),
+        origins: Sequence[str] = (),
+    ) -> None:
+        """`port` is where it is looked for; if that is taken one of the next is. `origins` are pages of the
+        web that may connect; those of this machine always may.
+
+        Raises:
+            KbotError: no port is free, or the address is not this machine's.
+        """
+        self._name, self._host, self._make_talk = name, host, make_talk
+        self._subprotocols = [Subprotocol(item) for item in subprotocols]
+        self._origins = frozenset(origins)
+        self._clients = 0
+        self._server: Server | None = None
+        self.loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, daemon=True, name=f"kbot-{name}")
+        self._thread.start()
+        future = asyncio.run_coroutine_threadsafe(self._listen(port), self.loop)
+        try:
+            self.port = future.result()
+        except OSError as error:
+            self.close()
+            raise KbotError(f"{name} cannot be served at {host}:{port}: {error.strerror or error}") from None
+
+    @property
+    def address(self) -> str:
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"ws://{host}:{self.port}"
+
+    def close(self) -> None:
+        """Take leave of all clients."""
+        if self.loop.is_running():
+            asyncio.run_coroutine_threadsafe(self._shut(), self.loop).result(10)
+            self.loop.call_soon_threadsafe(self.loop.stop)
+            self._thread.join()
+        if not self.loop.is_closed():
+            self.loop.close()
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self.loop)
+        self.loop.run_forever()
+
+    async def _listen(self, port: int) -> int:
+        for candidate in range(port, port + TRIES) if port else (0,):
+            try:
+                self._server = await serve(
+                    self._serve,
+                    self._host,
+                    candidate,
+                    subprotocols=self._subprotocols or None,
+                    process_request=self._admit,
+                    max_size=LARGEST_MESSAGE,
+                    max_queue=16,
+                    open_timeout=5,
+                    close_timeout=1,
+                    compression=None,
+                    server_header=None,
+                )
+            except OSError:
+                if candidate in (0, port + TRIES - 1):
+                    raise
+                continue
+            return int(next(iter(self._server.sockets)).getsockname()[1])
+        raise OSError("no port is free")
+
+    async def _shut(self) -> None:
+        if self._server is not None:
+            self._server.close()
+            await self._server.wait_closed()
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Pages of strangers, and names that only pretend to be this machine, stay out."""
+        if self._clients >= MOST_CLIENTS:
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
+        origin = request.headers.get("Origin")
+        if origin not in (None, *self._origins) and not is_local(urlsplit(origin or "").hostname):
+            return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect\n")
+        host = urlsplit(f"//{request.headers.get('Host', '')}").hostname
+        if is_local(self._host) and not is_local(host):
+            return connection.respond(HTTPStatus.FORBIDDEN, "this is served to this machine alone\n")
+        return None
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        wire = Wire()
+        talk = self._make_talk(wire)
+        pump = asyncio.create_task(wire.pump(connection))
+        self._clients += 1
+        try:
+            async for data in connection:
+                try:
+                    talk.hear(data)
+                except KbotError as error:
+                    talk.fault(str(error))
+        except ConnectionClosed:
+            pass  # as clients do
+        finally:
+            self._clients -= 1
+            talk.close()
+            pump.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
+                await pump
+
+
+def is_local(host: str | None) -> bool:
+    """Whether a name or address can only be this machine's."""
+    if host is None:
+        return False
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,96 @@
+"""Messages as plain values and back: dictionaries, lists, numbers, text, as JSON carries them."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any, get_args, get_type_hints
+
+from kbot.messages.types import Time
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.wire.types import ros_name
+
+Plain = Any
+ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
+
+
+def to_plain(message: object, *, ros1: bool = False) -> Plain:
+    """A message's fields by name; numbers that JSON lacks are None, bytes Base64. With `ros1`, times are
+    spelled `secs` and `nsecs`."""
+    if isinstance(message, Time) and ros1:
+        return {"secs": message.sec, "nsecs": message.nanosec}
+    if dataclasses.is_dataclass(message) and not isinstance(message, type):
+        return {f.name: to_plain(getattr(message, f.name), ros1=ros1) for f in dataclasses.fields(message)}
+    if isinstance(message, tuple | list):
+        return [to_plain(item, ros1=ros1) for item in message]
+    if isinstance(message, bytes):
+        return base64.b64encode(message).decode()
+    if isinstance(message, float) and not math.isfinite(message):
+        return None
+    return message
+
+
+def from_plain(value: Plain, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+    """A message of fields by name; those that are not given keep their defaults.
+
+    Raises:
+        KbotError: a field that the message has not, or a value of another kind.
+    """
+    try:
+        return _maker(message_type)(value)
+    except (TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise KbotError(f"no {ros_name(message_type)}: {error}") from None
+
+
+@cache
+def _maker(message_type: type) -> Callable[[Plain], Any]:
+    hints = get_type_hints(message_type)
+    makers = {field.name: _value(hints[field.name]) for field in dataclasses.fields(message_type)}
+    name = ros_name(message_type)
+
+    def make(value: Plain) -> object:
+        if not isinstance(value, dict):
+            raise TypeError(f"{name} has fields by name, and this is {_kind(value)}")
+        if message_type is Time:
+            value = {ROS1_TIME.get(key, key): item for key, item in value.items()}
+        for key in value.keys() - makers.keys() - {"seq"}:
+            hint = did_you_mean(str(key), makers)
+            raise TypeError(f"{name} has no field '{key}'" + (f": {hint}" if hint else ""))
+        return message_type(**{key: makers[key](item) for key, item in value.items() if key in makers})
+
+    return make
+
+
+def _value(hint: Any) -> Callable[[Plain], Any]:  # noqa: ANN401
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        return _maker(hint)
+    if hint is float:
+        return _number
+    if hint in (int, bool, str):
+        return lambda value: _exactly(value, hint)
+    if hint is bytes:
+        return lambda value: base64.b64decode(value) if isinstance(value, str) else bytes(value)
+    item = _value(next(arg for arg in get_args(hint) if arg is not Ellipsis))
+    return lambda value: tuple(item(part) for part in _exactly(value, list))
+
+
+def _number(value: Plain) -> float:
+    if value is None:
+        return math.nan
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"a number is expected, not {_kind(value)}")
+    return float(value)
+
+
+def _exactly(value: Plain, kind: type) -> Any:  # noqa: ANN401
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+        raise TypeError(f"a value of type {kind.__name__} is expected, not {_kind(value)}")
+    return value
+
+
+def _kind(value: Plain) -> str:
+    return "nothing" if value is None else f"{type(value).__name__} {str(value)[:40]!r}"

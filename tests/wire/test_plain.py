@@ -1,0 +1,51 @@
+"""Messages as plain values, as JSON carries them."""
+
+import json
+import math
+
+import pytest
+
+from kbot.messages import types as msg
+from kbot.text import KbotError
+from kbot.wire.plain import from_plain, to_plain
+
+
+def test_fields_by_name_and_back() -> None:
+    message = msg.JointState(msg.Header(msg.Time(3, 25), "f"), ("a", "b"), (1.0, 2.5), (), (0.5,))
+    plain = json.loads(json.dumps(to_plain(message)))
+    assert plain["header"] == {"stamp": {"sec": 3, "nanosec": 25}, "frame_id": "f"}
+    assert plain["position"] == [1.0, 2.5]
+    assert from_plain(plain, msg.JointState) == message
+
+
+def test_the_spelling_of_ros1_is_said_and_understood() -> None:
+    plain = to_plain(msg.Header(msg.Time(3, 25)), ros1=True)
+    assert plain["stamp"] == {"secs": 3, "nsecs": 25}
+    assert from_plain({"seq": 7, **plain}, msg.Header) == msg.Header(msg.Time(3, 25))
+
+
+def test_what_is_left_out_keeps_its_default_and_whole_numbers_are_numbers() -> None:
+    assert from_plain({"linear": {"x": 1}}, msg.Twist) == msg.Twist(msg.Vector3(1.0))
+
+
+def test_what_json_lacks_is_null_there_and_nan_here() -> None:
+    assert to_plain(msg.Vector3(math.inf, math.nan)) == {"x": None, "y": None, "z": 0.0}
+    assert math.isnan(from_plain({"x": None}, msg.Vector3).x)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ({"lineer": {}}, "has no field 'lineer': did you mean 'linear'"),
+        ({"linear": {"x": "1"}}, "a number is expected, not str '1'"),
+        ({"linear": {"x": True}}, "a number is expected, not bool"),
+        ({"linear": [1, 2, 3]}, "has fields by name, and this is list"),
+        ({"linear": None}, "this is nothing"),
+        (5, "this is int '5'"),
+        ({"linear": {"x": 10**400}}, "too large"),
+    ],
+)
+def test_what_is_no_message_is_said(value: object, said: str) -> None:
+    with pytest.raises(KbotError, match=r"^no geometry_msgs/msg/Twist: ") as caught:
+        from_plain(value, msg.Twist)
+    assert said in str(caught.value)
