@@ -16,7 +16,7 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # as in typing, which takes longer to import than all of this
 if TYPE_CHECKING:
-    from kbot import checks, kinematics, messages, model, sim, text, world, xacro
+    from kbot import checks, kinematics, messages, model, navigation, sensors, sim, text, world, xacro
     from kbot.kinematics import PlanarPose, Transform
     from kbot.robot import DescriptionWarning, Robot, load
     from kbot.sim import Simulation
@@ -38,7 +38,9 @@ _HOMES = {
     "load": "kbot.robot",
     "load_world": "kbot.world",
 }
-_PACKAGES = frozenset({"checks", "kinematics", "messages", "model", "sim", "text", "world", "xacro"})
+_PACKAGES = frozenset(
+    {"checks", "kinematics", "messages", "model", "navigation", "sensors", "sim", "text", "world", "xacro"}
+)
 
 __all__ = [
     "DescriptionError",
@@ -57,6 +59,8 @@ __all__ = [
     "load_world",
     "messages",
     "model",
+    "navigation",
+    "sensors",
     "sim",
     "text",
     "world",

@@ -21,6 +21,12 @@ def test_a_goal_that_is_reached(capsys):
     assert result["pose"]["y"] == pytest.approx(0.2, abs=0.015)
 
 
+def test_a_goal_by_lidar(capsys):
+    words = ["sim", "kbot", "lidar:=true", "--headless", "--world", "maze:size=3,seed=3"]
+    assert _run([*words, "--goto", "1.2,1.2,0"]) == 0
+    assert "goal        reached in" in capsys.readouterr().out
+
+
 def test_a_goal_that_is_refused(capsys):
     assert _run(["sim", "kbot", "--headless", "--world", "maze:size=3,seed=3", "--goto", "0.3,0,0"]) == 1
     assert "goal        refused: the goal is inside an obstacle" in capsys.readouterr().out

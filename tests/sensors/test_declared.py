@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from kbot.model.load import load_robot_text
+from kbot.model.load import load_robot, load_robot_text
 from kbot.sensors import Contact, Gps, Imu, Lidar, Range
 from kbot.sensors.declared import declared_sensors, mount_declared
 from kbot.sim import Simulation
@@ -157,3 +157,19 @@ def test_a_link_that_is_not_there_and_a_type_that_is_not_known():
     ).diagnostics
     assert not warning.is_error
     assert "did you mean" in warning.message
+
+
+def test_real_robots_sensors_are_read(shared):
+    counts = {}
+    for path in sorted((shared / "corpus/expected").rglob("*.urdf")):
+        robot = load_robot(path).robot
+        if robot is None:
+            continue
+        declared = declared_sensors(robot)
+        assert not any(d.is_error for d in declared.diagnostics), path
+        for spec in declared.specs:
+            counts[type(spec).__name__] = counts.get(type(spec).__name__, 0) + 1
+        written = sum(len(list(e.elements("sensor"))) for e in robot.extensions if e.tag == "gazebo")
+        of_gazebo = [s for s in declared.specs if s.origin is not None]
+        assert len(of_gazebo) + len(declared.diagnostics) >= written, path
+    assert {"Lidar", "Camera", "Imu", "Contact"} <= set(counts)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.output import fail, print_json
+from kbot.cli.output import fail, print_json, report
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
@@ -28,14 +28,22 @@ def parse_goal(text: str) -> PlanarPose:
 
 
 def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
-    """Go there by the world's own map; the exit status is 0 where it was reached, else 1."""
+    """Go there by the world's own map; the exit status is 0 where it was reached, else 1.
+
+    Where the description declares a flat lidar, the robot also stops before what that sees.
+    """
     from kbot.cli.sim_progress import Progress
     from kbot.navigation.simulated import go_to
+    from kbot.sensors import LidarSensor
+    from kbot.sensors.declared import mount_declared
     from kbot.sim.report import make_report
 
+    sensors, said = mount_declared(simulation)
+    report(said)
+    lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
     with Progress(simulation, None) as progress:
-        trip = go_to(simulation, goal, timeout=timeout)
-    report = make_report(simulation, trip.distance, progress.wall)
+        trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)
+    run = make_report(simulation, trip.distance, progress.wall)
     if as_json:
         navigation = {
             "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
@@ -45,9 +53,9 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
             "shortest_m": trip.shortest,
             "odometry_error_m": trip.odometry_error,
         }
-        print_json({**report.to_json(), "navigation": navigation})
+        print_json({**run.to_json(), "navigation": navigation})
     else:
         planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m of a path of {trip.shortest:.2f} m"
         click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
-        click.echo(report.to_text())
+        click.echo(run.to_text())
     return 0 if trip.reached else 1

@@ -1,1 +1,45 @@
-"""Goals, paths, and the controllers and planner that get a robot there."""
+"""Goals, paths, and the controllers and planner that get a robot there.
+
+    from kbot.navigation import go_to
+    trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))
+    trip.status.state, trip.status.reason
+"""
+
+from kbot.navigation.controller import Controller, Limits, Observation, twist
+from kbot.navigation.footprint import Outline, outline, turning_radius
+from kbot.navigation.go_to_pose import GoToPose
+from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.guard import ObstacleGuard
+from kbot.navigation.navigator import Navigator, Settings
+from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
+from kbot.navigation.planner import GridPlanner, NoPath, Refusal
+from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit
+from kbot.navigation.simulated import LidarPoints, Pilot, Trip, go_to
+
+__all__ = [
+    "Controller",
+    "GoToPose",
+    "GoalState",
+    "GoalStatus",
+    "GridPlanner",
+    "LidarPoints",
+    "Limits",
+    "Navigator",
+    "NoPath",
+    "Observation",
+    "ObstacleGuard",
+    "Outline",
+    "Path",
+    "Pilot",
+    "PurePursuit",
+    "Refusal",
+    "RegulatedPurePursuit",
+    "Settings",
+    "Trip",
+    "from_pose_stamped",
+    "go_to",
+    "outline",
+    "to_pose_stamped",
+    "turning_radius",
+    "twist",
+]

@@ -37,11 +37,23 @@ def pull_taut(free: Cells, way: Sequence[Cell]) -> list[Cell]:
 
 
 def _draw(free: Cells, places: list[Cell]) -> list[Cell]:
-    taut = [places[0]]
-    for at in range(1, len(places)):
-        if at + 1 < len(places) and sees(free, taut[-1], places[at + 1]):
-            continue
-        taut.append(places[at])
+    """Go from place to place by the furthest that is seen: looked for in doubling steps, then by halves."""
+    taut, at, last = [places[0]], 0, len(places) - 1
+    while at < last:
+        near, step = at + 1, 2
+        while at + step <= last and sees(free, places[at], places[at + step]):
+            near, step = at + step, 2 * step
+        far = min(at + step, last + 1)
+        if far == last + 1 and near < last and sees(free, places[at], places[last]):
+            near = last
+        while far - near > 1:
+            middle = (near + far) // 2
+            if sees(free, places[at], places[middle]):
+                near = middle
+            else:
+                far = middle
+        taut.append(places[near])
+        at = near
     return taut
 
 

@@ -1,0 +1,32 @@
+"""A controller of one's own: along a wall on the left, by lidar.
+
+python examples/own_controller.py
+"""
+
+import kbot
+from kbot.navigation import LidarPoints, Observation, Pilot, twist
+from kbot.sensors.declared import mount_declared
+
+WANTED = 0.3
+"""Metres from the wall."""
+
+
+class AlongTheWall:
+    def update(self, observation: Observation) -> kbot.messages.Twist:
+        points = observation.obstacles
+        if points is None:
+            return twist(0.0, 0.0)
+        left = points[(points[:, 1] > 0.0) & (abs(points[:, 0]) < 0.3)]
+        if not len(left):
+            return twist(0.15, 0.3)
+        ahead = left[left[:, 0] > 0.0]
+        nearest = (ahead if len(ahead) else left)[:, 1].min()
+        return twist(0.2, 3.0 * (nearest - WANTED))
+
+
+sim = kbot.Simulation(kbot.load("kbot", lidar=True), world="corridor:width=1.2")
+sensors, _ = mount_declared(sim)
+Pilot(sim, AlongTheWall(), seen=LidarPoints(sensors["lidar"]))
+sim.run(12.0)
+pose = sim.ground_truth.pose
+print(f"after 12 s: x {pose.x:.2f} m, {0.59 - pose.y:.3f} m from the wall on the left")
