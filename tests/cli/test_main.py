@@ -32,9 +32,10 @@ def test_help_names_every_verb(word: str, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_has_help_with_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run([verb, "-h"]) == 0
-    assert f"kbot {verb} " in capsys.readouterr().out.split("Examples:")[1]
+def test_every_verb_has_help_with_an_example(verb: str) -> None:
+    done = kbot(verb, "-h")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"kbot {verb} " in done.stdout.split("Examples:")[1]
 
 
 def test_help_loads_no_verb_and_no_heavy_library() -> None:
