@@ -211,9 +211,9 @@ def _joint_places(pair: Pair) -> tuple[Related, ...]:
 
 
 def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
-    """Properties of a name whose value is a plain number."""
+    """Properties of a name whose value is a plain number, set whatever the arguments are."""
     for file in context.sources:
-        for element in file.elements:
+        for element in file.root.elements():
             if element.tag != "xacro:property":
                 continue
             own, value = element.attributes.get("name", ""), element.attributes.get("value", "")

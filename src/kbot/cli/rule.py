@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import click
 
 from kbot.checks import Rule, all_rules, find_rule
@@ -13,19 +15,75 @@ from kbot.cli.output import fail, print_json
 @click.argument("words", nargs=-1, metavar="CODE...")
 @click.option("--all", "every", is_flag=True, help="One line for each rule.")
 @click.option("--json", "as_json", is_flag=True, help="As JSON.")
-def command(words: tuple[str, ...], every: bool, as_json: bool) -> int:
+@click.option("--markdown", is_flag=True, help="As Markdown; docs/rules.md is `kbot rule --all --markdown`.")
+def command(words: tuple[str, ...], every: bool, as_json: bool, markdown: bool) -> int:
     """Print the page of a rule, by its code or its name."""
     if not words and not every:
         fail("no CODE was given; --all lists every rule")
     rules = [find_rule(word) for word in words] or sorted(all_rules().values(), key=lambda r: r.code)
     if as_json:
         print_json({"rules": [_json(r) for r in rules]})
+    elif markdown:
+        click.echo(rules_as_markdown(rules), nl=False)
     elif every and not words:
         for rule in rules:
             click.echo(f"{rule.code}  {rule.severity:7}  {rule.name:28}  {rule.summary}")
     else:
         click.echo("\n\n".join(_page(r) for r in rules))
     return 0
+
+
+_FAMILIES = {
+    "F": "Files",
+    "P": "XML",
+    "X": "Expansion",
+    "S": "Source",
+    "U": "Structure",
+    "J": "Joints",
+    "I": "Inertia",
+    "G": "Geometry and meshes",
+    "D": "Differential drive and ground contact",
+    "C": "Sensors and frames",
+    "L": "Launch files",
+    "K": "The checker itself",
+}
+
+
+def rules_as_markdown(rules: Sequence[Rule]) -> str:
+    """The pages of rules as one Markdown document, by family: a table, then each page."""
+    parts = [
+        "# What `kbot check` finds",
+        "",
+        "Written by `kbot rule --all --markdown`; `kbot rule CODE` prints a page.",
+        "",
+    ]
+    for letter, family in _FAMILIES.items():
+        own = [r for r in rules if r.code.startswith(letter)]
+        if not own:
+            continue
+        parts += [
+            f"## {family}",
+            "",
+            "| code | name | severity | fix | what |",
+            "| --- | --- | --- | --- | --- |",
+        ]
+        for rule in own:
+            what = rule.summary.replace("|", "\\|")
+            parts.append(
+                f"| [{rule.code}](#{rule.code.lower()}-{rule.name}) | {rule.name} | {rule.severity} | "
+                f"{rule.fix} | {what} |"
+            )
+        parts.append("")
+        for rule in own:
+            parts += [
+                f"### {rule.code} {rule.name}",
+                "",
+                f"*{rule.severity}, since {rule.since}*",
+                "",
+                rule.page,
+                "",
+            ]
+    return "\n".join(parts)
 
 
 def _page(rule: Rule) -> str:
