@@ -22,6 +22,7 @@ def call_rosapi(link: Link, service: str, arguments: Values) -> Values:
     Raises:
         KbotError: there is no such service, topic or parameter.
     """
+    service = f"/{service.lstrip('/')}"  # roslibjs leaves the slash out
     answer = SERVICES.get(service.removeprefix("/rosapi/")) if service.startswith("/rosapi/") else None
     if answer is None:
         hint = did_you_mean(service, [f"/rosapi/{name}" for name in SERVICES])
