@@ -32,6 +32,7 @@ class _Topic:
         self.is_input = is_input
         self.subscriptions: list[Subscription] = []
         self.latched = False
+        self.muted = False
         self.last: Any = None
 
 
@@ -48,7 +49,8 @@ class Publisher(Generic[M]):
     @property
     def is_heard(self) -> bool:
         """Whether anyone would get a message, now or, on a latched topic, later."""
-        return bool(self._topic.subscriptions) or self._topic.latched
+        topic = self._topic
+        return bool(topic.subscriptions or topic.latched) and not topic.muted
 
     def publish(self, message: M) -> None:
         """Hand the message to every subscriber, in the order they came.
@@ -61,6 +63,8 @@ class Publisher(Generic[M]):
             raise KbotError(
                 f"topic {topic.name} carries {topic.message_type.__name__}, not {type(message).__name__}"
             )
+        if topic.muted:
+            return
         if topic.latched:
             topic.last = message
         for subscription in tuple(topic.subscriptions):
@@ -113,6 +117,15 @@ class Bus:
         """Whether those who come later get the topic's last message."""
         entry = self._topics.get(absolute(topic))
         return entry is not None and entry.latched
+
+    def mute(self, topic: str) -> None:
+        """Let nothing be heard on a topic until it is unmuted."""
+        self._topics[absolute(topic)].muted = True
+        self.changes += 1
+
+    def unmute(self, topic: str) -> None:
+        self._topics[absolute(topic)].muted = False
+        self.changes += 1
 
     def require(self, topic: str) -> type:
         """The type of a topic that must be there.

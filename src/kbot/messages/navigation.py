@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kbot.messages.types import Header, Pose, Time
 
@@ -34,10 +37,14 @@ class MapMetaData:
     origin: Pose = ORIGIN
 
 
-@dataclass(frozen=True, slots=True)
+def _nothing() -> NDArray[np.int8]:
+    return np.empty(0, dtype=np.int8)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class OccupancyGrid:
     """Row by row from the origin along x: 0 free to 100 occupied, -1 unknown."""
 
     header: Header = HEADER
     info: MapMetaData = MapMetaData()
-    data: tuple[int, ...] = ()
+    data: NDArray[np.int8] = field(default_factory=_nothing)

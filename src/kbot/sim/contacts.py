@@ -25,8 +25,12 @@ def set_surface(geom: Any, friction: float) -> None:  # noqa: ANN401 - the engin
     geom.solref = SOLREF
     geom.solimp = SOLIMP
     geom.friction = (max(friction, 0.0), 0.0, 0.0)
-    geom.condim = 3 if friction >= FRICTIONLESS else 1
-    geom.priority = round(1e6 / (1.0 + max(friction, 0.0)))
+    geom.priority, geom.condim = rank(friction)
+
+
+def rank(friction: float) -> tuple[int, int]:
+    """Priority and number of contact dimensions that go with a coefficient."""
+    return round(1e6 / (1.0 + max(friction, 0.0))), 3 if friction >= FRICTIONLESS else 1
 
 
 def as_ground(geom: Any) -> None:  # noqa: ANN401

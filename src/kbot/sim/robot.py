@@ -339,6 +339,11 @@ class SimulatedRobot:
         if self._odometry is not None and self._servos is not None:
             self._odometry.reset(*self._servos.angles())
 
+    def dof(self, joint: str) -> int:
+        """The engine's place of a joint's speed. Raises KbotError for an unknown joint."""
+        self._require_joint(joint)
+        return self._joints[joint][1]
+
     def _require_joint(self, joint: str) -> None:
         if joint not in self._joints:
             hint = did_you_mean(joint, self._joints)

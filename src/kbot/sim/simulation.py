@@ -22,12 +22,14 @@ from kbot.sim import recipe
 from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, drive_settings
+from kbot.sim.faults import Fault, Kick
 from kbot.sim.joints import limits
 from kbot.sim.motion import Motion
 from kbot.sim.pushes import Push, Vector, apply
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robot_builder import RobotPlan
+from kbot.sim.schedule import FOREVER, Schedule
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
 from kbot.sim.topics import RobotTopics
 from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
@@ -90,6 +92,9 @@ class Simulation:
         self._limits = limits
         self._slewing: list[SimulatedRobot] = []
         self._pushes: list[Push] = []
+        self._schedule = Schedule()
+        self.lost_commands = 0.0
+        """Share of the commands from outside that are lost, as a fault has it."""
         self._steps, self._fresh = 0, -1
         self._robot, plan, findings = self._prepare(robot, robot.name, PlanarPose(), limits)
         self.robots: dict[str, SimulatedRobot] = {robot.name: self._robot}
@@ -122,6 +127,7 @@ class Simulation:
         self._fresh = -1
         for robot in self.robots.values():
             robot.bind(self._model, self._data)
+        self._schedule.begin_again(self)
 
     # time
 
@@ -205,6 +211,7 @@ class Simulation:
         self._slewing = [robot for robot in self.robots.values() if robot.is_slewing]
         self._fresh = -1
         self.clock.set(round(steps * self._step_ns))
+        self._schedule.jump_to(self, steps)
         self._plan_stop()
 
     def _plan_stop(self) -> None:
@@ -214,6 +221,8 @@ class Simulation:
         if self._planned_due < NEVER:
             due = math.ceil(self._planned_due / self._step_ns - 1e-6)
             self._next_stop = min(self._next_tick, max(due, self._steps + 1))
+        if self._schedule.entries:
+            self._next_stop = min(self._next_stop, self._schedule.next_step(self._steps))
         for push in self._pushes:
             self._next_stop = min(self._next_stop, max(push.until, self._steps + 1))
 
@@ -233,6 +242,8 @@ class Simulation:
                     topics.publish(self.clock)
         if self._pushes:
             self._end_pushes()
+        if self._schedule.entries:
+            self._schedule.bring_to(self, self._steps)
         if self._planned_due < NEVER:
             self.clock.advance_to(round(self._steps * self._step_ns))
         self._plan_stop()
@@ -279,6 +290,8 @@ class Simulation:
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
     ) -> None:
         """See `SimulatedRobot.cmd_vel` and `SimulatedRobot.command`."""
+        if watchdog is not None and self.lost_commands and self.random.random() < self.lost_commands:
+            return
         deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
         if robot.obey(linear, angular, deadline) and robot not in self._slewing:
             self._slewing.append(robot)
@@ -312,7 +325,7 @@ class Simulation:
         """
         if not all(math.isfinite(value) for value in (x, y, yaw)):
             raise KbotError(f"a pose is three finite numbers, not {x}, {y}, {yaw}")
-        moved = self._of(robot)
+        moved = self.named(robot)
         moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
         self._fresh = -1
         self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
@@ -324,9 +337,9 @@ class Simulation:
             KbotError: a number is not finite, no such robot, or it is fixed to the world.
         """
         _require_finite("a twist", (*linear, *angular))
-        self._of(robot).set_twist(linear, angular)
+        self.named(robot).set_twist(linear, angular)
         self._fresh = -1
-        self._note("set_twist", robot=self._of(robot).name, linear=linear, angular=angular)
+        self._note("set_twist", robot=self.named(robot).name, linear=linear, angular=angular)
 
     def apply_force(
         self,
@@ -345,13 +358,35 @@ class Simulation:
         _require_finite("a force", (*force, *torque))
         if not (math.isfinite(duration) and duration > 0.0):
             raise KbotError(f"a push lasts a finite number of seconds above zero, not {duration}")
-        pushed = self._of(robot)
+        pushed = self.named(robot)
         pushed.body(link)
         until = self._steps + max(1, round(duration / self.timestep))
         self._pushes.append(Push(f"{pushed.name}/{link}", force, torque, until))
         apply(self._model, self._data, self._pushes)
         self._plan_stop()
         self._note("force", robot=pushed.name, link=link, force=force, torque=torque, until=until)
+
+    def schedule(self, fault: Fault, at: float, duration: float | None = None) -> None:
+        """Let something go wrong `at` seconds of simulated time, for `duration` seconds (None is for good).
+        It stays in the schedule over a reset, and comes again.
+
+        Raises:
+            KbotError: a time that is none or is past, or a fault of something that is not there.
+        """
+        start = round(at / self.timestep) if math.isfinite(at) else -1
+        if start < self._steps:
+            raise KbotError(f"a fault is placed at a time from now ({self.time:g} s) on, not at {at} s")
+        if duration is not None and not (math.isfinite(duration) and duration > 0.0):
+            raise KbotError(f"a fault lasts a finite number of seconds above zero, not {duration}")
+        stop = FOREVER if duration is None else start + max(1, round(duration / self.timestep))
+        if isinstance(fault, Kick):
+            stop = start + 1
+        elif (end := fault.begin(self)) is not None:
+            end()  # begun on trial: what it speaks of is there
+        self._schedule.add(fault, start, stop)
+        self._schedule.bring_to(self, self._steps)
+        self._plan_stop()
+        self._note("schedule", fault=repr(fault), at=at, duration=duration)
 
     # robots that come and go
 
@@ -394,7 +429,7 @@ class Simulation:
         Raises:
             KbotError: there is no such robot, or it is the first.
         """
-        gone = self._of(name)
+        gone = self.named(name)
         if gone is self._robot:
             raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
         del self.robots[name]
@@ -405,7 +440,8 @@ class Simulation:
         apply(self._model, self._data, self._pushes)
         self._note("delete", robot=name)
 
-    def _of(self, name: str | None) -> SimulatedRobot:
+    def named(self, name: str | None = None) -> SimulatedRobot:
+        """A robot by name, the first for None. Raises KbotError when there is no such robot."""
         if name is None:
             return self._robot
         if name not in self.robots:

@@ -1,0 +1,194 @@
+"""What may go wrong with a robot: small objects that `Simulation.schedule` places in time.
+
+Each `begin`s to act in a simulation and says how to end it; one that is over at once says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any, Protocol
+
+import mujoco
+import numpy as np
+
+from kbot.sim.contacts import rank
+from kbot.sim.pushes import Vector
+from kbot.sim.recipe import SOLIMP, SOLREF
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from kbot.sim.simulation import Simulation
+
+End = Callable[[], None]
+STUCK = 1e6
+"""N m or N of friction that nothing turns against."""
+
+
+class Fault(Protocol):
+    def begin(self, simulation: Simulation) -> End | None:
+        """Start to act; what ends it again, None where there is nothing to end.
+
+        Raises:
+            KbotError: it speaks of something that is not there.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BlockedJoint:
+    """A joint that does not move, such as a wheel with something in its spokes."""
+
+    joint: str
+    robot: str | None = None
+
+    def begin(self, simulation: Simulation) -> End:
+        robot = simulation.named(self.robot)
+        dof = robot.dof(self.joint)
+        # friction that is as stiff as a contact; the engine's own lets a servo creep on
+        return _all(
+            _changed(simulation, "dof_solref", [(dof, 0)], SOLREF[0]),
+            _changed(simulation, "dof_solimp", [(dof, 0), (dof, 1)], SOLIMP[1]),
+            _changed(simulation, "dof_frictionloss", [dof], STUCK),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """A link, such as a wheel, whose coefficient of friction is another: oil, ice, a worn tyre."""
+
+    link: str
+    friction: float
+    robot: str | None = None
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.friction) and self.friction >= 0.0):
+            raise KbotError(f"a coefficient of friction is a number from 0 on, not {self.friction}")
+
+    def begin(self, simulation: Simulation) -> End:
+        model, _ = simulation.engine()
+        body = simulation.named(self.robot).body(self.link)
+        geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
+        priority, dimensions = rank(self.friction)
+        return _all(
+            _changed(simulation, "geom_friction", [(geom, 0) for geom in geoms], self.friction),
+            _changed(simulation, "geom_priority", geoms, priority),
+            _changed(simulation, "geom_condim", geoms, dimensions),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Payload:
+    """A load of `mass` kg, as a point at a place (m) in a link's frame."""
+
+    link: str
+    mass: float
+    at: Vector = (0.0, 0.0, 0.0)
+    robot: str | None = None
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.mass) and self.mass > 0.0 and all(isfinite(v) for v in self.at)):
+            raise KbotError(f"a payload has a mass above zero and a place, not {self.mass} kg at {self.at}")
+
+    def begin(self, simulation: Simulation) -> End:
+        model, _ = simulation.engine()
+        body = simulation.named(self.robot).body(self.link)
+        names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
+        before = [np.copy(getattr(model, name)[body]) for name in names]
+        mass, centre = float(model.body_mass[body]), np.copy(model.body_ipos[body])
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, model.body_iquat[body])
+        axes = turn.reshape(3, 3)
+        tensor = axes @ np.diag(model.body_inertia[body]) @ axes.T
+        total = mass + self.mass
+        middle = (mass * centre + self.mass * np.array(self.at)) / total
+        for m, place in ((mass, centre), (self.mass, np.array(self.at))):
+            away = place - middle
+            tensor += m * (away @ away * np.eye(3) - np.outer(away, away))
+        moments, directions = np.linalg.eigh(tensor)
+        if np.linalg.det(directions) < 0.0:
+            directions[:, 0] *= -1.0
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, directions.ravel())
+        for name, value in zip(names, (total, middle, quaternion, moments), strict=True):
+            getattr(model, name)[body] = value
+        _reckon_anew(model)
+
+        def end() -> None:
+            for name, value in zip(names, before, strict=True):
+                getattr(model, name)[body] = value
+            _reckon_anew(model)
+
+        return end
+
+
+@dataclass(frozen=True, slots=True)
+class LostCommands:
+    """Each command that comes from outside is lost with this probability, by the simulation's seed."""
+
+    share: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.share <= 1.0:
+            raise KbotError(f"a share of commands is a number from 0 to 1, not {self.share}")
+
+    def begin(self, simulation: Simulation) -> End:
+        simulation.lost_commands = self.share
+
+        def end() -> None:
+            simulation.lost_commands = 0.0
+
+        return end
+
+
+@dataclass(frozen=True, slots=True)
+class SilentTopic:
+    """Nothing is heard on a topic: a sensor's cable is out."""
+
+    topic: str
+
+    def begin(self, simulation: Simulation) -> End:
+        simulation.bus.require(self.topic)
+        simulation.bus.mute(self.topic)
+        return lambda: simulation.bus.unmute(self.topic)
+
+
+@dataclass(frozen=True, slots=True)
+class Kick:
+    """A speed that the robot's body has at once: m/s and rad/s along the world's axes."""
+
+    linear: Vector
+    angular: Vector = (0.0, 0.0, 0.0)
+    robot: str | None = None
+
+    def begin(self, simulation: Simulation) -> None:
+        simulation.set_twist(self.linear, self.angular, self.robot)
+
+
+def _changed(simulation: Simulation, name: str, places: list[Any], value: float) -> End:
+    """Set entries of one of the model's arrays; how to set them back."""
+    model, _ = simulation.engine()
+    array = getattr(model, name)
+    before = [(place, array[place]) for place in places]
+    for place in places:
+        array[place] = value
+
+    def end() -> None:
+        for place, old in before:
+            array[place] = old
+
+    return end
+
+
+def _all(*ends: End) -> End:
+    def end() -> None:
+        for each in ends:
+            each()
+
+    return end
+
+
+def _reckon_anew(model: Any) -> None:  # noqa: ANN401
+    """Bring up to date what the engine keeps of masses; its own scratch, so that the run is untouched."""
+    mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -1,0 +1,148 @@
+"""What goes wrong at its time, for its time, and the same way every time."""
+
+from math import hypot
+
+import pytest
+
+from kbot.messages import Odometry
+from kbot.sim import Simulation
+from kbot.sim.faults import BlockedJoint, Kick, LostCommands, Payload, SilentTopic, Slip
+from kbot.text import KbotError
+
+
+def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
+    """With the left wheel held, driving on turns to the left about its contact point; then on as before."""
+    sim.schedule(BlockedJoint("left_wheel_joint"), at=1.0, duration=1.0)
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(1.0)
+    wheel = sim.joint_positions["left_wheel_joint"]
+    assert abs(sim.ground_truth.pose.yaw) < 1e-6
+    sim.run(1.0)
+    assert sim.joint_positions["left_wheel_joint"] == pytest.approx(wheel, abs=0.01)
+    assert sim.ground_truth.pose.yaw == pytest.approx(0.1 / 0.174, rel=0.15)
+    before = sim.joint_positions["left_wheel_joint"]
+    sim.run(1.0)
+    assert sim.joint_positions["left_wheel_joint"] > before + 1.0
+
+
+def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):
+    gone = []
+    for friction in (1.0, 0.0):
+        sim = Simulation(kbot_robot)
+        for wheel in ("left_wheel", "right_wheel"):
+            sim.schedule(Slip(wheel, friction), at=0.0)
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(2.0)
+        gone.append((sim.ground_truth.pose.x, sim.odometry.pose.x))
+    assert gone[0][0] == pytest.approx(gone[0][1], abs=1e-5)
+    assert gone[1][0] < 0.01
+    assert gone[1][1] > 0.4
+
+
+def test_a_payload_is_carried_and_put_down(sim):
+    """A kilogram on a wheel-high shelf doubles the weight: what the ground bears shows it."""
+    model, _ = sim.engine()
+    sim.schedule(Payload("base_link", 1.0, (0.0, 0.0, 0.02)), at=0.5, duration=0.5)
+    weights = []
+    for _ in range(3):
+        sim.run(0.45)
+        weights.append(float(model.body_subtreemass[0]))
+        sim.run(0.05)
+    assert weights[1] - weights[0] == pytest.approx(1.0)
+    assert weights[2] == pytest.approx(weights[0])
+    assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-4)
+
+
+def test_commands_from_outside_get_lost_and_those_in_python_do_not(sim):
+    sim.schedule(LostCommands(1.0), at=0.0)
+    sim.command(0.2, 0.0)
+    sim.run(0.4)
+    assert sim.twist.x == 0.0
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(0.4)
+    assert sim.twist.x == pytest.approx(0.2)
+
+
+def test_half_of_the_commands_get_lost_by_the_seed(kbot_robot):
+    def heard(seed):
+        sim, count = Simulation(kbot_robot, seed=seed), 0
+        sim.schedule(LostCommands(0.5), at=0.0)
+        for index in range(200):
+            sim.command(0.001 * (index + 1), 0.0)
+            count += sim.named().controller.wanted == (0.001 * (index + 1), 0.0)
+        return count
+
+    assert heard(1) == heard(1) == pytest.approx(100, abs=30)
+
+
+def test_a_silent_topic_is_heard_again(sim):
+    heard = []
+    sim.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
+    sim.schedule(SilentTopic("/odom"), at=0.1, duration=0.2)
+    sim.run(0.5)
+    assert not [t for t in heard if 0.11 < t < 0.29]
+    assert len(heard) == pytest.approx(15, abs=1)
+
+
+def test_a_kick_comes_once_at_its_time(sim):
+    sim.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
+    sim.run(0.498)
+    assert abs(sim.ground_truth.pose.y) < 1e-9
+    sim.run(1.0)
+    moved = sim.ground_truth.pose.y
+    assert moved > 0.003
+    sim.run(1.0)
+    assert sim.ground_truth.pose.y == pytest.approx(moved, abs=1e-4)
+
+
+def test_faults_come_again_after_a_reset_and_with_a_restored_state(sim):
+    sim.schedule(BlockedJoint("left_wheel_joint"), at=0.5, duration=0.5)
+    sim.schedule(Kick((0.1, 0.1, 0.0)), at=1.2)
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(0.7)
+    saved = sim.state()
+    sim.run(1.0)
+    first = sim.state_sha256()
+    sim.restore(saved)
+    sim.run(1.0)
+    assert sim.state_sha256() == first
+    sim.reset()
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(1.7)
+    assert sim.state_sha256() == first
+
+
+def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
+    sim.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(0.5)
+    sim.spawn(kbot_robot, "b", x=2.0)
+    before = sim.joint_positions["left_wheel_joint"]
+    sim.run(0.5)
+    assert sim.joint_positions["left_wheel_joint"] == pytest.approx(before, abs=0.01)
+    assert hypot(sim.ground_truth.pose.x, sim.ground_truth.pose.y) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("make", "at", "duration", "message"),
+    [
+        (lambda: BlockedJoint("lef_wheel_joint"), 1.0, None, "did you mean 'left_wheel_joint'"),
+        (lambda: Slip("nothing", 0.1), 1.0, None, "has no link 'nothing'"),
+        (lambda: Slip("left_wheel", -1.0), 1.0, None, "coefficient of friction"),
+        (lambda: Payload("base_link", float("nan")), 1.0, None, "mass above zero"),
+        (lambda: LostCommands(2.0), 1.0, None, "from 0 to 1"),
+        (lambda: SilentTopic("/odon"), 1.0, None, "did you mean '/odom'"),
+        (lambda: BlockedJoint("left_wheel_joint", "b"), 1.0, None, "no robot 'b'"),
+        (lambda: LostCommands(), -1.0, None, "from now"),
+        (lambda: LostCommands(), float("nan"), None, "from now"),
+        (lambda: LostCommands(), 1.0, 0.0, "above zero"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_refused(sim, make, at, duration, message):
+    before = sim.state_sha256()
+    with pytest.raises(KbotError, match=message):
+        sim.schedule(make(), at, duration)
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(0.5)
+    assert sim.ground_truth.twist.x == pytest.approx(0.2, rel=0.01)
+    assert before != sim.state_sha256()
