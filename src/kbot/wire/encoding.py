@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from kbot.text import KbotError
 from kbot.wire.types import known_type, ros1_types, ros2_types, ros_name
@@ -65,10 +65,13 @@ def _outward(message_type: type, ros1: bool) -> Convert | None:
     if not given and not any(parts.values()):
         return None
     cls: Any = store.types[name]
+    own = {field.name for field in dataclasses.fields(message_type)}
+    # ROS 1 has some names in capitals that ROS 2 has not
+    names = {field: field if field in own else field.lower() for field in parts}
 
     def convert(message: object) -> object:
         values = {
-            field: part(getattr(message, field)) if part else getattr(message, field)
+            field: part(getattr(message, names[field])) if part else getattr(message, names[field])
             for field, part in parts.items()
         }
         return cls(**given, **values)
@@ -117,9 +120,14 @@ def _inward(message_type: type) -> Convert:
     parts = tuple((field.name, _value(hints[field.name])) for field in dataclasses.fields(message_type))
 
     def convert(found: object) -> object:
-        return message_type(**{name: part(getattr(found, name)) for name, part in parts})
+        return message_type(**{name: part(_get(found, name)) for name, part in parts})
 
     return convert
+
+
+def _get(found: object, name: str) -> object:
+    """A field of the library's message; ROS 1 has some names in capitals."""
+    return getattr(found, name) if hasattr(found, name) else getattr(found, name.upper())
 
 
 def _value(hint: Any) -> Convert:  # noqa: ANN401
@@ -127,6 +135,8 @@ def _value(hint: Any) -> Convert:  # noqa: ANN401
         return _inward(hint)
     if hint is bytes:
         return bytes
+    if getattr(get_origin(hint), "__name__", "") == "ndarray":
+        return _same
     of = next((arg for arg in get_args(hint) if arg is not Ellipsis), None)
     if of is None:
         return _same

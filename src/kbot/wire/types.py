@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
+from kbot.messages import navigation, sensing
 from kbot.messages import types as messages
 from kbot.text import KbotError
 
@@ -61,9 +62,9 @@ def ros_name(message_type: type) -> str:
 
 @cache
 def _known() -> dict[str, type]:
-    found = [value for value in vars(messages).values() if isinstance(value, type)]
-    own = [value for value in found if value.__module__ == messages.__name__]
-    return {ros_name(value): value for value in own}
+    homes = (messages, sensing, navigation)
+    found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
+    return {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
 
 
 def known_type(name: str) -> type | None:

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.odometry import PlanarPose
+from kbot.messages import navigation as nav
+from kbot.messages import types as msg
 from kbot.text import KbotError
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 FREE_BELOW = 50
 """What is likelier taken than free is not driven on."""
+
+START = msg.Time()
 
 MOST_CELLS = 100_000_000
 """A grid larger than this is taken for a mistake in its resolution."""
@@ -73,6 +77,25 @@ class OccupancyGrid:
 
     def contains(self, row: int, column: int) -> bool:
         return 0 <= row < self.rows and 0 <= column < self.columns
+
+    def to_message(self, stamp: msg.Time = START) -> nav.OccupancyGrid:
+        """nav_msgs/OccupancyGrid."""
+        half = self.origin.yaw / 2.0
+        turned = msg.Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+        origin = msg.Pose(msg.Point(self.origin.x, self.origin.y, 0.0), turned)
+        info = nav.MapMetaData(stamp, self.resolution, self.columns, self.rows, origin)
+        return nav.OccupancyGrid(msg.Header(stamp, self.frame), info, self.cells.reshape(-1))
+
+    @classmethod
+    def from_message(cls, message: nav.OccupancyGrid) -> OccupancyGrid:
+        """A grid as SLAM or map_server publish it. Raises KbotError where its size and data do not fit."""
+        info, data = message.info, np.asarray(message.data, dtype=np.int8)
+        if data.size != info.width * info.height:
+            raise KbotError(f"a map of {info.width} x {info.height} cells comes with {data.size}")
+        p, q = info.origin.position, info.origin.orientation
+        yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        cells = data.reshape(info.height, info.width)
+        return cls(cells, info.resolution, PlanarPose(p.x, p.y, yaw), message.header.frame_id)
 
     def value(self, x: float, y: float) -> int:
         """What stands at a point in m; outside the grid it is unknown."""

@@ -54,9 +54,11 @@ def world_grid(
     # cells lie on whole multiples of the resolution, so that maps of one world lie on each other
     first = np.floor((corners.min(axis=0) - margin) / resolution + 1e-9)
     last = np.ceil((corners.max(axis=0) + margin) / resolution - 1e-9)
-    columns, rows = (int(n) for n in np.maximum(last - first, 1))
-    if rows * columns > MOST_CELLS:
-        raise KbotError(f"world '{world.name}' needs {rows} x {columns} cells of {resolution} m: too many")
+    across, along = np.maximum(last - first, 1).tolist()
+    if not across * along <= MOST_CELLS:
+        wide = f"{across * resolution:.4g} x {along * resolution:.4g} m"
+        raise KbotError(f"world '{world.name}' spreads over {wide}: too much for cells of {resolution} m")
+    columns, rows = int(across), int(along)
     x, y = (first * resolution).tolist()
     cells = np.full((rows, columns), FREE, dtype=np.int8)
     grid = OccupancyGrid(cells, resolution, PlanarPose(x, y))
