@@ -21,6 +21,8 @@ export interface Handle {
   camera(): { clipFromWorld: number[]; width: number; height: number };
   /** Looks from `eye` at `target`. */
   look(eye: [number, number, number], target: [number, number, number]): void;
+  /** What the graphics card holds: geometries, textures and programs. */
+  held(): { geometries: number; textures: number; programs: number };
   /** Where a link's frame is in the picture, in CSS pixels of the page. */
   where(link: string): { x: number; y: number } | null;
 }
@@ -74,6 +76,10 @@ export function handle(app: App, view: View): Handle {
     look(eye, target) {
       stage.camera.position.set(...eye);
       stage.lookAt(new Vector3(...target));
+    },
+    held() {
+      const { memory, programs } = stage.renderer.info;
+      return { ...memory, programs: programs?.length ?? 0 };
     },
     where(link) {
       settle();

@@ -11,7 +11,7 @@ let shown: Spot | null = null;
 /** The description's text around a place, with findings in the margin and a caret under the one chosen. */
 export function source(app: App): HTMLElement {
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
-  const body = h("div", { class: "source-body", tabindex: 0, role: "region", "aria-label": "Source" });
+  const body = h("div", { class: "source-body", tabindex: 0, role: "group", "aria-label": "Text of the file" });
   const undo = h("button", { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) }, icon("undo"));
   app.parameters.watch((now) => {
     undo.hidden = !now?.undo;

@@ -40,7 +40,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   });
   const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
     h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
-  const flat = toggle("Without perspective", "Without perspective (O)", app.options.value.flat, (on) => app.setOption("flat", on), "Ortho");
+  const flat = toggle("Ortho", "Without perspective (O)", app.options.value.flat, (on) => app.setOption("flat", on), "Ortho");
   app.options.watch((options) => flat.setAttribute("aria-pressed", String(options.flat)));
   const save = h("button", { type: "button", title: "Save the picture (PNG)", "aria-label": "Save the picture", onclick: () => void savePicture(view()) }, icon("camera"));
   return h(

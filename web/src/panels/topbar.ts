@@ -38,7 +38,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
   return h(
     "header",
     { class: "topbar" },
-    h("span", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
+    h("h1", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
     h("span", { class: "crumbs" }, file, mode, world),
     h("span", { class: "spacer" }),
     link,

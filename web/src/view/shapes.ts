@@ -21,7 +21,7 @@ export function primitive(shape: Shape): BufferGeometry {
   return geometry;
 }
 
-/** Frees the primitives that no scene uses any more. */
+/** Forgets the primitives of a scene that is gone. */
 export function forgetPrimitives(): void {
   for (const geometry of cache.values()) geometry.dispose();
   cache.clear();

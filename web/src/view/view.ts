@@ -9,6 +9,7 @@ import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
 import { PALETTES } from "./palette";
 import { RobotObject } from "./robot";
+import { forgetPrimitives } from "./shapes";
 import { Stage } from "./stage";
 import { Trail } from "./trail";
 import { readView, viewHash } from "./address";
@@ -122,6 +123,7 @@ export class View {
     for (const old of [this.robot, this.bodies, this.frames]) if (old !== null) dispose(old.group);
     this.frames?.dispose();
     this.ids.clear();
+    forgetPrimitives();
     const changed = (): void => this.stage.invalidate();
     this.robot = new RobotObject(scene, this.ids, changed);
     this.bodies = new Bodies(scene, this.ids, changed);

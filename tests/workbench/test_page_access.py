@@ -1,0 +1,86 @@
+"""The page for all people: what axe finds, the keyboard, a narrow page, a large zoom."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+SIZES = {"wide": (1440, 900), "phone": (390, 844), "zoomed": (720, 450)}
+
+
+@pytest.fixture(scope="module")
+def axe() -> str:
+    if not AXE.is_file():
+        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
+    return AXE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("size", SIZES)
+def test_axe_finds_nothing(
+    driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: str
+) -> None:
+    width, height = SIZES[size]
+    page = open_page(driving[0], viewport={"width": width, "height": height}, color_scheme=theme)
+    for opened in (False, True):
+        if opened:
+            page.evaluate("document.querySelector('#links [data-link=left_wheel]').click()")
+            page.keyboard.press("l")
+            until(lambda: page.locator(".line.here").count() == 1)
+        page.evaluate(axe)
+        found = page.evaluate("axe.run()")["violations"]
+        assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+
+
+def test_everything_is_reached_by_the_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    reached = set()
+    for _ in range(120):
+        page.keyboard.press("Tab")
+        reached.add(
+            page.evaluate(
+                "(e => e.getAttribute('aria-label') || e.textContent.trim())(document.activeElement)"
+            )
+        )
+    for name in (
+        "World",
+        "Visual",
+        "Front",
+        "Pause",
+        "Reset",
+        "Speed",
+        "Stop",
+        "base_footprint",
+        "wheel_radius",
+    ):
+        assert name in reached, name
+    page.locator("#links [data-link=base_footprint]").focus()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
+    assert page.locator("#links [aria-selected=true]").inner_text().startswith("base_link")
+
+
+def test_a_phone_shows_one_panel_at_a_time(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0], viewport={"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    for name in ("Findings", "Links", "Parameters", "Joints", "Drive"):
+        page.locator(".sheets").get_by_role("button", name=name).click()
+        shown = [
+            p
+            for p in ("findings", "links", "parameters", "joints", "drive")
+            if page.locator(f"#{p}").is_visible()
+        ]
+        assert shown == [name.lower()]
+    page.keyboard.press("?")
+    until(lambda: page.locator("dialog.help").is_visible())
+    page.keyboard.press("Escape")
+    until(lambda: page.locator("dialog.help").is_hidden())

@@ -1,0 +1,75 @@
+"""The page when things go wrong, and when there are many of them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from kbot.workbench.serve import open_session, serving
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+
+def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any) -> None:
+    page = browser.new_page(viewport={"width": 960, "height": 560})
+    with serving(open_session(str(xacro), simulate=True)) as address:
+        page.goto(address)
+        until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+        page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
+        page.keyboard.press("4")
+        camera = page.evaluate("kbot.camera()")
+    until(lambda: page.locator(".notice.warning").is_visible())
+    assert page.inner_text(".status") == "connection lost"
+    xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
+    with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
+        until(lambda: page.inner_text(".status") == "live")
+        until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.2")
+        assert page.locator(".notice.warning").is_hidden()
+        now = page.evaluate("kbot.camera()")["clipFromWorld"]
+        assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)
+        assert page.locator("[data-option=frames]").get_attribute("aria-pressed") == "true"
+        page.keyboard.down("w")
+        until(lambda: float(page.inner_text("[data-reading=x]").replace("\u2212", "-")) > 0.02)
+    page.close()
+
+
+def test_many_tabs_stay_in_step(driving: tuple[str, Session], browser: Any, open_page: OpenPage) -> None:
+    address, session = driving
+    first = open_page(address)
+    context = browser.new_context(viewport={"width": 480, "height": 320})
+    tabs = [context.new_page() for _ in range(8)]
+    for tab in tabs:
+        tab.goto(address, wait_until="commit")
+    for tab in tabs:
+        until(lambda tab=tab: tab.evaluate("!!window.kbot && kbot.revision > 0"), 60)
+    first.keyboard.down("w")
+    until(lambda: session.state().odometry[0] > 0.1)
+    first.keyboard.up("w")
+    first.keyboard.press("p")
+    until(lambda: session.paused)
+    for tab in tabs:
+        until(lambda tab=tab: tab.evaluate("kbot.time") == session.state().time)
+    context.close()
+
+
+def test_a_page_does_not_grow_as_the_description_changes(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+
+    def change(times: int) -> dict[str, int]:
+        for _ in range(times):
+            revision = page.evaluate("kbot.revision")
+            page.get_by_label("base_len", exact=True).fill(str(0.1 + 0.001 * (revision % 100)))
+            until(lambda revision=revision: page.evaluate("kbot.revision") > revision)
+            page.evaluate("kbot.drawn()")
+        return dict(page.evaluate("kbot.held()"))
+
+    before = change(5)
+    after = change(25)
+    assert after == before
