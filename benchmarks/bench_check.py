@@ -139,7 +139,8 @@ def report(found: list[tuple[str, Diagnostic]], times: list[tuple[str, float, fl
     lines += [
         "",
         f"Checking (reader and rules) costs {statistics.median(ratios):.2f} of the expansion of the same "
-        f"file in the median, {ratios[-1]:.2f} at most, and more than the expansion for {slow} of {len(times)}.",
+        f"file in the median, {ratios[-1]:.2f} at most, and more than the expansion for {slow} of "
+        f"{len(times)}.",
         "",
         f"From a one-character edit of an unsaved text to its findings: {typed[3] * 1e3:.0f} ms at most "
         f"({typed[0]}).",

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import Caster, is_caster, lowest, movable_above
-from kbot.checks.spatial import Vector
 from kbot.checks.wheels import at_both, pose_origin
 from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 
 _GRAVITY = 9.81
 _SLIDES = 0.2
-Point = tuple[float, float]
 
 
 def _ground(context: Context) -> float | None:
     return context.wheels.ground
 
 
-def _caster_place(caster: Caster) -> Origin:
+def caster_place(caster: Caster) -> Origin:
     return caster.joint.pose.origin or caster.joint.origin
 
 
@@ -65,7 +62,7 @@ def not_on_ground(context: Context) -> Found:
         tilt = math.degrees(math.atan2(abs(off), arm))
         if off > max(1e-3, 0.03 * size) and not (touching and not isinstance(caster.part.geometry, Sphere)):
             yield Finding(
-                _caster_place(caster),
+                caster_place(caster),
                 f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground that the wheels stand "
                 "on: the robot tips "
                 f"by {tilt:.2g} degrees until it touches",
@@ -74,7 +71,7 @@ def not_on_ground(context: Context) -> Found:
             )
         elif off < -1e-3:
             yield Finding(
-                _caster_place(caster),
+                caster_place(caster),
                 f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground that the wheels stand "
                 "on: it lifts them "
                 f"or tilts the robot by {tilt:.2g} degrees",
@@ -190,150 +187,6 @@ def below_ground(context: Context) -> Found:
                     severity=severity,
                 )
                 break
-
-
-@rule("D115", "tips-over", Severity.WARNING, "drive")
-def tips_over(context: Context) -> Found:
-    """A centre of mass outside the polygon of the contacts, or so near its edge that driving tips the robot.
-
-    Why: outside, the robot falls over standing still. Inside, it tips when it accelerates or brakes by
-    more than g x (distance to the edge) / (height): a controller's default of 1 m/s^2 is enough for a
-    tall robot.
-
-    Example: two wheels, a caster behind them, and a battery in front of the axle.
-
-    Mend: move the mass over the support, or add a caster on that side.
-
-    Fix: none.
-    """
-    ground = _ground(context)
-    if ground is None or context.unsure:
-        return
-    points: list[Point] = [(w.center[0], w.center[1]) for w in context.wheels.wheels]
-    points += [(c.center[0], c.center[1]) for c in context.wheels.casters if abs(c.bottom - ground) < 0.01]
-    hull = convex_hull(points)
-    weighed = _center_of_mass(context)
-    if len(hull) < 3 or weighed is None:
-        return
-    mass, center = weighed
-    margin, (nx, ny) = _margin(hull, (center[0], center[1]))
-    height = center[2] - ground
-    if height <= 0.0:
-        return
-    direction = _direction(nx, ny)
-    heavy = _heaviest(context)
-    if margin < -1e-3:
-        yield Finding(
-            heavy or context.robot.origin,
-            f"the centre of mass ({mass:.3g} kg) lies {-margin * 1e3:.3g} mm outside the contacts, "
-            f"{direction}: the robot "
-            "falls over standing still",
-            "move the mass over the wheels and casters",
-            tuple(Related(f"'{c.link}' bears it", _caster_place(c)) for c in context.wheels.casters[:2]),
-        )
-    elif _GRAVITY * margin / height < 0.5:
-        yield Finding(
-            heavy or context.robot.origin,
-            f"the centre of mass lies {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, "
-            f"{direction}, at a height of "
-            f"{height * 1e3:.3g} mm: the robot tips over at {_GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
-            "move the mass, or add a caster on that side",
-        )
-
-
-def _direction(nx: float, ny: float) -> str:
-    if abs(nx) >= abs(ny):
-        return "at the front" if nx > 0 else "at the back"
-    return "on the left" if ny > 0 else "on the right"
-
-
-def _heaviest(context: Context) -> Origin | None:
-    inertials = [link.inertial for link in context.robot.links.values() if link.inertial]
-    heaviest = max(inertials, key=lambda i: i.mass, default=None)
-    return heaviest.origin if heaviest else None
-
-
-def _center_of_mass(context: Context) -> tuple[float, Vector] | None:
-    """The robot's mass (kg) and centre of mass in the root's frame (m) with all joints at zero."""
-    total, moment = 0.0, [0.0, 0.0, 0.0]
-    for name, frame in context.frames.items():
-        inertial = context.robot.links[name].inertial
-        if inertial is None or not math.isfinite(inertial.mass) or inertial.mass <= 0.0:
-            continue
-        at = frame.point(inertial.pose.xyz)
-        total += inertial.mass
-        for i in range(3):
-            moment[i] += inertial.mass * at[i]
-    return (total, (moment[0] / total, moment[1] / total, moment[2] / total)) if total > 0.0 else None
-
-
-def convex_hull(points: Sequence[Point]) -> list[Point]:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-    unique = sorted({(round(x, 9), round(y, 9)) for x, y in points})
-    if len(unique) < 3:
-        return unique
-
-    def half(ordered: Sequence[Point]) -> list[Point]:
-        chain: list[Point] = []
-        for p in ordered:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 1e-12:
-                chain.pop()
-            chain.append(p)
-        return chain[:-1]
-
-    return half(unique) + half(unique[::-1])
-
-
-def _turn(a: Point, b: Point, c: Point) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _margin(hull: Sequence[Point], p: Point) -> tuple[float, Point]:
-    """Distance of a point from the nearest edge, positive within, and that edge's outward normal."""
-    best, normal = math.inf, (1.0, 0.0)
-    for a, b in zip(hull, [*hull[1:], hull[0]], strict=True):
-        length = math.hypot(b[0] - a[0], b[1] - a[1])
-        inside = _turn(a, b, p) / length
-        if inside < best:
-            best, normal = inside, ((b[1] - a[1]) / length, -(b[0] - a[0]) / length)
-    return best, normal
-
-
-@rule("D116", "two-contacts", Severity.WARNING, "drive")
-def two_contacts(context: Context) -> Found:
-    """A robot that stands on its two drive wheels alone.
-
-    Why: it falls forwards or backwards until its chassis touches the ground, and drags it along: the
-    drive wheels lose load, and the heading wanders. (A robot that balances by control ignores this.)
-
-    Example: two wheels on a plate, and a caster without `<collision>`.
-
-    Mend: add a caster that touches the ground, with a `<collision>`.
-
-    Fix: none.
-    """
-    rig = context.wheels
-    if len(rig.pairs) != 1 or rig.casters or rig.ground is None or context.unsure:
-        return
-    if not any(link.collisions for link in context.robot.links.values()):
-        return
-    driving = {w.link for w in rig.wheels}
-    for name, link in context.robot.links.items():
-        if name in driving or name not in context.frames:
-            continue
-        if any(isinstance(c.geometry, Mesh) for c in link.collisions):
-            return  # what it touches the ground with is not known here
-        for part in context.bodies[name].collisions:
-            if lowest(part, context.frames[name]) < rig.ground + 0.25 * max(
-                w.radius or 0.0 for w in rig.wheels
-            ):
-                return
-    pair = rig.pairs[0]
-    yield Finding(
-        pair.left.joint.origin,
-        f"the robot stands on '{pair.left.link}' and '{pair.right.link}' alone: it falls over",
-        "add a caster that touches the ground, with a <collision>",
-    )
 
 
 @rule("D118", "caster-scrubs", Severity.WARNING, "drive")

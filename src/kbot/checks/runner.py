@@ -17,7 +17,8 @@ from kbot.text import DescriptionError, Diagnostic, Source, Span, read_source
 if TYPE_CHECKING:
     from kbot.xacro import Packages
 
-LAUNCH = (".launch", ".launch.xml")
+LAUNCH = (".launch", ".launch.xml", ".launch.yaml", ".launch.yml")
+"""How launch files end that can be read; one in Python is a program, and read on its own behalf only."""
 
 
 def check_file(
@@ -62,7 +63,7 @@ def check_text(
         from kbot.checks.manifest import check_manifest
 
         found, sources = check_manifest(source), [source]
-    elif path.endswith(LAUNCH):
+    elif path.endswith((*LAUNCH, ".launch.py")):
         from kbot.checks.launches import check_launch
 
         found, sources = check_launch(source, arguments or {}, packages), [source]

@@ -18,7 +18,7 @@ _GRAVITY = 9.81
 _SLOPE = math.radians(5.0)
 
 
-def _pairs(context: Context) -> Iterator[Pair]:
+def level_pairs(context: Context) -> Iterator[Pair]:
     """Pairs of drive wheels with a left and a right that stand across from each other."""
     for pair in context.wheels.pairs:
         if {pair.left.joint.name, pair.right.joint.name, pair.left.link, pair.right.link} & context.unsure:
@@ -58,7 +58,7 @@ def wheels_exchanged(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         left, right = pair.left, pair.right
         told = side_of(left.joint.name) == "left" and side_of(right.joint.name) == "right"
         if not told and not _named_sides(context, pair):
@@ -95,7 +95,7 @@ def wheel_axes_opposed(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         if dot(pair.left.axis, pair.right.axis) < -0.5:
             wrong, other = (pair.left, pair.right) if pair.left.axis[1] < 0.0 else (pair.right, pair.left)
             yield Finding(
@@ -128,7 +128,7 @@ def wheels_drive_backwards(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         if pair.left.axis[1] < -0.5 and pair.right.axis[1] < -0.5:
             for wheel, origin in at_both(pair, _axis_origin):
                 yield Finding(
@@ -153,7 +153,7 @@ def wheel_axis_askew(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         for wheel in (pair.left, pair.right):
             if not any(wheel.axis) or wheel.joint.type is JointType.FIXED:
                 continue
@@ -205,7 +205,7 @@ def wheels_not_mirrored(context: Context) -> Found:
     Fix: none.
     """
     links = context.robot.links
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         left, right = pair.left, pair.right
         size = max(left.radius or 0.0, right.radius or 0.0) or 0.05
         differences: list[str] = []
@@ -243,7 +243,7 @@ def wheel_in_chassis(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in _pairs(context):
+    for pair in level_pairs(context):
         for wheel in (pair.left, pair.right):
             joint = wheel.joint
             if wheel.part is None or wheel.width is None or joint.parent in context.unsure:
@@ -259,143 +259,3 @@ def wheel_in_chassis(context: Context) -> Found:
                         related=(Related(f"the shape of '{joint.parent}'", part.origin),),
                     )
                     break
-
-
-@rule("D117", "wheel-cannot-turn", Severity.WARNING, "drive")
-def wheel_cannot_turn(context: Context) -> Found:
-    """A drive wheel on a fixed joint or on one with limits.
-
-    Why: the robot drives until the wheel meets its stop, after a third of a metre for a wheel of 5 cm and a
-    full turn, or not at all.
-
-    Example: `<joint name="left_wheel_joint" type="revolute"> … <limit lower="-3.14" upper="3.14" …/>`
-
-    Mend: `type="continuous"`.
-
-    Fix: none.
-    """
-    for pair in _pairs(context):
-        driven = any(w.joint.name in names for w in (pair.left, pair.right) for names in [_driven(context)])
-        turning = [w for w in (pair.left, pair.right) if w.joint.type is JointType.CONTINUOUS]
-        for wheel in (pair.left, pair.right):
-            joint = wheel.joint
-            if joint.type is JointType.FIXED and (driven or turning):
-                yield Finding(
-                    joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _MEND
-                )
-            elif joint.type is JointType.REVOLUTE and joint.limit:
-                low, high = joint.limit.lower or 0.0, joint.limit.upper or 0.0
-                if high - low < 1e4:
-                    way = (high - low) * (wheel.radius or 0.0)
-                    yield Finding(
-                        joint.origin,
-                        f"{joint.name}: a drive wheel with limits {low:.4g}..{high:.4g} rad stops "
-                        f"after {way:.3g} m",
-                        _MEND,
-                        (Related("the limits", joint.limit.origin),),
-                    )
-
-
-_MEND = 'type="continuous"'
-
-
-def _driven(context: Context) -> set[str]:
-    return {w.text for d in context.drivers for names in d.sides.values() for w in names}
-
-
-@rule("D119", "wheel-effort-small", Severity.WARNING, "drive")
-def wheel_effort_small(context: Context) -> Found:
-    """Wheel joints whose effort limits together cannot hold the robot on a slope of 5 degrees.
-
-    Why: the torque needed is mass x g x sin(slope) x radius. With less the robot does not climb a
-    ramp or a door sill, and on the flat it follows its commands late.
-
-    Example: 20 kg on wheels of 5 cm needs 0.85 N m; two wheels with `effort="0.1"` give 0.2.
-
-    Mend: write the motors' torque, or the robot's true mass.
-
-    Fix: none.
-    """
-    wheels = [w for pair in _pairs(context) for w in (pair.left, pair.right)]
-    efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
-    radii = [w.radius for w in wheels if w.radius]
-    mass = sum(
-        link.inertial.mass
-        for link in context.robot.links.values()
-        if link.inertial and math.isfinite(link.inertial.mass)
-    )
-    if not wheels or len(efforts) < len(wheels) or not radii:
-        return
-    needed = mass * _GRAVITY * math.sin(_SLOPE) * max(radii)
-    if sum(efforts) < needed:
-        limit = wheels[0].joint.limit
-        slope = math.degrees(math.asin(min(1.0, sum(efforts) / (mass * _GRAVITY * max(radii)))))
-        yield Finding(
-            limit.origin if limit else wheels[0].joint.origin,
-            f"{len(wheels)} wheels with {sum(efforts):.3g} N m together carry {mass:.4g} kg up "
-            f"{slope:.2g} degrees at "
-            f"most; 5 degrees need {needed:.3g} N m",
-            "write the motors' torque",
-        )
-
-
-@rule("D120", "wheel-mesh-collision", Severity.INFO, "drive")
-def wheel_mesh_collision(context: Context) -> Found:
-    """A drive wheel that touches the ground with a mesh.
-
-    Why: a mesh is a polygon: the wheel rumbles from edge to edge, its rolling radius changes with its
-    angle, and each contact costs as much as a hundred plain ones.
-
-    Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
-
-    Mend: a cylinder (or a sphere) of the wheel's radius; the visual may stay a mesh.
-
-    Fix: none.
-    """
-    for pair in _pairs(context):
-        for wheel in (pair.left, pair.right):
-            for collision in context.robot.links[wheel.link].collisions:
-                if isinstance(collision.geometry, Mesh):
-                    yield Finding(
-                        collision.geometry.origin,
-                        f"{wheel.link}: the wheel touches the ground with a mesh, which rumbles",
-                        "use a cylinder of the wheel's radius",
-                    )
-                    break
-
-
-@rule("D125", "wheel-undriven", Severity.INFO, "drive")
-def wheel_undriven(context: Context) -> Found:
-    """A drive wheel that nothing drives: no plugin, controller, transmission, nor limit of effort or speed.
-
-    Why: on the screen the robot moves; in a simulator nothing ever turns the wheel, or what does turns it
-    with unbounded torque: it reaches any speed within one step, and slips or tips.
-
-    Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description
-    without plugins.
-
-    Mend: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
-    ros2_control.
-
-    Fix: none.
-    """
-    driven = _driven(context)
-    for extension in context.robot.extensions:
-        for element in (extension, *extension.descendants()):
-            if element.tag == "joint" and "name" in element.attributes:
-                driven.add(element.attributes["name"])
-            if "oint" in element.tag and element.text.strip():
-                driven.add(element.text.strip())
-    for pair in _pairs(context):
-        for wheel in (pair.left, pair.right):
-            joint = wheel.joint
-            if joint.name in driven or joint.limit is not None or joint.type is not JointType.CONTINUOUS:
-                continue
-            lacks = "no effort or velocity limit" + (
-                ", no damping or friction" if joint.dynamics is None else ""
-            )
-            yield Finding(
-                joint.origin,
-                f"{joint.name}: no plugin, controller or transmission drives it, and it has {lacks}",
-                'add <limit effort="…" velocity="…"/> and what drives the wheel',
-            )
