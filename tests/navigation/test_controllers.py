@@ -103,7 +103,7 @@ class _Ahead:
         return self.command
 
 
-OUTLINE = Outline(-0.1, 0.06, -0.09, 0.09)
+OUTLINE = Outline.rectangle(-0.1, 0.06, -0.09, 0.09)
 
 
 def test_the_guard_stops_short_of_a_wall():
@@ -113,7 +113,7 @@ def test_the_guard_stops_short_of_a_wall():
         points = wall - (pose.x, pose.y)
         wanted = guard.update(Observation(tick * STEP, pose, PlanarTwist(), points, 0.0))
         pose = pose @ arc(wanted.linear.x * STEP, wanted.angular.z * STEP)
-    assert 0.85 < pose.x + OUTLINE.front <= 0.98
+    assert 0.85 < pose.x + 0.06 <= 0.98
     assert guard.blocked_since is not None
 
 

@@ -96,7 +96,9 @@ def test_cancelling_stops_the_robot(robot):
 
 def _lidar_navigator(**settings):
     grid = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
-    return Navigator(GridPlanner(grid, 0.13), Settings(**settings), Outline(-0.1, 0.06, -0.09, 0.09))
+    return Navigator(
+        GridPlanner(grid, 0.13), Settings(**settings), Outline.rectangle(-0.1, 0.06, -0.09, 0.09)
+    )
 
 
 def _end(navigator, observe, seconds=200.0):

@@ -8,7 +8,7 @@ import pytest
 from kbot.kinematics import PlanarPose, Transform
 from kbot.model.load import load_robot
 from kbot.navigation.controller import twist
-from kbot.navigation.footprint import outline
+from kbot.navigation.footprint import Outline, outline
 from kbot.navigation.goal import GoalState
 from kbot.navigation.guard import ObstacleGuard
 from kbot.navigation.navigator import Settings
@@ -38,10 +38,20 @@ def _touched(simulation):
 
 
 def test_kbots_outline(robot):
-    # the plate reaches from 0.10 behind the axle to 0.06 ahead, the wheels 0.0895 to each side
-    box = outline(robot)
-    assert (box.rear, box.front) == pytest.approx((-0.10, 0.06))
-    assert (box.right, box.left) == pytest.approx((-0.0895, 0.0895))
+    # the plate reaches from 0.10 behind the axle to 0.06 ahead and 0.08 to each side, the wheels, which are
+    # 0.07 long, 0.0895 to each side
+    half = [(-0.10, 0.08), (-0.035, 0.0895), (0.035, 0.0895), (0.06, 0.08)]
+    expected = sorted([*half, *((x, -y) for x, y in half)])
+    assert np.array(sorted(outline(robot).corners.round(9).tolist())) == pytest.approx(np.array(expected))
+
+
+def test_an_outline_grows_by_its_margin():
+    box = Outline.rectangle(-0.1, 0.2, -0.05, 0.05).grown(0.01)
+    points = np.array(
+        [(0.205, 0.0), (0.215, 0.0), (0.0, 0.059), (0.0, 0.061), (-0.105, -0.055), (-0.12, 0.0)]
+    )
+    assert box.holds(points).tolist() == [True, False, True, False, True, False]
+    assert box.reach == pytest.approx(math.hypot(0.2, 0.05) + 0.01)
 
 
 def test_it_stops_before_a_wall_without_touching_it(robot):

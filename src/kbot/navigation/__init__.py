@@ -1,8 +1,8 @@
 """Goals, paths, and the controllers and planner that get a robot there.
 
-    from kbot.navigation import go_to
-    trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))
-    trip.status.state, trip.status.reason
+from kbot.navigation import go_to
+trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))
+trip.status.state, trip.status.reason
 """
 
 from kbot.navigation.controller import Controller, Limits, Observation, twist

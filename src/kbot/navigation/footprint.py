@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from math import hypot
 
@@ -16,24 +17,48 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
+from kbot.world.footprints import convex_outline
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Outline:
-    """The rectangle about a robot seen from above, in its base's frame; m."""
+    """A robot seen from above: the convex outline through `corners` (n, 2) in its base's frame, in m and
+    counter-clockwise, grown by `margin`."""
 
-    rear: float
-    front: float
-    right: float
-    left: float
+    corners: NDArray[np.float64]
+    margin: float = 0.0
+
+    @classmethod
+    def rectangle(cls, rear: float, front: float, right: float, left: float) -> Outline:
+        """From x = `rear` to `front` and y = `right` to `left`."""
+        return cls(np.array([(rear, right), (front, right), (front, left), (rear, left)]))
+
+    @cached_property
+    def _edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Outward normals (2, n), and how far out each edge is."""
+        along = np.roll(self.corners, -1, axis=0) - self.corners
+        normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
+        return normals.T, (normals * self.corners).sum(axis=1) + self.margin
+
+    @property
+    def reach(self) -> float:
+        """Metres from the base's origin to the furthest corner."""
+        return float(np.hypot(*self.corners.T).max()) + self.margin
+
+    @property
+    def middle(self) -> NDArray[np.float64]:
+        """Between the corners, (2,)."""
+        middle: NDArray[np.float64] = (self.corners.min(axis=0) + self.corners.max(axis=0)) / 2.0
+        return middle
 
     def grown(self, margin: float) -> Outline:
-        return Outline(self.rear - margin, self.front + margin, self.right - margin, self.left + margin)
+        return Outline(self.corners, self.margin + margin)
 
     def holds(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of the points (n, 2) are inside."""
-        x, y = points[:, 0], points[:, 1]
-        return (x > self.rear) & (x < self.front) & (y > self.right) & (y < self.left)
+        normals, offsets = self._edges
+        inside: NDArray[np.bool_] = np.all(points @ normals < offsets, axis=1)
+        return inside
 
 
 def turning_radius(robot: Robot) -> float:
@@ -47,9 +72,8 @@ def turning_radius(robot: Robot) -> float:
 
 
 def outline(robot: Robot) -> Outline:
-    """The rectangle that holds all of the robot, joints at zero. Raises KbotError as `turning_radius`."""
-    xs, ys = zip(*_corners(robot), strict=True)
-    return Outline(min(xs), max(xs), min(ys), max(ys))
+    """The convex outline of all of the robot, joints at zero. Raises KbotError as `turning_radius`."""
+    return Outline(convex_outline(np.array(_corners(robot))))
 
 
 def _corners(robot: Robot) -> list[tuple[float, float]]:

@@ -24,7 +24,7 @@ class ObstacleGuard:
         self,
         controller: Controller,
         outline: Outline,
-        margin: float = 0.015,
+        margin: float = 0.01,
         braking: float = 0.6,
         silence: float = 0.5,
     ) -> None:
@@ -35,7 +35,7 @@ class ObstacleGuard:
         self.blocked_since: float | None = None
         self.silent_since: float | None = None
         self._near = outline.grown(margin)
-        self._reach = max(abs(outline.rear), outline.front, abs(outline.right), outline.left) + margin
+        self._reach = self._near.reach
 
     def update(self, observation: Observation) -> Twist:
         return self.guard(observation, self.controller.update(observation))
@@ -82,7 +82,6 @@ class ObstacleGuard:
 
     def _deeper(self, moved: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points come nearer to the middle of the outline."""
-        middle = (self.outline.front + self.outline.rear) / 2, (self.outline.left + self.outline.right) / 2
-        away, was = (np.hypot(*(p - middle).T) for p in (moved, before))
+        away, was = (np.hypot(*(p - self.outline.middle).T) for p in (moved, before))
         nearer: NDArray[np.bool_] = away < was - 1e-4
         return nearer

@@ -120,14 +120,15 @@ def _inward(message_type: type) -> Convert:
     parts = tuple((field.name, _value(hints[field.name])) for field in dataclasses.fields(message_type))
 
     def convert(found: object) -> object:
-        return message_type(**{name: part(_get(found, name)) for name, part in parts})
+        values = ((name, part, _get(found, name)) for name, part in parts)
+        return message_type(**{name: part(value) for name, part, value in values if value is not None})
 
     return convert
 
 
 def _get(found: object, name: str) -> object:
-    """A field of the library's message; ROS 1 has some names in capitals."""
-    return getattr(found, name) if hasattr(found, name) else getattr(found, name.upper())
+    """A field of the library's message; ROS 1 has some names in capitals, and some fields not at all."""
+    return getattr(found, name) if hasattr(found, name) else getattr(found, name.upper(), None)
 
 
 def _value(hint: Any) -> Convert:  # noqa: ANN401
