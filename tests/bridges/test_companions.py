@@ -1,0 +1,70 @@
+"""What goes along with a simulation, also when the page's description changes under it."""
+
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.bridges.companions import Companions
+from kbot.bridges.pacing import run_in_real_time
+from kbot.bridges.wishes import Wishes
+from kbot.record import Recording
+from kbot.record.replay import replay
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.workbench.serve import open_session
+
+SQUARE = """<robot name="r">
+  <link name="base_link"><inertial><mass value="1"/>
+  <inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>
+  </inertial><visual><geometry><box size=".2 .2 {height}"/></geometry></visual>
+  <collision><geometry><box size=".2 .2 {height}"/></geometry></collision></link></robot>"""
+
+
+def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) -> None:
+    file = tmp_path / "r.urdf"
+    file.write_text(SQUARE.format(height=0.1))
+    told: list[str] = []
+    companions = Companions(Wishes(record=str(tmp_path / "run.mcap")), told.append)
+    session = open_session(str(file), simulate=True, attend=lambda sim: companions.join(sim, "", "empty"))
+    for _ in range(10):
+        session.advance(0.02)
+    file.write_text(SQUARE.format(height=0.3))
+    session.adopt(session.read())
+    for _ in range(20):
+        session.advance(0.02)
+    companions.close()
+    assert [Path(text.partition(": ")[0]).name for text in told] == ["run.mcap", "run-2.mcap"]
+    first, second = (Recording(str(tmp_path / name)) for name in ("run.mcap", "run-2.mcap"))
+    assert first.summary().topics["/clock"].count == 10
+    assert second.summary().topics["/clock"].count == 20
+    texts = [
+        next(e.message().data for e in r.entries() if e.topic == "/robot_description")
+        for r in (first, second)
+    ]
+    assert ["0.3" in text for text in texts] == [False, True]
+    assert replay(str(tmp_path / "run-2.mcap")).is_same
+
+
+def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:
+    told: list[str] = []
+    companions = Companions(Wishes(foxglove=True), told.append)
+    for _ in range(2):
+        companions.join(Simulation(kbot.load("kbot")), "", "empty")
+    assert len([text for text in told if text.startswith("Foxglove")]) == 1
+    companions.close()
+    companions.close()
+
+
+def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    companions = Companions(Wishes(record=str(path), foxglove=True, host="192.0.2.1"), print)
+    with pytest.raises(KbotError, match="Foxglove cannot be served"):
+        companions.join(Simulation(kbot.load("kbot")), "", "empty")
+    assert not Recording(str(path)).summary().broken
+
+
+def test_pacing_runs_just_as_far_as_asked_for() -> None:
+    sim = Simulation(kbot.load("kbot"))
+    run_in_real_time(sim, 0.133)
+    assert sim.steps == 66
