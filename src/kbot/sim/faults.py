@@ -19,7 +19,7 @@ from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
-    from kbot.sim.simulation import Simulation
+    from kbot.sim.disturbed import Disturbed
 
 End = Callable[[], None]
 STUCK = 1e6
@@ -27,7 +27,7 @@ STUCK = 1e6
 
 
 class Fault(Protocol):
-    def begin(self, simulation: Simulation) -> End | None:
+    def begin(self, simulation: Disturbed) -> End | None:
         """Start to act; what ends it again, None where there is nothing to end.
 
         Raises:
@@ -43,7 +43,7 @@ class BlockedJoint:
     joint: str
     robot: str | None = None
 
-    def begin(self, simulation: Simulation) -> End:
+    def begin(self, simulation: Disturbed) -> End:
         robot = simulation.named(self.robot)
         dof = robot.dof(self.joint)
         # friction that is as stiff as a contact; the engine's own lets a servo creep on
@@ -66,7 +66,7 @@ class Slip:
         if not (isfinite(self.friction) and self.friction >= 0.0):
             raise KbotError(f"a coefficient of friction is a number from 0 on, not {self.friction}")
 
-    def begin(self, simulation: Simulation) -> End:
+    def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
@@ -91,7 +91,7 @@ class Payload:
         if not (isfinite(self.mass) and self.mass > 0.0 and all(isfinite(v) for v in self.at)):
             raise KbotError(f"a payload has a mass above zero and a place, not {self.mass} kg at {self.at}")
 
-    def begin(self, simulation: Simulation) -> End:
+    def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
@@ -133,7 +133,7 @@ class LostCommands:
         if not 0.0 <= self.share <= 1.0:
             raise KbotError(f"a share of commands is a number from 0 to 1, not {self.share}")
 
-    def begin(self, simulation: Simulation) -> End:
+    def begin(self, simulation: Disturbed) -> End:
         simulation.lost_commands = self.share
 
         def end() -> None:
@@ -148,7 +148,7 @@ class SilentTopic:
 
     topic: str
 
-    def begin(self, simulation: Simulation) -> End:
+    def begin(self, simulation: Disturbed) -> End:
         simulation.bus.require(self.topic)
         simulation.bus.mute(self.topic)
         return lambda: simulation.bus.unmute(self.topic)
@@ -162,11 +162,11 @@ class Kick:
     angular: Vector = (0.0, 0.0, 0.0)
     robot: str | None = None
 
-    def begin(self, simulation: Simulation) -> None:
+    def begin(self, simulation: Disturbed) -> None:
         simulation.set_twist(self.linear, self.angular, self.robot)
 
 
-def _changed(simulation: Simulation, name: str, places: list[Any], value: float) -> End:
+def _changed(simulation: Disturbed, name: str, places: list[Any], value: float) -> End:
     """Set entries of one of the model's arrays; how to set them back."""
     model, _ = simulation.engine()
     array = getattr(model, name)

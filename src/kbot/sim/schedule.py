@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from kbot.sim.faults import End, Fault
 
 if TYPE_CHECKING:
-    from kbot.sim.simulation import Simulation
+    from kbot.sim.disturbed import Disturbed
 
 FOREVER = 1 << 62
 
@@ -36,7 +36,7 @@ class Schedule:
         times = [time for e in self.entries for time in (e.start, e.stop) if time > step]
         return min(times, default=FOREVER)
 
-    def bring_to(self, simulation: Simulation, step: int) -> None:
+    def bring_to(self, simulation: Disturbed, step: int) -> None:
         """End what is over at this step, begin what is due."""
         for entry in self.entries:
             if entry.end is not None and not entry.start <= step < entry.stop:
@@ -47,7 +47,7 @@ class Schedule:
                 entry.done = True
                 entry.end = entry.fault.begin(simulation)
 
-    def jump_to(self, simulation: Simulation, step: int) -> None:
+    def jump_to(self, simulation: Disturbed, step: int) -> None:
         """After a jump in time: what acts at that step acts."""
         for entry in self.entries:
             if entry.end is not None:
@@ -56,7 +56,7 @@ class Schedule:
             entry.done = False
         self.bring_to(simulation, step)
 
-    def begin_again(self, simulation: Simulation) -> None:
+    def begin_again(self, simulation: Disturbed) -> None:
         """After the engine's model was built anew: what lasts acts in the new one too."""
         for entry in self.entries:
             if entry.end is not None:

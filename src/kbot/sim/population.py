@@ -1,0 +1,163 @@
+"""A running world whose robots come and go."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+
+from kbot.kinematics.differential_drive import DifferentialDrive, find_drive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.model import Robot
+from kbot.sim.assembly import Assembly, plan_of
+from kbot.sim.drive import DriveLimits
+from kbot.sim.drive_settings import DriveSettings, drive_settings
+from kbot.sim.joints import limits
+from kbot.sim.recipe import Contacts
+from kbot.sim.robot import SimulatedRobot
+from kbot.sim.robot_builder import RobotPlan
+from kbot.sim.running import Running
+from kbot.sim.topics import RobotTopics
+from kbot.sim.world_builder import moving_bodies
+from kbot.text import Diagnostic, KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.world import World
+from kbot.world.findings import Findings
+
+_NAME = re.compile(r"[A-Za-z]\w*")
+
+
+class Population(Running):
+    """Robots by name, in an engine's model that is built anew when one comes or goes."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        world: World,
+        seed: int,
+        timestep: float,
+        contacts: Contacts,
+        drive_limits: DriveLimits | None,
+    ) -> None:
+        super().__init__(world, seed, timestep)
+        self.contacts = contacts
+        self.lost_commands = 0.0
+        """Share of the commands from outside that are lost, as a fault has it."""
+        self._limits = drive_limits
+        self._robot, plan, findings = self._prepare(robot, robot.name, PlanarPose(), drive_limits)
+        self.robots = {robot.name: self._robot}
+        assembly = Assembly.of(world, contacts, timestep, {robot.name: plan})
+        self.diagnostics: tuple[Diagnostic, ...] = (*world.diagnostics, *findings, *assembly.diagnostics)
+        """The warnings that building it gave."""
+        self._use(assembly)
+        self._topics = {robot.name: RobotTopics(self.bus, self._robot, tells_time=True)}
+
+    def named(self, name: str | None = None) -> SimulatedRobot:
+        """A robot by name, the first for None. Raises KbotError when there is no such robot."""
+        if name is None:
+            return self._robot
+        if name not in self.robots:
+            hint = did_you_mean(name, self.robots) or f"there are {', '.join(self.robots)}"
+            raise KbotError(f"there is no robot '{name}': {hint}")
+        return self.robots[name]
+
+    def spawn(
+        self, robot: Robot, name: str | None = None, x: float = 0.0, y: float = 0.0, yaw: float = 0.0
+    ) -> SimulatedRobot:
+        """Put one more robot into the running world, at a place on the ground (m, rad).
+
+        Its topics and frames are in the namespace of its name. What runs goes on as it was.
+
+        Raises:
+            DescriptionError: the robot cannot be simulated; every reason at its line.
+            KbotError: the name is taken or is none, a number is not finite, or the robot would stand
+                inside something.
+        """
+        name = robot.name if name is None else name
+        if not _NAME.fullmatch(name):
+            raise KbotError(f"'{name}' is no robot's name: letters, digits and _ only, a letter first")
+        if name in self.robots:
+            raise KbotError(f"there is a robot '{name}' already; give this one another name")
+        require_finite("a pose", (x, y, yaw))
+        simulated, plan, findings = self._prepare(robot, name, PlanarPose(x, y, yaw), None)
+        assembly = self._assembly.with_robot(plan)
+        self.robots[name] = simulated
+        self._use(assembly)
+        self.diagnostics = (*self.diagnostics, *findings)
+        self._put_joints(simulated)
+        simulated.reset()
+        self._topics[name] = RobotTopics(self.bus, simulated, namespace=name)
+        self._note("spawn", robot=name, x=x, y=y, yaw=yaw)
+        return simulated
+
+    def delete(self, name: str) -> None:
+        """Take a robot out of the running world; the first one stays.
+
+        Raises:
+            KbotError: there is no such robot, or it is the first.
+        """
+        gone = self.named(name)
+        if gone is self._robot:
+            raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
+        del self.robots[name]
+        self._topics.pop(name).close()
+        self._slewing = [robot for robot in self._slewing if robot is not gone]
+        self._forget(name)
+        self._use(self._assembly.without_robot(name))
+        self._note("delete", robot=name)
+
+    def take_command(
+        self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
+    ) -> None:
+        """See `SimulatedRobot.cmd_vel` and `SimulatedRobot.command`."""
+        if watchdog is not None and self.lost_commands and self.random.random() < self.lost_commands:
+            return
+        deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
+        if robot.obey(linear, angular, deadline) and robot not in self._slewing:
+            self._slewing.append(robot)
+        if self.journal is not None:
+            self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
+
+    def _forget(self, robot: str) -> None:
+        """Drop what is done to a robot that goes."""
+
+    def _model_is_new(self) -> None:
+        """Do in the new model what was done in the old one."""
+
+    def _prepare(
+        self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
+    ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
+        drive = find_drive(robot)
+        findings = Findings()
+        settings: DriveSettings | None = None
+        if isinstance(drive, DifferentialDrive):
+            settings = drive_settings(robot, drive, findings)
+            if limits is not None:
+                settings = dataclasses.replace(settings, limits=limits)
+        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self)
+        plan = plan_of(name, robot, drive, settings, self.contacts, pose)
+        return simulated, plan, tuple(findings.diagnostics)
+
+    def _use(self, assembly: Assembly) -> None:
+        self._assembly = assembly
+        self._model, self._data = assembly.model, assembly.data
+        self._qvel = self._data.qvel
+        self._moving = moving_bodies(self._model, self.world)
+        self._fresh = -1
+        for robot in self.robots.values():
+            robot.bind(self._model, self._data)
+        self._model_is_new()
+
+    @staticmethod
+    def _put_joints(robot: SimulatedRobot) -> None:
+        """At 0, or at the end of a range that leaves it out which is nearest."""
+        for joint in robot.robot.movable_joints:
+            lower, upper = limits(joint)
+            if lower <= upper:
+                robot.set_position(joint.name, min(max(0.0, lower), upper))
+
+
+def require_finite(what: str, values: tuple[float, ...]) -> None:
+    """Raises KbotError when one of the values is not finite."""
+    if not all(math.isfinite(value) for value in values):
+        raise KbotError(f"{what} is made of finite numbers, not {values}")

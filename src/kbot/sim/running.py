@@ -1,0 +1,178 @@
+"""A world in simulated time: steps, control periods, timers, and what is due between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kbot.messages.bus import Bus
+from kbot.messages.clock import NEVER, Clock
+from kbot.sim import recipe
+from kbot.sim.robot import SimulatedRobot
+from kbot.sim.schedule import FOREVER
+from kbot.sim.topics import RobotTopics
+from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
+from kbot.text import KbotError
+from kbot.world import World
+
+
+class Running:
+    """Moves the engine on, and serves robots, topics and timers at their steps.
+
+    A chunk of steps goes to the engine at once; it ends where a control period, a timer, a new wheel
+    speed or a disturbance is due, so that how a run is cut into calls does not change it.
+    """
+
+    robots: dict[str, SimulatedRobot]
+    """All robots by name, the first being the one that the simulation's own methods speak of."""
+    _model: Any
+    _data: Any
+    _qvel: Any
+    _topics: dict[str, RobotTopics]
+
+    def __init__(self, world: World, seed: int, timestep: float) -> None:
+        if not 1e-5 <= timestep <= 0.02:
+            raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep}")
+        if seed < 0:
+            raise KbotError(f"a seed is a whole number from 0 on, not {seed}")
+        self.world = world
+        self.seed = seed
+        self.timestep = timestep
+        self.clock = Clock()
+        self.bus = Bus()
+        self.random = np.random.default_rng(seed)
+        self.journal: Callable[[str, dict[str, Any]], None] | None = None
+        """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
+        self._step_ns = timestep * 1e9
+        self._slewing: list[SimulatedRobot] = []
+        self._steps, self._fresh = 0, -1
+        self._due = FOREVER
+        """The next step at which a disturbance begins or ends."""
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self._steps * self.timestep
+
+    @property
+    def steps(self) -> int:
+        return self._steps
+
+    def step(self, n: int = 1) -> None:
+        """Go on by `n` steps.
+
+        Raises:
+            SimulationDiverged: the run left the physical; says when, which link, and the likely cause.
+        """
+        if self._failure is not None:
+            raise self._failure
+        if self.clock.next_due != self._planned_due:
+            self._plan_stop()
+        model, data, mj_step = self._model, self._data, mujoco.mj_step
+        while n > 0:
+            count = self._next_stop - self._steps
+            if count > n:
+                count = n
+            if self._slewing:
+                count = min(count, self._slew())
+            mj_step(model, data, count)
+            self._steps += count
+            n -= count
+            if self._steps == self._next_stop:
+                self._stop()
+        self.clock.advance_to(round(self._steps * self._step_ns))
+
+    def run(self, seconds: float) -> None:
+        """Go on by a time, rounded to whole steps.
+
+        Raises:
+            KbotError: the time is negative or not finite.
+            SimulationDiverged: as for `step`.
+        """
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise KbotError(f"a time to run is a finite number of seconds from 0 on, not {seconds}")
+        self.step(round(seconds / self.timestep))
+
+    def engine(self) -> tuple[Any, Any]:
+        """The engine's model and data with frames as of now, for what measures in them; not to be changed."""
+        self.refresh()
+        return self._model, self._data
+
+    def refresh(self) -> None:
+        """Bring the engine's frames up to the positions of now; a step leaves them one behind."""
+        if self._fresh != self._steps:
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_comPos(self._model, self._data)
+            mujoco.mj_comVel(self._model, self._data)
+            self._fresh = self._steps
+
+    def _disturb(self) -> None:
+        """Begin and end the disturbances that are due, and find out when the next is."""
+
+    def _jump(self) -> None:
+        """Let those disturbances act that belong to this step, after a jump in time."""
+
+    def _start_at(self, steps: int) -> None:
+        self._steps = steps
+        self._failure: SimulationDiverged | None = None
+        self._next_tick = (steps // self._tick_steps + 1) * self._tick_steps
+        self._slewing = [robot for robot in self.robots.values() if robot.is_slewing]
+        self._fresh = -1
+        self.clock.set(round(steps * self._step_ns))
+        self._jump()
+        self._plan_stop()
+
+    def _plan_stop(self) -> None:
+        """Find the step at which something other than physics is due: a control period or a timer."""
+        self._planned_due: int = self.clock.next_due
+        self._next_stop = self._next_tick
+        if self._planned_due < NEVER:
+            due = math.ceil(self._planned_due / self._step_ns - 1e-6)
+            self._next_stop = min(self._next_tick, max(due, self._steps + 1))
+        if self._due < self._next_stop:
+            self._next_stop = max(self._due, self._steps + 1)
+
+    def _stop(self) -> None:
+        """Do what is due at this step."""
+        if self._steps == self._next_tick:
+            self._next_tick += self._tick_steps
+            # false for NaN too
+            if not self._qvel.dot(self._qvel) < FASTEST**2:
+                self._fail()
+            for robot in self.robots.values():
+                if robot.tick(self._steps) and robot not in self._slewing:
+                    self._slewing.append(robot)
+            for topics in self._topics.values():
+                if topics.are_heard:
+                    self.clock.advance_to(round(self._steps * self._step_ns))
+                    topics.publish(self.clock)
+        if self._planned_due < NEVER:
+            self.clock.advance_to(round(self._steps * self._step_ns))
+        if self._steps >= self._due:
+            self._disturb()
+        self._plan_stop()
+
+    def _fail(self) -> None:
+        last = (self._steps - self._tick_steps) * self.timestep
+        self._failure = diverged(self._model, self._data, list(self.robots.values()), self.time, last)
+        raise self._failure
+
+    def _slew(self) -> int:
+        """Serve the robots that follow a new command; steps until the next of them is due."""
+        wait = self._tick_steps
+        for robot in tuple(self._slewing):
+            due = robot.slew(self._steps)
+            if due:
+                wait = min(wait, due)
+            else:
+                self._slewing.remove(robot)
+        return wait
+
+    def _note(self, what: str, **numbers: object) -> None:
+        if self.journal is not None:
+            self.journal(what, numbers)
