@@ -8,7 +8,7 @@ import numpy as np
 from kbot.workbench.session import Session
 
 from .conftest import until
-from .pictures import id_image
+from .pictures import blue, id_image, screenshot
 
 OpenPage = Callable[..., Any]
 
@@ -83,3 +83,15 @@ def test_the_picture_is_saved_as_a_png(viewing: str, open_page: OpenPage) -> Non
     assert data.startswith(b"\x89PNG")
     assert saved.value.suggested_filename == "kbot.png"
     assert len(data) > 4000
+
+
+def test_a_wall_between_does_not_hide_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.get_by_role("combobox", name="World").select_option("boxes")
+    until(lambda: page.evaluate("kbot.revision") == 2)
+    page.keyboard.press("8")  # the view does not follow
+    boxes = [body for body in driving[1].scene.bodies if len(body.parts) == 1]
+    x, y, z = min(boxes, key=lambda body: np.hypot(*body.position[:2])).position
+    page.evaluate(f"kbot.look([{2.2 * x}, {2.2 * y}, {2.2 * z + 0.05}], [0, 0, 0.03])")
+    assert share(page, "base_link") > 0.002
+    assert blue(screenshot(page)).sum() > 200

@@ -14,6 +14,8 @@ import { Stage } from "./stage";
 import { Trail } from "./trail";
 import { readView, viewHash } from "./address";
 
+const ELEVATION = 28;
+
 /** The picture: the robot in its world, and the eye that looks at it. */
 export class View {
   readonly stage: Stage;
@@ -60,7 +62,7 @@ export class View {
   }
 
   /** Looks at the whole robot from a direction in degrees. */
-  fit(azimuth = 215, elevation = 24): void {
+  fit(azimuth = 215, elevation = ELEVATION): void {
     this.lookFrom(azimuth, elevation);
     this.writeAddress();
   }
@@ -146,7 +148,7 @@ export class View {
     if (this.app.about.value?.mode === "sim") this.trail.add(this.root.x, this.root.y);
     if (!this.placed) {
       this.placed = true;
-      if (!this.openAddress()) this.lookFrom(215, 24);
+      if (!this.openAddress()) this.lookFrom(215, ELEVATION);
     } else if (this.app.options.value.ride) {
       this.ride();
     } else if (this.app.options.value.follow) {
@@ -182,6 +184,7 @@ export class View {
     const { target } = this.stage.controls;
     this.ground.follow(target.x, target.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
     this.robot?.group.updateMatrixWorld();
+    this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.frames?.follow(this.perPixel());
   }
 
