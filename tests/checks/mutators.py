@@ -267,6 +267,44 @@ GEOMETRY = (
 )
 
 DRIVE = (
+    _m(
+        "plugin's sides exchanged",
+        "D107",
+        (r"<(left_j|leftJ)oint>left_wheel_joint", r"§<\1oint>right_wheel_joint"),
+        (r"<(right_j|rightJ)oint>right_wheel_joint", r"<\1oint>left_wheel_joint"),
+    ),
+    _m(
+        "casters without collision",
+        "D116",
+        (r'(<link name="front_ball">.*?)<collision>.*?</collision>', r"\1"),
+        (r'(<link name="rear_ball">.*?)<collision>.*?</collision>', r"\1"),
+        (r'(<joint name="left_wheel_joint")', r"§\1"),
+    ),
+    _m(
+        "placeholder tensor",
+        "I114",
+        (
+            LEFT + r"<inertia [^>]*/>",
+            r'\1§<inertia ixx="0.0011" ixy="0" ixz="0" iyy="0.0011" iyz="0" izz="0.0011"/>',
+        ),
+        (
+            r'(<link name="right_wheel">.*?)<inertia [^>]*/>',
+            r'\1<inertia ixx="0.0011" ixy="0" ixz="0" iyy="0.0011" iyz="0" izz="0.0011"/>',
+        ),
+        (
+            r'(<link name="front_ball">.*?)<inertia [^>]*/>',
+            r'\1<inertia ixx="0.0011" ixy="0" ixz="0" iyy="0.0011" iyz="0" izz="0.0011"/>',
+        ),
+    ),
+    _m(
+        "caster in the wheel",
+        "G111",
+        (r'(<link name="left_wheel">.*?<collision>.*?)(<cylinder )', r"\1§\2"),
+        (
+            r'(<joint name="left_wheel_joint".*?<origin xyz="0 )([^ ]*)( .*?<joint name="rear_ball_joint" type="fixed">\s*<origin xyz=")[^ ]* 0 ',
+            r"\1\2\g<3>0 \2 ",
+        ),
+    ),
     _m("plugin joint", "D101", (r"<(left_j|leftJ)oint>left_wheel_joint", r"§<\1oint>left_whel_joint")),
     _m(
         "control joint",
@@ -285,7 +323,11 @@ DRIVE = (
         "D105",
         (r"(<xacro:arg )", r'§<xacro:property name="wheel_separation" value="0.111"/>\n  \1'),
     ),
-    _m("radius property", "D106", (r"(<xacro:arg )", r'§<xacro:property name="wheel_radius" value="0.05"/>\n  \1')),
+    _m(
+        "radius property",
+        "D106",
+        (r"(<xacro:arg )", r'§<xacro:property name="wheel_radius" value="0.05"/>\n  \1'),
+    ),
     _m("plugin diameter", "D106", (r"<wheelDiameter>[^<]*", r"§<wheelDiameter>0.1")),
     _m("plugin radius", "D106", (r"<wheel_radius>[^<]*", r"§<wheel_radius>0.05")),
     _m(

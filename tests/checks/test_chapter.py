@@ -160,3 +160,18 @@ def test_our_own_launch_files_are_clean() -> None:
     folder = Path(resolve_robot_path("kbot")).parents[1] / "launch"
     for file in sorted(folder.glob("*.launch")):
         assert check_file(str(file), config=Config()) == ()
+
+
+def test_two_publishers_of_the_wheels_states(tmp_path: Path) -> None:
+    launch = tmp_path / "both.launch"
+    launch.write_text(
+        "<launch>\n"
+        '<param name="robot_description" command="xacro $(find kbot_description)/urdf/kbot.xacro"/>\n'
+        '<node name="states" pkg="joint_state_publisher" type="joint_state_publisher"/>\n'
+        '<node name="spawn" pkg="gazebo_ros" type="spawn_model"'
+        ' args="-urdf -param robot_description -model k"/>\n'
+        "</launch>\n"
+    )
+    (found,) = check_file(str(launch), config=Config())
+    assert (found.code, found.origin.span.line if found.origin else 0) == ("D122", 3)
+    assert "publishWheelJointState" in found.related[0].origin.span.text

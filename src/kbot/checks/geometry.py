@@ -198,12 +198,12 @@ def collides_at_rest(context: Context) -> Found:
     ]
     if len(plain) > 60:
         return
-    joined = {frozenset((groups[j.parent], groups[j.child])) for j in robot.joints.values()}
+    joined = {frozenset((j.parent, j.child)) for j in robot.joints.values()}
     said: set[frozenset[str]] = set()
     for i, (name, part) in enumerate(plain):
         for other_name, other in plain[i + 1 :]:
-            pair = frozenset((groups[name], groups[other_name]))
-            if len(pair) < 2 or pair in joined or pair in said:
+            pair = frozenset((name, other_name))
+            if groups[name] == groups[other_name] or pair in joined or pair in said:
                 continue
             depth = overlap(context, name, part, other_name, other)
             if depth > _DEEP:

@@ -225,7 +225,7 @@ def _weight_below(context: Context, link: str) -> float:
 
 @rule("I114", "placeholder-tensor", Severity.WARNING, "robot")
 def placeholder_tensor(context: Context) -> Found:
-    """The same mass and tensor on three links or more whose shapes differ.
+    """The same tensor on three links or more whose shapes or masses differ.
 
     Why: it is a placeholder that was copied along. Links of 1 cm and of 1 m then turn equally hard:
     the small ones hardly move, the large ones are thrown about.
@@ -239,21 +239,21 @@ def placeholder_tensor(context: Context) -> Found:
     groups: dict[tuple[float, ...], list[tuple[Link, Inertial]]] = defaultdict(list)
     for link, inertial in weighed(context):
         i = inertial
-        groups[i.mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz].append((link, inertial))
+        groups[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz].append((link, inertial))
     for key, group in groups.items():
-        if len(group) < 3 or not all(map(math.isfinite, key)) or not any(key[1:]):
+        if len(group) < 3 or not all(map(math.isfinite, key)) or not any(key):
             continue
-        alike = key[1] == key[4] == key[6]
-        shapes = {_outline(context, link, alike) for link, _ in group}
-        if len(shapes - {None}) < 3:
+        alike = key[0] == key[3] == key[5]
+        bodies = {(_outline(context, link, alike), i.mass) for link, i in group}
+        sized = {body for body in bodies if isinstance(body[0], tuple)}
+        if len(sized) < 2 and len({outline for outline, _ in bodies if outline}) < 3:
             continue
         (link, inertial), *others = group
         names = ", ".join(other.name for other, _ in others[:6]) + (" …" if len(others) > 6 else "")
         yield Finding(
             inertial.inertia_origin,
-            f"{link.name}: the same mass {key[0]:g} kg and tensor (ixx {key[1]:g} kg m^2) as on "
-            f"{names}, whose "
-            "shapes differ: a placeholder?",
+            f"{link.name}: the same tensor (ixx {key[0]:g} kg m^2) as on {names}, whose shapes or masses "
+            "differ: a placeholder?",
             solid_hint(context, link, inertial),
             tuple(Related(other.name, its.inertia_origin) for other, its in others[:6]),
         )

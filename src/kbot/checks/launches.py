@@ -1,13 +1,17 @@
-"""Launch files: the plan's own findings, ready to be reported."""
+"""Launch files: the plan's own findings, and what its nodes and its robot do to each other."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from kbot.checks.below import improved
-from kbot.launch import is_ros_2, read_launch, read_launch_2
-from kbot.text import Diagnostic, Source
+from kbot.checks.drivers import find_drivers
+from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
+from kbot.text import Diagnostic, Related, Severity, Source
 from kbot.xacro import Packages
+
+_SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
+_PUBLISHERS = ("joint_state_publisher", "joint_state_publisher_gui")
 
 
 def check_launch(source: Source, arguments: Mapping[str, str], packages: Packages) -> list[Diagnostic]:
@@ -18,5 +22,29 @@ def check_launch(source: Source, arguments: Mapping[str, str], packages: Package
         plan = read_launch(source.path, arguments, packages, source=source)
     found = dict.fromkeys((*plan.problems, *plan.findings))
     # an included file in Python is a program, which a check does not run
-    own = (d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path))
-    return [improved(d) for d in own]
+    own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
+    return [improved(d) for d in (*own, *_two_publishers(plan, packages))]
+
+
+def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
+    """A joint_state_publisher beside a simulated robot whose drive plugin publishes the wheels' states."""
+    publishers = [n for n in plan.nodes if n.package in _PUBLISHERS or n.type in _PUBLISHERS]
+    if not publishers or not any(n.type in _SPAWNERS for n in plan.nodes):
+        return
+    from kbot.model.load import load_robot
+
+    for param in plan.params.values():
+        if param.description is None:
+            continue
+        robot = load_robot(param.description.path, param.description.arguments, packages=packages).robot
+        for driver in find_drivers(robot, packages) if robot else ():
+            if driver.publishes_joints is not None:
+                yield Diagnostic(
+                    "D122",
+                    Severity.WARNING,
+                    f"joint_state_publisher and the plugin '{driver.name}' both publish the wheels' states: "
+                    "they flicker between two angles",
+                    publishers[0].origin,
+                    "leave the joint_state_publisher out where the robot is simulated",
+                    (Related(f"'{driver.name}'", driver.publishes_joints.origin),),
+                )

@@ -58,13 +58,17 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Caster:
-    """A link that bears the robot without driving it, and the height of its lowest point, m."""
+    """A link that bears the robot without driving it, and the height of its lowest point, m.
+
+    `touches` is False for one that is called a caster and has a visual alone.
+    """
 
     link: str
     part: Part
     bottom: float
     center: Vector
     joint: Joint
+    touches: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,7 +299,9 @@ def _casters(
         if isinstance(part.geometry, Box) and not called:
             reach = 0.02
         if abs(bottom - ground) <= reach * size:
-            yield Caster(name, part, bottom, frames[name].point(part.frame.translation), joint)
+            yield Caster(
+                name, part, bottom, frames[name].point(part.frame.translation), joint, bool(body.collisions)
+            )
 
 
 def _rolls(part: Part, frame: Frame) -> bool:

@@ -36,7 +36,11 @@ def tips_over(context: Context) -> Found:
     if ground is None or context.unsure:
         return
     points: list[Point] = [(w.center[0], w.center[1]) for w in context.wheels.wheels]
-    points += [(c.center[0], c.center[1]) for c in context.wheels.casters if abs(c.bottom - ground) < 0.01]
+    points += [
+        (c.center[0], c.center[1])
+        for c in context.wheels.casters
+        if c.touches and abs(c.bottom - ground) < 0.01
+    ]
     hull = convex_hull(points)
     weighed = _center_of_mass(context)
     if len(hull) < 3 or weighed is None:
@@ -139,7 +143,7 @@ def two_contacts(context: Context) -> Found:
     Fix: none.
     """
     rig = context.wheels
-    if len(rig.pairs) != 1 or rig.casters or rig.ground is None or context.unsure:
+    if len(rig.pairs) != 1 or any(c.touches for c in rig.casters) or rig.ground is None or context.unsure:
         return
     if not any(link.collisions for link in context.robot.links.values()):
         return

@@ -58,12 +58,14 @@ def wheels_exchanged(context: Context) -> Found:
 
     Fix: none.
     """
+    said = list(_exchanged_by_drivers(context))
+    yield from said
     for pair in level_pairs(context):
         left, right = pair.left, pair.right
         told = side_of(left.joint.name) == "left" and side_of(right.joint.name) == "right"
         if not told and not _named_sides(context, pair):
             continue
-        if left.center[1] < right.center[1]:
+        if left.center[1] < right.center[1] and (told or not said):
             yield Finding(
                 left.joint.pose.origin or left.joint.origin,
                 f"{left.joint.name}: its wheel stands at y = {left.center[1] * 1e3:.4g} mm, on the right of "
@@ -71,6 +73,25 @@ def wheels_exchanged(context: Context) -> Found:
                 "y points left",
                 (Related(f"'{right.joint.name}'", right.joint.pose.origin or right.joint.origin),),
             )
+
+
+def _exchanged_by_drivers(context: Context) -> Found:
+    """Drivers whose left joint stands on the right."""
+    wheels = {w.joint.name: w for w in context.wheels.wheels}
+    for driver in context.drivers:
+        sides = (driver.sides.get("left", ()), driver.sides.get("right", ()))
+        for word, other in zip(*sides, strict=False):
+            left, right = wheels.get(word.text), wheels.get(other.text)
+            if left is None or right is None or {left.link, right.link} & context.unsure:
+                continue
+            if left.center[1] < right.center[1]:
+                yield Finding(
+                    word.origin,
+                    f"{driver.name}: its left joint '{word.text}' turns the wheel at y = "
+                    f"{left.center[1] * 1e3:.4g} mm, on the right: turns come out reversed",
+                    "y points left",
+                    (Related(f"'{word.text}'", pose_origin(left.joint)),),
+                )
 
 
 def _named_sides(context: Context, pair: Pair) -> bool:
