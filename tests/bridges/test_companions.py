@@ -43,7 +43,9 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
         for r in (first, second)
     ]
     assert ["0.3" in text for text in texts] == [False, True]
-    assert replay(str(tmp_path / "run-2.mcap")).is_same
+    assert replay(str(tmp_path / "run.mcap")).is_same
+    with pytest.raises(KbotError, match="begins at step 100 of its run"):
+        replay(str(tmp_path / "run-2.mcap"))
 
 
 def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:

@@ -24,13 +24,17 @@ def test_the_motion_is_the_same_bit_for_bit(runs: dict[str, Path], kind: str) ->
     assert again.compared == 4 * 76
 
 
-def test_resets_holds_and_places_are_done_again(tmp_path: Path) -> None:
+def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.5, 0.1)
         sim.run(0.777)
         sim.reset()
         sim.set_pose(0.5, -0.25, 1.0)
         sim.cmd_vel(0.2, 0.0)
+        sim.run(0.333)
+        sim.apply_force("base_link", (0.0, 3.0, 0.0), 0.25)
+        sim.run(0.5)
+        sim.set_twist((0.5, 0.0, 0.2))
         sim.run(0.5)
 
     record(tmp_path / "run.mcap", drive)

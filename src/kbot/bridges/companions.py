@@ -40,6 +40,7 @@ class Companions:
         self._recorder: Recorder | None = None
         self._publisher: RobotStatePublisher | None = None
         self._joined = 0
+        self._first_world = ""
 
     def join(self, simulation: Simulation, description: str, world: str) -> None:
         """Go along with a simulation from now on. `description` is its URDF, made anew where
@@ -50,6 +51,9 @@ class Companions:
         """
         self._leave()
         description = description or to_urdf(simulation.robot)
+        self._first_world = self._first_world or simulation.world.name
+        if simulation.world.name != self._first_world:
+            world = simulation.world.name
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
         self._publisher = RobotStatePublisher(
             simulation.robot, simulation.bus, simulation.clock, description=description

@@ -112,15 +112,15 @@ def _obey(simulation: Simulation, command: dict[str, Any], last_step: int) -> No
         "twist": lambda: _drive(simulation, command),
         "hold": lambda: simulation.set_joint(command["joint"], command["position"]),
         "release": lambda: simulation.release_joint(command["joint"]),
+        "set_twist": lambda: simulation.set_twist(command["linear"], command["angular"]),
+        "force": lambda: _push(simulation, command),
         "set_pose": lambda: simulation.set_pose(command["x"], command["y"], command["yaw"]),
         "place": lambda: simulation.place(
             PlanarPose(command["x"], command["y"], command["yaw"]), command["joints"]
         ),
     }
     if what not in actions:
-        raise KbotError(
-            f"at step {step} the run was put into a state from outside ({what}): it cannot be done again"
-        )
+        raise KbotError(f"at step {step} something was done to the run that cannot be done again: {what}")
     actions[what]()
 
 
@@ -130,6 +130,11 @@ def _drive(simulation: Simulation, command: dict[str, Any]) -> None:
         simulation.cmd_vel(linear, angular)
     else:
         simulation.command(linear, angular, (deadline - command["step"]) * simulation.timestep)
+
+
+def _push(simulation: Simulation, command: dict[str, Any]) -> None:
+    duration = (command["until"] - command["step"]) * simulation.timestep
+    simulation.apply_force(command["link"], tuple(command["force"]), duration, tuple(command["torque"]))
 
 
 class _Comparison:

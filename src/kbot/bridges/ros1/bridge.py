@@ -90,7 +90,7 @@ class Ros1Bridge:
     def _keep_registered(self) -> None:
         """Tell the master what there is, and again when it forgot."""
         known_to_master = False
-        while not self._closed.is_set():
+        while True:
             changed = self._changed.wait(CHECK_SECONDS)
             self._changed.clear()
             if self._closed.is_set():
