@@ -1,0 +1,25 @@
+"""What the documentation shows is true."""
+
+import re
+from pathlib import Path
+
+from kbot.world import BUILDERS, parameters
+from kbot.world.sdf.files import LIBRARY
+
+TEXT = (Path(__file__).parents[2] / "docs" / "simulation.md").read_text()
+
+
+def test_the_example_runs():
+    code = re.search(r"```python\n(.*?)```", TEXT, re.DOTALL)[1].replace("robot.xacro", "kbot")
+    names = {}
+    exec(code, names)
+    names["sim"].run(1.0)
+    assert list(names["sim"].robots) == ["kbot"]
+
+
+def test_every_world_parameter_and_model_is_named():
+    for name in BUILDERS:
+        row = re.search(rf"\| `{name}` \| (.*) \|", TEXT)[1]
+        assert re.findall(r"\w+", re.sub(r"\(.*?\)", "", row)) == list(parameters(name))
+    for model in LIBRARY.iterdir():
+        assert f"`{model.name}`" in TEXT
