@@ -213,3 +213,22 @@ def test_numbers_that_make_no_lidar_are_refused(robot, numbers):
         Simulation(robot).add_sensor(Lidar(**{"link": "base_link", **numbers}))
     if "link" in numbers:
         assert "did you mean 'base_link'" in str(error.value)
+
+
+def test_other_robots_are_seen_as_they_come_and_go(robot):
+    simulation = Simulation(robot)
+    low = Transform.from_xyz_rpy((0.0, 0.0, 0.04), (0.0, 0.0, 0.0))
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=low, samples=1, angle_min=0.0))
+    assert lidar.distances().tolist() == [math.inf]
+    simulation.spawn(robot, "other", 1.0)
+    # its plate reaches 0.10 m behind its axle
+    assert lidar.distances() == pytest.approx([0.90], abs=1e-3)
+    theirs = simulation.add_sensor(
+        Lidar(link="base_footprint", name="theirs", robot="other", pose=low, samples=1, angle_min=math.pi)
+    )
+    # our plate's front is 0.06 m ahead of our axle
+    assert theirs.distances() == pytest.approx([0.94], abs=1e-3)
+    simulation.delete("other")
+    assert lidar.distances().tolist() == [math.inf]
+    with pytest.raises(KbotError):
+        theirs.measure()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +62,6 @@ class CameraSensor(Sensor[Image]):
 
     def __init__(self, simulation: Simulation, spec: Camera) -> None:
         """Raises KbotError where there is no OpenGL off screen; what to install is said."""
-        fovy = 2.0 * math.atan(spec.height / 2.0 / spec.focal_length)
-        size = spec.width, spec.height
-        self._scene = PictureModel(simulation, fovy, size, spec.near, spec.far)
-        self._canvas = Canvas(self._scene.model, *size)
         super().__init__(simulation, spec)
         bus = simulation.bus
         beside, _, leaf = self.topic.rpartition("/")
@@ -73,9 +69,17 @@ class CameraSensor(Sensor[Image]):
         self._infos = bus.advertise(f"{beside}camera_info", CameraInfo)
         self._depths = bus.advertise(f"{beside}depth/{leaf}", Image) if spec.depth else None
         self._noise = NoiseSource(
-            spec.noise, simulation.seed, f"{spec.label}/colour", size[0] * size[1] * 3, self._period
+            spec.noise, simulation.seed, f"{spec.label}/colour", spec.width * spec.height * 3, self._period
         )
         self.latest_depth: Image | None = None
+
+    def _bind(self, model: Any) -> None:  # noqa: ANN401
+        super()._bind(model)
+        spec = self.spec
+        fovy = 2.0 * math.atan(spec.height / 2.0 / spec.focal_length)
+        size = spec.width, spec.height
+        self._scene = PictureModel(self.simulation, fovy, size, spec.near, spec.far)
+        self._canvas = Canvas(self._scene.model, *size)
 
     @property
     def topic(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -35,28 +35,29 @@ class Touch:
 
 
 class ContactSensor(Sensor[Bool]):
-    """Says whether something is touched (std_msgs/Bool). A touch between two samples is not lost: it is said
-    with the next, if it was there at a step that anyone looked at."""
+    """Says whether something is touched (std_msgs/Bool) at the moment of a sample."""
 
     message_type = Bool
     spec: Contact
 
     def __init__(self, simulation: Simulation, spec: Contact) -> None:
+        self._ground_bodies = {b.name for b in simulation.world.bodies if all(p.ground for p in b.parts)}
         super().__init__(simulation, spec)
-        model, _ = simulation.engine()
-        own = own_geometries(model, simulation.robot.name)
+
+    def _bind(self, model: Any) -> None:  # noqa: ANN401
+        super()._bind(model)
+        own = own_geometries(model, self.owner)
         self._own = np.zeros(model.ngeom, dtype=bool)
         self._own[own] = True
         self._mine = self._own.copy()
-        if not spec.everywhere:
+        if not self.spec.everywhere:
             self._mine &= model.geom_bodyid == self._body
-        ground = {body.name for body in simulation.world.bodies if all(p.ground for p in body.parts)}
         names = [owner(model, geom) for geom in range(model.ngeom)]
-        self._ground = np.array([name.startswith("/") and name[1:] in ground for name in names])
+        self._ground = np.array([name.startswith("/") and name[1:] in self._ground_bodies for name in names])
 
     def touches(self) -> list[Touch]:
         """Everything touched now."""
-        model, data = self.simulation.engine()
+        model, data = self._engine()
         if not data.ncon:
             return []
         pairs = data.contact.geom[: data.ncon]

@@ -47,35 +47,38 @@ class EncoderSensor(Sensor[JointState]):
     def __init__(self, simulation: Simulation, spec: Encoders) -> None:
         """Raises KbotError: no such joint, or none is given and the robot does not drive."""
         self._joints = spec.joints or _driving(simulation, spec)
+        robot = simulation.named(spec.robot or None)
+        known = robot.joint_positions
         for joint in self._joints:
-            if joint not in simulation.joint_positions:
-                hint = did_you_mean(joint, simulation.joint_positions)
+            if joint not in known:
+                hint = did_you_mean(joint, known)
                 raise KbotError(f"{spec.label}: there is no joint '{joint}'" + (f": {hint}" if hint else ""))
-        super().__init__(simulation, replace(spec, link=spec.link or simulation.robot.root))
+        super().__init__(simulation, replace(spec, link=spec.link or robot.robot.root))
         self._noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/angle", len(self._joints), self._period
         )
         self._before: tuple[float, tuple[float, ...]] | None = None
 
     def measure(self, sample: int | None = None) -> JointState:
-        angles = np.array([self.simulation.joint_positions[joint] for joint in self._joints])
+        positions = self.simulation.named(self.owner).joint_positions
+        angles = np.array([positions[joint] for joint in self._joints])
         if sample is not None:
             angles = self._noise.apply(angles, sample)
         if self.spec.resolution:
             count = 2.0 * math.pi / self.spec.resolution
             angles = np.floor(angles / count) * count
-        now, positions = self.simulation.time, tuple(angles.tolist())
-        speeds = (0.0,) * len(positions)
+        now, counted = self.simulation.time, tuple(angles.tolist())
+        speeds = (0.0,) * len(counted)
         if self._before is not None and now - self._before[0] > 1e-9:
             passed = now - self._before[0]
-            speeds = tuple((p - b) / passed for p, b in zip(positions, self._before[1], strict=True))
+            speeds = tuple((p - b) / passed for p, b in zip(counted, self._before[1], strict=True))
         if sample is not None:
-            self._before = now, positions
-        return JointState(self._header(), self._joints, positions, speeds)
+            self._before = now, counted
+        return JointState(self._header(), self._joints, counted, speeds)
 
 
 def _driving(simulation: Simulation, spec: Encoders) -> tuple[str, ...]:
-    drive = simulation.drive
+    drive = simulation.named(spec.robot or None).drive
     if isinstance(drive, NoDrive):
         raise KbotError(f"{spec.label}: name its joints, for the robot does not drive: {drive.reason}")
     return drive.joints

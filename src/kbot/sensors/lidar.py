@@ -70,11 +70,10 @@ class Lidar(Spec):
 class _Beams:
     """Distances of a lidar's beams, with its noise."""
 
-    def __init__(self, simulation: Simulation, spec: Lidar) -> None:
+    def __init__(self, simulation: Simulation, spec: Lidar, owner: str) -> None:
         self.spec = spec
-        model, _ = simulation.engine()
         self.directions = spec.directions
-        self.rays = Rays(model, simulation.robot.name, self.directions)
+        self.rays = Rays(owner, self.directions)
         self.noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/range", len(self.directions), 1.0 / spec.rate
         )
@@ -97,7 +96,7 @@ class LidarSensor(Sensor[LaserScan]):
 
     def __init__(self, simulation: Simulation, spec: Lidar) -> None:
         super().__init__(simulation, spec)
-        self._beams = _Beams(simulation, spec)
+        self._beams = _Beams(simulation, spec, self.owner)
         self._intensities = np.empty(0, dtype=np.float32)
 
     def distances(self) -> NDArray[np.float64]:
@@ -132,7 +131,7 @@ class CloudSensor(Sensor[PointCloud2]):
 
     def __init__(self, simulation: Simulation, spec: Lidar) -> None:
         super().__init__(simulation, spec)
-        self._beams = _Beams(simulation, spec)
+        self._beams = _Beams(simulation, spec, self.owner)
 
     def points(self, sample: int | None = None) -> NDArray[np.float64]:
         """(rows, samples, 3) in the sensor's frame, in m; not finite where nothing returned."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
@@ -46,23 +47,24 @@ class PictureModel:
         visual.headlight.specular = (0.0, 0.0, 0.0)
         spec.stat.extent = 1.0
         self._add_world(spec)
-        self._add_robot(spec)
+        self._links = [link for name in simulation.robots for link in self._add_robot(spec, name)]
         camera = spec.worldbody.add_body(name="camera", mocap=True)
         camera.add_camera(name="camera", fovy=math.degrees(fovy), quat=wxyz(_SENSOR_FROM_CAMERA))
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
-        names = ["camera", *self._moving, *(f"robot/{link}" for link in self._links)]
+        names = ["camera", *self._moving, *(f"{robot}/{link}" for robot, link in self._links)]
         self._mocap = {n: int(self.model.body(n).mocapid[0]) for n in names}
 
     def place(self, camera: NDArray[np.float64], axes: NDArray[np.float64]) -> None:
-        """Put everything where it is now, and the camera at a place (3,) with the sensor's axes (3, 3)."""
+        """Put everything where it is now, and the camera at a place (3,) with the sensor's axes (3, 3). The
+        simulation's frames are up to date."""
         simulation = self._simulation
         self._put("camera", Transform.from_rotation_translation(axes, camera))
         if self._moving:
             for name, pose in simulation.body_poses().items():
                 self._put(f"/{name}", pose)
-        for link in self._links:
-            self._put(f"robot/{link}", simulation.link_pose(link))
+        for robot, link in self._links:
+            self._put(f"{robot}/{link}", simulation.robots[robot].link_pose(link))
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
@@ -83,13 +85,13 @@ class PictureModel:
             for part in body.parts:
                 _add(spec, added, part.shape, part.pose, part.rgba)
 
-    def _add_robot(self, spec: Any) -> None:  # noqa: ANN401
-        self._links = []
-        for name, link in self._simulation.robot.links.items():
+    def _add_robot(self, spec: Any, robot: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401
+        """Those of its links that are seen."""
+        for name, link in self._simulation.robots[robot].robot.links.items():
             if not link.visuals:
                 continue
-            self._links.append(name)
-            added = spec.worldbody.add_body(name=f"robot/{name}", mocap=True)
+            yield robot, name
+            added = spec.worldbody.add_body(name=f"{robot}/{name}", mocap=True)
             for visual in link.visuals:
                 pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
                 known = visual.material.rgba if visual.material else None

@@ -56,8 +56,7 @@ class RangeSensor(Sensor[msg.Range]):
 
     def __init__(self, simulation: Simulation, spec: Range) -> None:
         super().__init__(simulation, spec)
-        model, _ = simulation.engine()
-        self._rays = Rays(model, simulation.robot.name, cone(spec.field_of_view))
+        self._rays = Rays(self.owner, cone(spec.field_of_view))
         self._noise = NoiseSource(spec.noise, simulation.seed, f"{spec.label}/range", 1, self._period)
 
     def measure(self, sample: int | None = None) -> msg.Range:
@@ -98,8 +97,7 @@ class CliffSensor(Sensor[Bool]):
 
     def __init__(self, simulation: Simulation, spec: Cliff) -> None:
         super().__init__(simulation, spec)
-        model, _ = simulation.engine()
-        self._rays = Rays(model, simulation.robot.name, np.array([[1.0, 0.0, 0.0]]))
+        self._rays = Rays(self.owner, np.array([[1.0, 0.0, 0.0]]))
 
     def measure(self, sample: int | None = None) -> Bool:
         distance = self._rays.cast(*self._place(), self.spec.distance)[0]

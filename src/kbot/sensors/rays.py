@@ -18,10 +18,10 @@ _SEEN = np.array([1, 1, 1, 1, 1, 0], dtype=np.uint8)
 class Rays:
     """A bundle of rays from one point; what they need is made once."""
 
-    def __init__(self, model: Any, robot: str, directions: NDArray[np.float64]) -> None:  # noqa: ANN401
-        """`directions` (n, 3), of length 1, in the sensor's axes; `robot` is not seen."""
-        self._directions = directions
-        self._own = own_geometries(model, robot)
+    def __init__(self, robot: str, directions: NDArray[np.float64]) -> None:
+        """`directions` (n, 3), of length 1, in the sensor's axes; the robot of this name is not seen."""
+        self._directions, self._robot = directions, robot
+        self._model: Any = None
         count = len(directions)
         self._world = np.empty((count, 3))
         self._flat = self._world.reshape(-1)
@@ -37,6 +37,8 @@ class Rays:
         most: float,
     ) -> NDArray[np.float64]:
         """Distances (n,) in m from `place`, inf where nothing is met within `most`."""
+        if model is not self._model:
+            self._model, self._own = model, own_geometries(model, self._robot)
         np.matmul(self._directions, axes.T, out=self._world)
         group = model.geom_group
         kept = group[self._own]

@@ -27,7 +27,9 @@ HERE = Transform.identity()
 @dataclass(frozen=True, kw_only=True)
 class Spec(ABC):
     """A sensor as it is declared. `pose` is `link_from_sensor`; `rate` in Hz; `latency` in s is how long a
-    reading takes to be heard; `topic` and `frame` are the sensor's name and the link where not given."""
+    reading takes to be heard; `topic` and `frame` are the sensor's name and the link where not given, and
+    `robot` is the simulation's first.
+    """
 
     link: str
     name: str = ""
@@ -36,6 +38,7 @@ class Spec(ABC):
     latency: float = 0.0
     topic: str = ""
     frame: str = ""
+    robot: str = ""
     origin: Origin | None = None
 
     kind: ClassVar[str]
@@ -63,15 +66,16 @@ class Sensor(ABC, Generic[M]):
     def __init__(self, simulation: Simulation, spec: Spec) -> None:
         """Raises KbotError: the robot has no such link, or the topic is another's."""
         self.simulation, self.spec = simulation, spec
-        robot = simulation.robot
+        self.owner = simulation.named(spec.robot or None).name
+        robot = simulation.named(self.owner).robot
         if spec.link not in robot.links:
             hint = did_you_mean(spec.link, robot.links)
             raise KbotError(
                 f"{spec.label}: robot '{robot.name}' has no link '{spec.link}'"
                 + (f": {hint}" if hint else "")
             )
-        model, _ = simulation.engine()
-        self._body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{robot.name}/{spec.link}")
+        self._model: Any = None
+        self._engine()
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
         self._publisher: Publisher[M] = simulation.bus.advertise(self.topic, self.message_type)
@@ -132,9 +136,24 @@ class Sensor(ABC, Generic[M]):
     def _header(self) -> Header:
         return Header(self.simulation.clock.stamp, self.spec.frame or self.spec.link)
 
+    def _engine(self) -> tuple[Any, Any]:
+        """The engine's model and data; they are other ones once robots have come or gone."""
+        model, data = self.simulation.engine()
+        if model is not self._model:
+            self._model = model
+            self._bind(model)
+        return model, data
+
+    def _bind(self, model: Any) -> None:  # noqa: ANN401 - the engine has no types
+        """Look up what it needs in a model of the engine's."""
+        name = f"{self.owner}/{self.spec.link}"
+        self._body: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+        if self._body < 0:
+            raise KbotError(f"{self.spec.label}: robot '{self.owner}' is no longer there")
+
     def _place(self) -> tuple[Any, Any, NDArray[np.float64], NDArray[np.float64]]:
         """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
-        model, data = self.simulation.engine()
+        model, data = self._engine()
         rotation = data.xmat[self._body].reshape(3, 3)
         return model, data, data.xpos[self._body] + rotation @ self._offset, rotation @ self._rotation
 
