@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kbot.checks import check_text
+from kbot.checks import check_file, check_text
 from kbot.checks.config import Config
 
 from .robots import ROVERS, rover
@@ -57,3 +58,15 @@ def test_a_robot_with_an_odd_value(at: int, value: str) -> None:
 def test_any_text(text: str) -> None:
     check_text(text, "any.xacro", config=Config())
     check_text("<robot name='r'>" + text + "</robot>", "any.xacro", config=Config())
+
+
+def test_real_files_end_with_findings_never_with_an_exception(shared: Path) -> None:
+    files = [
+        path
+        for path in sorted((shared / "corpus" / "src").rglob("*"))
+        if path.name.endswith((".xacro", ".urdf", ".launch", ".launch.xml"))
+    ]
+    assert len(files) > 300
+    for path in files:
+        for diagnostic in check_file(str(path), config=Config()):
+            assert diagnostic.message

@@ -74,6 +74,9 @@ def test_exit_statuses(robot: Path, tmp_path: Path) -> None:
     assert status("image.xacro") == 2
     (tmp_path / "cut.xacro").write_text(MACRO[:300])
     assert status("cut.xacro") == 1
+    (tmp_path / "nothing").mkdir()
+    assert status("nothing") == 2
+    assert [f["code"] for f in findings("nothing")] == ["F006"]
 
 
 @pytest.mark.parametrize("file", ["gone.xacro", "robot.xacro", "kbot"])

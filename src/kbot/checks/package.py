@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kbot.checks.runner import LAUNCH
-from kbot.text import DescriptionError, KbotError, parse_xml, read_source
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
 
 _ROBOT = (".xacro", ".urdf")
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
@@ -22,7 +22,7 @@ def entry_points(folder: str) -> list[str]:
     it has a link of its own.
 
     Raises:
-        KbotError: the folder has none.
+        DescriptionError: F006, the folder has none.
     """
     files = sorted(_walk(Path(folder)))
     included: set[str] = set()
@@ -37,7 +37,9 @@ def entry_points(folder: str) -> list[str]:
     found = [f for f in files if f.name == "package.xml" or f.name.endswith(LAUNCH)]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:
-        raise KbotError(f"{folder} has no launch file, package.xml, xacro or URDF in it")
+        message = f"{folder} has no launch file, package.xml, xacro or URDF in it"
+        place = Origin(Span(Source(folder, ""), 0, 0))
+        raise DescriptionError([Diagnostic("F006", Severity.ERROR, message, place)])
     return [str(f) for f in sorted(found)]
 
 

@@ -89,13 +89,18 @@ def command(
     if not files:
         fail("no FILE was given; 'kbot' means the robot that ships with KBot")
     choice = (_codes(select), _codes(ignore))
-    jobs = [job for file in files for job in _jobs(file, arguments, choice, Packages(package_path))]
+    jobs: list[_Job] = []
+    found: list[Diagnostic] = []
+    for file in files:
+        try:
+            jobs += _jobs(file, arguments, choice, Packages(package_path))
+        except DescriptionError as error:
+            found += error.diagnostics
     if fix or unsafe_fixes or diff:
         _mend(jobs, unsafe_fixes, diff)
         if diff:
             return 0
-    found = list(dict.fromkeys(d for job in jobs for d in job.check()))
-    found = _same_place_once(found)
+    found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
     known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
     if write_baseline:
         _write_baseline(write_baseline, found)
