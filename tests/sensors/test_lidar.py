@@ -228,6 +228,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     )
     # our plate's front is 0.06 m ahead of our axle
     assert theirs.distances() == pytest.approx([0.94], abs=1e-3)
+    assert (theirs.topic, theirs.measure().header.frame_id) == ("/other/theirs", "other/base_footprint")
     simulation.delete("other")
     assert lidar.distances().tolist() == [math.inf]
     with pytest.raises(KbotError):

@@ -19,6 +19,9 @@ _SPACING = 6
 def sees(free: Cells, start: Cell, goal: Cell) -> bool:
     """Whether the straight line between two cells' middles stays on free cells."""
     rows, columns = goal[0] - start[0], goal[1] - start[1]
+    if not rows or not columns:
+        (top, bottom), (left, right) = sorted((start[0], goal[0])), sorted((start[1], goal[1]))
+        return bool(free[top : bottom + 1, left : right + 1].all())
     count = 2 * max(abs(rows), abs(columns)) + 1
     share = np.arange(count + 1) / count
     # a hair is added so that a line along an edge between cells is on the same side each time

@@ -82,8 +82,8 @@ class CameraSensor(Sensor[Image]):
         self._canvas = Canvas(self._scene.model, *size)
 
     @property
-    def topic(self) -> str:
-        return self.spec.topic or f"{self.spec.label}/image_raw"
+    def _default_topic(self) -> str:
+        return f"{self.spec.label}/image_raw"
 
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height, width, 3) and distances along the axis (height, width) in m now; +inf where

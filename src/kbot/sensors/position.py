@@ -149,7 +149,7 @@ class GroundTruthSensor(Sensor[Odometry]):
         turned = Transform.from_rotation_translation(axes, (0.0, 0.0, 0.0)).quaternion_xyzw
         return Odometry(
             Header(self.simulation.clock.stamp, "world"),
-            self.spec.frame or self.spec.link,
+            self._frame,
             PoseWithCovariance(Pose(Point(*place.tolist()), Quaternion(*turned))),
             TwistWithCovariance(
                 Twist(Vector3(*(axes.T @ speed).tolist()), Vector3(*(axes.T @ spin).tolist()))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Header
-from kbot.messages.bus import Publisher
+from kbot.messages.bus import Publisher, absolute
 from kbot.messages.clock import NANOSECONDS
 from kbot.sim import Simulation
 from kbot.text import KbotError, Origin
@@ -85,8 +85,16 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def topic(self) -> str:
-        """Where its readings are heard."""
-        return self.spec.topic or self.spec.label
+        """Where its readings are heard; those of robots that came later in the namespace of their name."""
+        return absolute(self.spec.topic or self._default_topic, self._namespace)
+
+    @property
+    def _default_topic(self) -> str:
+        return self.spec.label
+
+    @property
+    def _namespace(self) -> str:
+        return "" if self.owner == self.simulation.named().name else self.owner
 
     @property
     def latest(self) -> M | None:
@@ -134,7 +142,12 @@ class Sensor(ABC, Generic[M]):
             self._publisher.publish(message)
 
     def _header(self) -> Header:
-        return Header(self.simulation.clock.stamp, self.spec.frame or self.spec.link)
+        return Header(self.simulation.clock.stamp, self._frame)
+
+    @property
+    def _frame(self) -> str:
+        frame = self.spec.frame or self.spec.link
+        return f"{self._namespace}/{frame}" if self._namespace else frame
 
     def _engine(self) -> tuple[Any, Any]:
         """The engine's model and data; they are other ones once robots have come or gone."""
