@@ -21,7 +21,7 @@ const COLOURS = [AXES.x, AXES.y, AXES.z];
 export class Frames {
   readonly group = new Group();
   private readonly axes: InstancedMesh[];
-  private readonly labels: Sprite[];
+  private readonly labels = new Map<number, Sprite>();
   private readonly still: Matrix4[];
   private shown: Options | null = null;
   private selected = "";
@@ -29,7 +29,7 @@ export class Frames {
   constructor(
     private readonly scene: Scene,
     private readonly links: readonly Object3D[],
-    theme: Theme,
+    private readonly theme: Theme,
   ) {
     const length = scene.radius * 0.42;
     const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
@@ -45,8 +45,7 @@ export class Frames {
       new Matrix4().setPosition(0, length / 2, 0),
       new Matrix4().makeRotationX(Math.PI / 2).setPosition(0, 0, length / 2),
     ];
-    this.labels = scene.links.map((link) => label(link.name, theme));
-    this.group.add(...this.axes, ...this.labels);
+    this.group.add(...this.axes);
   }
 
   show(options: Options, selected: string): void {
@@ -62,11 +61,7 @@ export class Frames {
     let count = 0;
     this.links.forEach((link, index) => {
       const isSelected = this.scene.links[index]?.name === this.selected;
-      const sprite = this.labels[index]!;
-      sprite.visible = options.names || isSelected;
-      sprite.position.setFromMatrixPosition(link.matrixWorld);
-      const tall = LABEL_PIXELS * perPixel;
-      sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
+      this.putLabel(index, link, options.names || isSelected, LABEL_PIXELS * perPixel);
       if (!options.frames && !isSelected) return;
       this.axes.forEach((axis, which) => axis.setMatrixAt(count, product.multiplyMatrices(link.matrixWorld, this.still[which]!)));
       count += 1;
@@ -77,10 +72,24 @@ export class Frames {
     }
   }
 
+  /** Labels are made when they are first shown. */
+  private putLabel(index: number, link: Object3D, shown: boolean, tall: number): void {
+    let sprite = this.labels.get(index);
+    if (sprite !== undefined) sprite.visible = shown;
+    if (!shown) return;
+    if (sprite === undefined) {
+      sprite = label(this.scene.links[index]?.name ?? "", this.theme);
+      this.labels.set(index, sprite);
+      this.group.add(sprite);
+    }
+    sprite.position.setFromMatrixPosition(link.matrixWorld);
+    sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
+  }
+
   dispose(): void {
     this.axes[0]?.geometry.dispose();
     for (const axis of this.axes) axis.dispose();
-    for (const sprite of this.labels) {
+    for (const sprite of this.labels.values()) {
       sprite.material.map?.dispose();
       sprite.material.dispose();
     }

@@ -28,6 +28,8 @@ export class Stage {
   readonly isSoftware: boolean;
   readonly hasShadows: boolean;
   frames = 0;
+  /** Whether there is anything to draw yet; before, a frame would only delay the first true one. */
+  isReady = false;
   private readonly sky = new HemisphereLight(0xffffff, 0x666666, 1.5);
   private readonly sun = new DirectionalLight(0xffffff, 2.1);
   private readonly fill = new DirectionalLight(0xffffff, 0.5);
@@ -78,7 +80,7 @@ export class Stage {
 
   /** Something changed: draw at the next chance. */
   invalidate(): void {
-    if (this.pending) return;
+    if (this.pending || !this.isReady) return;
     this.pending = true;
     requestAnimationFrame(() => this.draw());
   }

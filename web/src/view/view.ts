@@ -146,6 +146,7 @@ export class View {
     }
     const centre = this.centre();
     if (this.app.about.value?.mode === "sim") this.trail.add(this.root.x, this.root.y);
+    this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
       if (!this.openAddress()) this.lookFrom(215, ELEVATION);
