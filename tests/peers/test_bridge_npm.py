@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 from kbot.messages import Odometry
 from kbot.wire import decode_cdr
 
-from .conftest import wait_until
+from .conftest import node_programs, wait_until
 
 HERE = Path(__file__).parent
 PACKAGES = ("@foxglove/ws-protocol@0.8.0", "ws@8", "roslib@2")
@@ -24,15 +25,15 @@ PACKAGES = ("@foxglove/ws-protocol@0.8.0", "ws@8", "roslib@2")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the clients are installed, with our programs that use them."""
-    if shutil.which("npm") is None:
-        pytest.skip("there is no npm")
+    node, npm = node_programs()
     found = tmp_path_factory.mktemp("npm")
     done = subprocess.run(
-        ["npm", "install", "--prefix", str(found), "--no-audit", "--no-fund", *PACKAGES],
+        [*npm, "install", "--prefix", str(found), "--no-audit", "--no-fund", *PACKAGES],
         capture_output=True,
         text=True,
         check=False,
         timeout=300,
+        env={**os.environ, "PATH": f"{Path(node).parent}{os.pathsep}{os.environ['PATH']}"},
     )
     if done.returncode:
         pytest.skip(f"npm installs nothing here: {done.stderr[-200:]}")
@@ -62,7 +63,7 @@ def addresses(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, st
 
 def run(folder: Path, *words: str) -> dict:
     done = subprocess.run(
-        ["node", *words], cwd=folder, capture_output=True, text=True, check=False, timeout=60
+        [node_programs()[0], *words], cwd=folder, capture_output=True, text=True, check=False, timeout=60
     )
     assert done.returncode == 0, f"{done.returncode}: {done.stdout}\n{done.stderr}"
     return json.loads(done.stdout)
