@@ -255,3 +255,33 @@ def test_unknown_joints_and_links_are_named_with_the_nearest(sim):
         sim.set_joint("left_wheel_joint", 0.0)
     with pytest.raises(KbotError, match="did you mean 'left_wheel'"):
         sim.link_pose("lef_wheel")
+
+
+def test_a_robot_is_put_upon_a_height_field_and_drives_on_it(kbot_robot):
+    """A plain of 0.5 m that rises by one in ten along x: half a metre on it is 5 cm higher."""
+    import numpy as np
+
+    from kbot.world.world import Body, HeightField, Part, World
+
+    heights = np.tile(0.5 + 0.1 * np.linspace(-4.0, 4.0, 81), (41, 1)) - 0.1
+    field = Body("field", (Part(HeightField(heights, (8.0, 4.0)), ground=True),))
+    sim = Simulation(kbot_robot, world=World("hill", (field,)))
+    assert sim.link_pose("base_footprint").translation[2] == pytest.approx(0.4 + 0.03, abs=0.01)
+    sim.run(1.0)
+    before = sim.link_pose("base_footprint").translation
+    assert before[2] == pytest.approx(0.4 + 0.1 * before[0], abs=0.005)
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(3.0)
+    after = sim.link_pose("base_footprint").translation
+    assert after[0] - before[0] == pytest.approx(0.55, abs=0.08)
+    assert after[2] - before[2] == pytest.approx(0.1 * (after[0] - before[0]), abs=0.003)
+
+
+def test_a_start_inside_something_is_said(kbot_robot):
+    from kbot.world.builders import box, floor
+    from kbot.world.world import World
+
+    world = World("full", (floor(), box("rock", (0.3, 0.3, 0.3), 0.0, 0.0)))
+    sim = Simulation(kbot_robot, world=world)
+    assert [d.code for d in sim.diagnostics] == ["W111"]
+    assert "inside 'rock'" in sim.diagnostics[0].message

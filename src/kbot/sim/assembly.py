@@ -16,7 +16,7 @@ from kbot.model import Robot
 from kbot.sim.compile import compile_model
 from kbot.sim.contacts import GROUND
 from kbot.sim.drive_settings import DriveSettings
-from kbot.sim.placing import lowest_point
+from kbot.sim.placing import lowest_point, terrain_height
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.world_builder import owner
@@ -69,7 +69,9 @@ class Assembly:
         """
         other = Assembly.of(self.world, self.contacts, self.timestep, {**self.plans, plan.name: plan})
         _carry_over(self.model, self.data, other.model, other.data)
-        other._refuse_inside(plan)
+        inside = other.what_it_is_inside(plan)
+        if inside:
+            raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{inside}'")
         return other
 
     def without_robot(self, name: str) -> Assembly:
@@ -83,7 +85,8 @@ class Assembly:
         """Metres at which a robot's root stands at the start."""
         return float(self.model.qpos0[root_qpos + 2])
 
-    def _refuse_inside(self, plan: RobotPlan) -> None:
+    def what_it_is_inside(self, plan: RobotPlan) -> str:
+        """What a robot reaches deep into as it stands now, the ground left out; empty for nothing."""
         trial = mujoco.MjData(self.model)
         mujoco.mj_copyData(trial, self.model, self.data)
         mujoco.mj_forward(self.model, trial)
@@ -94,8 +97,8 @@ class Assembly:
             names = [owner(self.model, int(geom)) for geom in contact.geom]
             own = [name.startswith(plan.prefix) for name in names]
             if any(own):
-                other = names[own.index(False)] if False in own else names[0]
-                raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{other.strip('/')}'")
+                return (names[own.index(False)] if False in own else names[0]).strip("/")
+        return ""
 
 
 def plan_of(
@@ -116,7 +119,9 @@ def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> 
     root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
     lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
-        model.qpos0[model.jnt_qposadr[root] + 2] -= lowest
+        x, y, _ = plan.pose.translation.tolist()
+        ground = terrain_height(model, data, x, y) or 0.0
+        model.qpos0[model.jnt_qposadr[root] + 2] += ground - lowest
 
 
 _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}

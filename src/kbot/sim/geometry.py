@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from kbot.kinematics.transform import Transform
 from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.meshes import load_mesh
+from kbot.sim.placing import TERRAIN_GROUP
 from kbot.text import KbotError
 from kbot.world import world as w
 
@@ -44,7 +45,10 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
         case w.HeightField():
             named["hfieldname"] = _add_height_field(spec, shape)
     full = (*size, 0.0, 0.0, 0.0)[:3]
-    return body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), size=full, mass=0.0, **named)
+    geom = body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), size=full, mass=0.0, **named)
+    if kind == _TYPE.mjGEOM_HFIELD:
+        geom.group = TERRAIN_GROUP
+    return geom
 
 
 def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
@@ -98,7 +102,7 @@ def _is_flat(points: NDArray[np.float64]) -> bool:
 def _add_height_field(spec: Any, field: w.HeightField) -> str:  # noqa: ANN401
     heights = np.asarray(field.heights, dtype=np.float64)
     low, high = float(heights.min()), float(heights.max())
-    if low < 0.0:
+    if low < -1e-9:
         raise KbotError("a height field's heights are counted from its own zero: none is below it")
     rise = max(high, 1e-6)
     name = f"field{len(spec.hfields)}"
@@ -107,6 +111,6 @@ def _add_height_field(spec: Any, field: w.HeightField) -> str:  # noqa: ANN401
         nrow=heights.shape[0],
         ncol=heights.shape[1],
         size=(field.size[0] / 2, field.size[1] / 2, rise, 0.1),
-        userdata=(heights / rise).ravel(),
+        userdata=np.maximum(heights / rise, 0.0).ravel(),
     )
     return name

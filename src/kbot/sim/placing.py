@@ -9,6 +9,11 @@ import mujoco
 import numpy as np
 
 _TYPE = mujoco.mjtGeom
+TERRAIN_GROUP = 5
+"""The engine's group of height fields, which a robot is put upon."""
+
+_AROUND = (-0.3, -0.15, 0.0, 0.15, 0.3)
+_SKY = 1e4
 
 
 def lowest_point(model: Any, data: Any, geoms: Iterable[int]) -> float | None:  # noqa: ANN401
@@ -22,6 +27,20 @@ def lowest_point(model: Any, data: Any, geoms: Iterable[int]) -> float | None:  
         if model.geom_contype[geom] or model.geom_conaffinity[geom]
     ]
     return min(heights, default=None)
+
+
+def terrain_height(model: Any, data: Any, x: float, y: float) -> float | None:  # noqa: ANN401
+    """Metres at which the highest piece of a height field lies within 0.3 m of a place; None without one."""
+    groups = np.zeros(6, dtype=np.uint8)
+    groups[TERRAIN_GROUP] = 1
+    hit, heights = np.zeros(1, dtype=np.int32), []
+    for dx in _AROUND:
+        for dy in _AROUND:
+            above = np.array([x + dx, y + dy, _SKY])
+            down = mujoco.mj_ray(model, data, above, np.array([0.0, 0.0, -1.0]), groups, 1, -1, hit)
+            if down >= 0.0:
+                heights.append(_SKY - down)
+    return max(heights, default=None)
 
 
 def _reach_down(model: Any, data: Any, geom: int) -> float:  # noqa: ANN401

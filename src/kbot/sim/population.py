@@ -47,7 +47,12 @@ class Population(Running):
         self._robot, plan, findings = self._prepare(robot, robot.name, PlanarPose(), drive_limits)
         self.robots = {robot.name: self._robot}
         assembly = Assembly.of(world, contacts, timestep, {robot.name: plan})
-        self.diagnostics: tuple[Diagnostic, ...] = (*world.diagnostics, *findings, *assembly.diagnostics)
+        self.diagnostics: tuple[Diagnostic, ...] = (
+            *world.diagnostics,
+            *findings,
+            *assembly.diagnostics,
+            *_starts_inside(assembly, plan),
+        )
         """The warnings that building it gave."""
         self._use(assembly)
         self._topics = {robot.name: RobotTopics(self.bus, self._robot, tells_time=True)}
@@ -155,6 +160,19 @@ class Population(Running):
             lower, upper = limits(joint)
             if lower <= upper:
                 robot.set_position(joint.name, min(max(0.0, lower), upper))
+
+
+def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...]:
+    findings = Findings()
+    inside = assembly.what_it_is_inside(plan)
+    if inside:
+        findings.warning(
+            "W111",
+            f"robot '{plan.name}' starts inside '{inside}' of the world",
+            next((body.origin for body in assembly.world.bodies if body.name == inside), None),
+            "a robot starts at the origin: keep it free",
+        )
+    return tuple(findings.diagnostics)
 
 
 def require_finite(what: str, values: tuple[float, ...]) -> None:

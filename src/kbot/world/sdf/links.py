@@ -92,6 +92,10 @@ class Links:
         self, collision: Element, frames: Frames, link: str, world_from_link: Transform
     ) -> list[Part]:
         place = self._place(collision, frames, link)
+        geometry = collision.find("geometry")
+        mesh = geometry.find("mesh") if geometry is not None else None
+        if mesh is not None:
+            self._values.unsupported(mesh, "meshes are touched as their convex hulls")
         friction = self._friction(collision)
         return [
             Part(
