@@ -268,6 +268,22 @@ GEOMETRY = (
 
 DRIVE = (
     _m(
+        "both wheels on one side",
+        "D111",
+        (RIGHT_JOINT + r'<origin xyz="0 -', r'\1§<origin xyz="0 '),
+    ),
+    _m(
+        "wheel slides",
+        "D117",
+        (
+            r'(<joint name="left_wheel_joint" type=")continuous"(.*?)<limit ',
+            r'§\1prismatic"\2<limit lower="0" upper="1" ',
+        ),
+    ),
+    _m("negative effort", "J104", (LEFT_JOINT + r'effort="', r'\1§effort="-')),
+    _m("colour in bytes", "G112", (r'<color rgba="0.5 0.5 0.5 1"/>', r'§<color rgba="128 128 128 1"/>')),
+    _m("scan in degrees", "C105", (r"<min_angle>-3.14<", r"§<min_angle>-180<")),
+    _m(
         "plugin's sides exchanged",
         "D107",
         (r"<(left_j|leftJ)oint>left_wheel_joint", r"§<\1oint>right_wheel_joint"),

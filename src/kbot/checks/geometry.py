@@ -124,6 +124,43 @@ def undefined_material(context: Context) -> Found:
                 )
 
 
+@rule("G112", "color-out-of-range", Severity.WARNING, "robot")
+def color_out_of_range(context: Context) -> Found:
+    """A colour with a number outside 0..1.
+
+    Why: red, green, blue and alpha run from 0 to 1 in URDF. `255` is cut to 1, so that every such colour
+    comes out white or one of eight; an alpha of 0 hides the part.
+
+    Example: `<color rgba="255 128 0 1"/>`
+
+    Mend: divide by 255: `<color rgba="1 0.5 0 1"/>`.
+
+    Fix: unsafe: plain numbers of 0..255 are divided by 255.
+    """
+    for element in context.elements:
+        if element.tag != "color" or "rgba" not in element.attributes:
+            continue
+        words = element.attributes["rgba"].split()
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            continue
+        if not values or (min(values) >= 0.0 and max(values) <= 1.0):
+            continue
+        origin = element.attribute_origin("rgba")
+        fix = None
+        if min(values) >= 0.0 and max(values) <= 255.0 and len(values) == 4:
+            alpha = values[3] if values[3] <= 1.0 else values[3] / 255.0
+            text = " ".join(f"{v:.4g}" for v in (*(v / 255.0 for v in values[:3]), alpha))
+            fix = context.replace_plain(origin, text, "divide by 255", safe=False)
+        yield Finding(
+            origin,
+            f"rgba {element.attributes['rgba']}: colours run from 0 to 1, what is above is cut to 1",
+            "divide by 255",
+            fix=fix,
+        )
+
+
 @rule("G109", "shapes-differ", Severity.WARNING, "robot")
 def shapes_differ(context: Context) -> Found:
     """A collision that differs from what is seen by more than a fifth: the extents of the two, both plain

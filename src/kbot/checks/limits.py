@@ -98,7 +98,7 @@ def limit_closed(context: Context) -> Found:
 
 @rule("J104", "no-effort", Severity.WARNING, "robot")
 def no_effort(context: Context) -> Found:
-    """A movable joint whose effort or velocity limit is 0.
+    """A movable joint whose effort or velocity limit is 0 or negative.
 
     Why: 0 is not "no limit". ros2_control, Gazebo and MoveIt take it at its word: a joint with 0 N m
     never accelerates, one with 0 rad/s may not turn, and a trajectory over it takes for ever.
@@ -115,18 +115,17 @@ def no_effort(context: Context) -> Found:
         if not limit or not joint.has_position or joint.mimic:
             continue
         dead = [
-            (name, unit)
+            f"{name} {value:g} {unit}"
             for name, value, unit in (
                 ("effort", limit.effort, "N" if joint.type is JointType.PRISMATIC else "N m"),
                 ("velocity", limit.velocity, "m/s" if joint.type is JointType.PRISMATIC else "rad/s"),
             )
-            if value is not None and value == 0.0
+            if value is not None and value <= 0.0
         ]
         if dead:
-            what = " and ".join(f"{name} 0 {unit}" for name, unit in dead)
             yield Finding(
                 limit.origin,
-                f"{joint.name}: {what} is no 'unlimited': a consumer that keeps to it never moves the joint",
+                f"{joint.name}: {' and '.join(dead)} is no 'unlimited': a consumer that keeps to it never moves the joint",
                 "write what the motor can do",
             )
 

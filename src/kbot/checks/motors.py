@@ -36,6 +36,9 @@ def wheel_cannot_turn(context: Context) -> Found:
                 yield Finding(
                     joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _MEND
                 )
+            elif joint.type is JointType.PRISMATIC:
+                message = f"{joint.name}: a drive wheel on a prismatic joint slides and does not turn"
+                yield Finding(joint.origin, message, _MEND)
             elif joint.type is JointType.REVOLUTE and joint.limit:
                 low, high = joint.limit.lower or 0.0, joint.limit.upper or 0.0
                 if high - low < 1e4:

@@ -298,3 +298,33 @@ def sensor_frame_lumped(context: Context) -> Found:
             f"add <gz_frame_id>{link}</gz_frame_id>",
             (Related(f"the fixed joint '{joint.name}'", joint.origin),),
         )
+
+
+@rule("C105", "scan-angle-in-degrees", Severity.WARNING, "robot")
+def scan_angle_in_degrees(context: Context) -> Found:
+    """A lidar's or camera's angle beyond a full turn: degrees where radians are meant.
+
+    Why: -180..180 rad is 57 turns: the beams are spread over the same directions again and again, and a point
+    of the scan is shown anywhere but where it was hit.
+
+    Example: `<min_angle>-180</min_angle>`
+
+    Mend: write radians: `<min_angle>-3.14159</min_angle>`, `<horizontal_fov>1.047</horizontal_fov>`.
+
+    Fix: none.
+    """
+    for _, _, sensor in sensors(context):
+        for element in sensor.descendants():
+            if element.tag not in ("min_angle", "max_angle", "horizontal_fov"):
+                continue
+            try:
+                angle = float(element.text)
+            except ValueError:
+                continue
+            if abs(angle) > 2.0 * math.pi + 1e-3:
+                yield Finding(
+                    element.origin,
+                    f"{sensor.attributes.get('name', 'sensor')}: {element.tag} {angle:g} rad is "
+                    f"{abs(angle) / 2.0 / math.pi:.1f} turns: degrees where radians are meant?",
+                    f"as degrees it is {math.radians(angle):.5g} rad",
+                )

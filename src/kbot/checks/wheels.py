@@ -225,6 +225,15 @@ def wheels_not_mirrored(context: Context) -> Found:
 
     Fix: none.
     """
+    for pair in context.wheels.pairs:
+        left, right = pair.left, pair.right
+        if math.dist(left.center, right.center) < 0.1 * (left.radius or 0.0):
+            yield Finding(
+                pose_origin(right.joint),
+                f"{left.joint.name} and {right.joint.name}: both wheels stand at the same place",
+                "one of them has a wrong sign",
+                (Related(f"'{left.joint.name}'", pose_origin(left.joint)),),
+            )
     links = context.robot.links
     for pair in level_pairs(context):
         left, right = pair.left, pair.right
