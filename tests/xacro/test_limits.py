@@ -145,6 +145,12 @@ def test_odd_syntax_ends_in_a_value_or_a_typed_error(expression: str) -> None:
         evaluate(expression)
 
 
+@pytest.mark.parametrize("separators", ["x](a+)+$[", "\\\\", "z-a", ""])
+def test_tokenize_takes_no_patterns(separators: str) -> None:
+    with pytest.raises(ValueError, match="no set of characters"):
+        evaluate(f"xacro.tokenize('aaaa', '{separators}')")
+
+
 def test_limits_can_be_raised() -> None:
     with pytest.raises(Fault):
         evaluate("2**40000")

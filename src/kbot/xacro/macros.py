@@ -10,18 +10,12 @@ from kbot.xacro.faults import Problem
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    pass
+    from collections.abc import Iterator
 
-_PARAMETER = re.compile(
-    r"""\s*(?P<name>[^\s:=]+?)\s*:?=\s*
-        (?P<forward>\^\|?)?
-        (?P<default>\$\{.*?\}                           # an expression, blanks and all
-                  | \$\(.*?\)                           # a command
-                  | (?:'.*?' | ".*?" | [^\s'"]+)+       # words, with blanks where they are quoted
-                  | )
-        (?:\s+|$)(?P<rest>.*)""",
-    re.VERBOSE,
-)
+_HEAD = re.compile(r"\s*(?P<name>[^\s:=]+)\s*:?=(?P<blank>\s*)")
+_WORD = re.compile(r"[^\s'\"]+")
+_BLANK = re.compile(r"\s*")
+_FORWARDS = ("^|", "^", "")
 
 
 class Parameter:
@@ -108,10 +102,9 @@ def parse_parameters(text: str) -> tuple[Parameter, ...]:
     """
     parameters = []
     while text:
-        match = _PARAMETER.match(text)
-        if match:
-            parameter = Parameter(match["name"], match["forward"] is not None, match["default"] or None)
-            text = match["rest"]
+        found = parse_default(text)
+        if found:
+            parameter, text = found
         else:
             words = text.split(None, 1)
             if not words:
@@ -119,3 +112,79 @@ def parse_parameters(text: str) -> tuple[Parameter, ...]:
             parameter, text = Parameter(words[0]), words[1] if len(words) > 1 else ""
         parameters.append(parameter)
     return tuple(parameters)
+
+
+def parse_default(text: str) -> tuple[Parameter, str] | None:
+    """The parameter with a default that a text begins with, and the rest of it; None where none does.
+
+    The official implementation has one regular expression for this, which takes exponential time
+    on unbalanced quotes. The same choices are made here in the same order, each place once.
+    """
+    head = _HEAD.match(text)
+    if head is None:
+        return None
+    for start in range(head.end("blank"), head.start("blank") - 1, -1):
+        for forward in _FORWARDS:
+            if not text.startswith(forward, start):
+                continue
+            begin = start + len(forward)
+            end = _default_end(text, begin)
+            if end is not None:
+                parameter = Parameter(head["name"], forward != "", text[begin:end] or None)
+                blank = _BLANK.match(text, end)
+                return parameter, text[blank.end() if blank else end :].partition("\n")[0]
+    return None
+
+
+def _default_end(text: str, begin: int) -> int | None:
+    """Where the default that begins here ends: before a blank or at the end of the text."""
+    line_end = text.find("\n", begin)
+    line_end = len(text) if line_end < 0 else line_end
+    for opening, closing in (("${", "}"), ("$(", ")")):  # all in one, blanks and all
+        if text.startswith(opening, begin):
+            at = text.find(closing, begin + 2, line_end)
+            while at >= 0:
+                if _ends(text, at + 1):
+                    return at + 1
+                at = text.find(closing, at + 1, line_end)
+    end = _words_end(text, begin)
+    return begin if end is None and _ends(text, begin) else end
+
+
+def _words_end(text: str, begin: int) -> int | None:
+    """The end of words and quoted pieces, as many as there are; quotes may hold blanks and quotes."""
+    visited: set[int] = set()
+    pending = [iter(_next_ends(text, begin))]
+    places = [begin]
+    while pending:
+        at = next(pending[-1], None)
+        if at is None:
+            pending.pop()
+            here = places.pop()
+            if pending and _ends(text, here):
+                return here
+        elif at not in visited:
+            visited.add(at)
+            places.append(at)
+            pending.append(iter(_next_ends(text, at)))
+    return None
+
+
+def _next_ends(text: str, begin: int) -> Iterator[int]:
+    """Ends of the pieces that can begin here, those to be tried first first."""
+    quote = text[begin : begin + 1]
+    if quote in ("'", '"') and quote:
+        line_end = text.find("\n", begin)
+        line_end = len(text) if line_end < 0 else line_end
+        at = text.find(quote, begin + 1, line_end)
+        while at >= 0:
+            yield at + 1
+            at = text.find(quote, at + 1, line_end)
+        return
+    word = _WORD.match(text, begin)
+    if word:
+        yield word.end()
+
+
+def _ends(text: str, at: int) -> bool:
+    return at >= len(text) or text[at].isspace()

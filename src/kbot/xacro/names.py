@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, YamlDict
@@ -68,8 +69,19 @@ KNOWN = frozenset([*_DIRECT, *_MATH, *_DEPRECATED, "math", "python", "xacro"])
 
 
 def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-    """Split a text at any of some characters."""
-    parts = re.split(f"[{sep}]", text)
+    """Split a text at any of some characters.
+
+    Raises:
+        ValueError: what stands for the characters is none of `a`, `a-z`, `^a`, `\\t`.
+    """
+    if "]" in sep:  # it would end the set of characters, and begin a pattern of any cost
+        raise ValueError(f"{sep!r} is no set of characters to split at")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            parts = re.split(f"[{sep}]", text)
+        except re.error as error:
+            raise ValueError(f"{sep!r} is no set of characters to split at: {error}") from None
     return [part for part in parts if part] if skip_empty else parts
 
 
