@@ -15,7 +15,6 @@ from kbot.checks.rig import Rig, find_rig
 from kbot.checks.sources import SourceFile, read_sources
 from kbot.checks.spatial import Frame
 from kbot.checks.vocabulary import CHILDREN
-from kbot.kinematics.controllers import velocity_joints
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source
 
@@ -201,8 +200,6 @@ class Context:
         named: dict[str, str] = {}
         for driver in self.drivers:
             named.update({name.text: side for side, names in driver.sides.items() for name in names})
-        for name in velocity_joints(self.robot):
-            named.setdefault(name, "")
         named = {name: side for name, side in named.items() if name in self.robot.joints}
         return find_rig(self.robot, self.frames, self.bodies, named)
 

@@ -125,7 +125,8 @@ def no_effort(context: Context) -> Found:
         if dead:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: {' and '.join(dead)} is no 'unlimited': a consumer that keeps to it never moves the joint",
+                f"{joint.name}: {' and '.join(dead)} is no 'unlimited': a consumer that keeps to it never "
+                "moves the joint",
                 "write what the motor can do",
             )
 

@@ -157,7 +157,8 @@ def _wheel(
     frame = frames[joint.child]
     axis = unit(frame.direction(joint.axis)) or (0.0, 0.0, 0.0)
     steers = joint.type is JointType.REVOLUTE and abs(axis[2]) > 0.7
-    if (joint.type is JointType.PRISMATIC and not named) or steers or _is_steered(robot, joint):
+    suspends = joint.type is JointType.PRISMATIC and not named and abs(axis[2]) > 0.5
+    if suspends or steers or _is_steered(robot, joint):
         return None
     round_part = _round_part(bodies, list(held(robot, joint.child)), frames, frame)
     if round_part is None:
