@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, YamlDict
@@ -76,6 +75,8 @@ def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
     """
     if "]" in sep:  # it would end the set of characters, and begin a pattern of any cost
         raise ValueError(f"{sep!r} is no set of characters to split at")
+    import warnings
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from kbot.text.errors import KbotError
+from kbot.text.files import check_regular
 from kbot.text.suggest import did_you_mean
 
 TYPE_CHECKING = False
@@ -183,6 +184,7 @@ def _installed(prefix: str, name: str) -> str | None:
 def _package_name(folder: str) -> str:
     manifest = Path(folder) / "package.xml"
     try:
+        check_regular(manifest)
         match = _NAME.search(manifest.read_text(encoding="utf-8", errors="replace"))
     except OSError:
         match = None

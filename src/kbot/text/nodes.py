@@ -1,0 +1,203 @@
+"""The nodes of an XML tree, each with the place it was written at.
+
+Names are kept as written (`xacro:macro`), attributes in their order, comments and text as nodes.
+An element made by xacro expansion is of the same type: it keeps the span of the element it was
+written as, and the chain of calls that brought it.
+"""
+
+from __future__ import annotations
+
+import re
+
+from kbot.text.span import Call, Origin, Source, Span
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import Any
+
+    from kbot.text.diagnostic import Diagnostic
+
+_ATTRIBUTE = re.compile(rb"""([^\s=/>"']+)\s*=\s*("[^"]*"|'[^']*')""")
+_TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
+
+
+class Text:
+    """Character data between tags. `end` is where the markup after it begins."""
+
+    __slots__ = ("_after", "call", "end", "source", "value")
+
+    def __init__(self, value: str, source: Source, after: int, end: int, call: Call | None = None) -> None:
+        self.value, self.source, self._after, self.end, self.call = value, source, after, end, call
+
+    @property
+    def start(self) -> int:
+        """Where the text begins: behind the markup that stands before it."""
+        return markup_end(self.source.data, self._after)
+
+    @property
+    def origin(self) -> Origin:
+        return Origin(Span(self.source, self.start, self.end), self.call)
+
+    def brought_by(self, call: Call | None, value: str | None = None) -> Text:
+        """The same text, brought by a call; with another value where it was evaluated."""
+        return type(self)(self.value if value is None else value, self.source, self._after, self.end, call)
+
+
+class CData(Text):
+    """A CDATA section; xacro leaves it as it is."""
+
+    __slots__ = ()
+
+    @property
+    def start(self) -> int:
+        return self._after
+
+
+class Comment(CData):
+    """A comment; `value` is what stands between its marks."""
+
+    __slots__ = ()
+
+
+class Instruction(CData):
+    """A processing instruction or document type; `value` is what stands between its marks."""
+
+    __slots__ = ()
+
+
+class Element:
+    """An element: its name as written, attributes in order, children, and where it came from."""
+
+    __slots__ = (
+        "_close",
+        "attributes",
+        "call",
+        "children",
+        "fed",
+        "is_plain",
+        "moved",
+        "source",
+        "start",
+        "tag",
+    )
+
+    def __init__(
+        self,
+        tag: str,
+        attributes: dict[str, str],
+        source: Source,
+        start: int,
+        close: int = -1,
+        call: Call | None = None,
+    ) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.children: list[Element | Text] = []
+        self.source = source
+        self.start = start
+        self._close = close
+        self.call = call
+        self.is_plain = False
+        """Whether neither it nor anything within it holds a dollar sign or a name of xacro's."""
+        self.moved: dict[str, Origin] | None = None
+        """Origins of the attributes that were not written in this element's own tag."""
+        self.fed: dict[str, Any] | None = None
+        """What the values of its attributes were computed from, by name: kept for the source map."""
+
+    def __repr__(self) -> str:
+        return f"<{self.tag} {self.attributes}>"
+
+    def made_by(self, call: Call | None, tag: str, attributes: dict[str, str]) -> Element:
+        """A childless element written where this one is, brought by a call."""
+        return Element(tag, attributes, self.source, self.start, self._close, call)
+
+    def elements(self, tag: str | None = None) -> Iterator[Element]:
+        """Child elements in order, all or those of one name."""
+        for child in self.children:
+            if isinstance(child, Element) and (tag is None or child.tag == tag):
+                yield child
+
+    def find(self, tag: str) -> Element | None:
+        """The first child element of a name."""
+        return next(self.elements(tag), None)
+
+    def descendants(self) -> Iterator[Element]:
+        """Every element beneath this one, in document order."""
+        pending = list(self.elements())[::-1]
+        while pending:
+            element = pending.pop()
+            yield element
+            pending.extend(list(element.elements())[::-1])
+
+    @property
+    def text(self) -> str:
+        """The character data directly within, comments and instructions left out."""
+        return "".join(
+            c.value for c in self.children if isinstance(c, Text) and not isinstance(c, Comment | Instruction)
+        )
+
+    @property
+    def end(self) -> int:
+        """Offset behind the end tag, or behind the tag itself where it is empty."""
+        data, tag_end = self.source.data, self.tag_end
+        return tag_end if self._close < 0 or data[tag_end - 2] == 0x2F else markup_end(data, self._close)
+
+    @property
+    def tag_end(self) -> int:
+        """Offset behind the start tag."""
+        return markup_end(self.source.data, self.start)
+
+    @property
+    def origin(self) -> Origin:
+        """The start tag's span and the calls that brought the element."""
+        return Origin(Span(self.source, self.start, self.tag_end), self.call)
+
+    @property
+    def whole(self) -> Span:
+        """The span from the start tag to the end of the end tag, as it was written."""
+        return Span(self.source, self.start, self.end)
+
+    def attribute_origin(self, name: str) -> Origin:
+        """The span of an attribute's value (without quotes); the element's own when it has none."""
+        if self.moved and name in self.moved:
+            return self.moved[name]
+        span = self.attribute_spans().get(name)
+        return Origin(span[1], self.call) if span else self.origin
+
+    def attribute_spans(self) -> dict[str, tuple[Span, Span]]:
+        """Name span and value span (without quotes) of every attribute written in the start tag."""
+        spans = {}
+        for match in _ATTRIBUTE.finditer(self.source.data, self.start, self.tag_end):
+            name = match[1].decode("utf-8", "replace")
+            spans[name] = (
+                Span(self.source, match.start(1), match.end(1)),
+                Span(self.source, match.start(2) + 1, match.end(2) - 1),
+            )
+        return spans
+
+
+class Document:
+    """A parsed file: what stands before the root, the root, what stands after it.
+
+    `diagnostics` holds what is wrong but leaves a tree to work with.
+    """
+
+    __slots__ = ("after", "before", "diagnostics", "root", "source")
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.root: Element
+        self.before: list[Text] = []
+        self.after: list[Text] = []
+        self.diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def markup_end(data: bytes, at: int) -> int:
+    """Offset behind the markup that begins at `at`; `at` itself where none does."""
+    for opening, closing in ((b"<!--", b"-->"), (b"<![CDATA[", b"]]>"), (b"]]>", b"]]>"), (b"<?", b"?>")):
+        if data.startswith(opening, at):
+            end = data.find(closing, at)
+            return end + len(closing) if end >= 0 else len(data)
+    match = _TAG.match(data, at)
+    return match.end() if match else at
