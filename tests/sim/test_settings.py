@@ -203,3 +203,17 @@ def test_slowing_down_has_its_own_limit():
     assert slope.advance(0.5, 0.0)[0] == pytest.approx(0.48)
     assert slope.advance(0.0, 0.5)[0] == pytest.approx(0.01)
     assert slope.advance(-0.5, 0.5)[0] == pytest.approx(-0.48)
+
+
+def test_joints_that_a_plugin_names_and_that_are_not_there_are_said(with_extension):
+    wrong = JOINTS.replace("left_wheel_joint", "left_weel_joint")
+    sim = Simulation(with_extension(classic(wrong)))
+    assert [d.code for d in sim.diagnostics] == ["W134"]
+    assert "did you mean 'left_wheel_joint'" in sim.diagnostics[0].hint
+
+
+def test_old_gazebo_writes_friction_as_an_attribute(with_extension):
+    robot = with_extension('<gazebo reference="left_wheel"><mu1 value="0.3"/></gazebo>')
+    findings = Findings()
+    assert link_surfaces(robot, findings)["left_wheel"].friction == 0.3
+    assert findings.diagnostics == []

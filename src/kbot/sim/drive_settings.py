@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
-from kbot.kinematics.controllers import drive_plugins
+from kbot.kinematics.controllers import drive_plugins, plugin_joints
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
 from kbot.sim.controllers_yaml import diff_drive_parameters
 from kbot.sim.drive import DriveLimits
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
+from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
 DEFAULT_LIMITS = DriveLimits()
@@ -53,6 +54,21 @@ def drive_settings(robot: Robot, drive: DifferentialDrive, findings: Findings) -
     if found is not None:
         return _from_controller(found.values, found.origin, drive, findings)
     return DriveSettings(drive.radius, drive.separation)
+
+
+def check_named_joints(robot: Robot, findings: Findings) -> None:
+    """Say which joints a drive plugin names that the robot does not have."""
+    for plugin in drive_plugins(robot):
+        left, right = plugin_joints(plugin)
+        for element in plugin.elements():
+            name = element.text.strip()
+            if name in (*left, *right) and name not in robot.joints:
+                findings.warning(
+                    "W134",
+                    f"the drive names the joint '{name}', which the robot does not have",
+                    element.origin,
+                    did_you_mean(name, robot.joints),
+                )
 
 
 class _PluginValues:

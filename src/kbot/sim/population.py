@@ -11,7 +11,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
-from kbot.sim.drive_settings import DriveSettings, drive_settings
+from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.joints import limits
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -134,6 +134,7 @@ class Population(Running):
     ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
         drive = find_drive(robot)
         findings = Findings()
+        check_named_joints(robot, findings)
         settings: DriveSettings | None = None
         if isinstance(drive, DifferentialDrive):
             settings = drive_settings(robot, drive, findings)
