@@ -53,7 +53,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / name).write_text(text)
     (folder / "image.png").write_bytes(png())
     (folder / "latin1.xacro").write_bytes('<robot name="Räder"/>'.encode("latin-1"))
-    (folder / "utf16.xacro").write_bytes('<robot name="r"/>'.encode("utf-16"))
+    (folder / "utf16.xacro").write_bytes('<robot name="r"/>'.encode("utf-16")[:-1])
     (folder / "folder.xacro").mkdir()
     (folder / "box.urdf").write_text(BOX.format(geometry='<box size="0.2 0.2 0.2"/>'))
     (folder / "mesh.urdf").write_text(BOX.format(geometry='<mesh filename="missing.stl"/>'))
@@ -157,6 +157,15 @@ def test_commands_that_are_no_two_finite_numbers(value: str, files: Path) -> Non
         ("info", "kbot", "kbot"),
         ("launch", "no_such_package", "a.launch"),
         ("launch", "kbot_description", "kbot_bas_rviz.launch"),
+        ("launch", "missing.launch.py"),
+        ("launch", "missing.launch.py", "--trust"),
+        ("where", "kbot"),
+        ("where", "kbot", "no_such_link"),
+        ("sim", "kbot", "--headless", "--record", "no/such/folder/a.mcap"),
+        ("bag", "info", "missing.mcap"),
+        ("bag", "info", "image.png"),
+        ("bag", "info", "folder.xacro"),
+        ("rule", "X999"),
         ("chekc", "kbot"),
     ],
     ids=" ".join,
