@@ -230,6 +230,17 @@ def test_a_folder_is_its_entry_points(tmp_path: Path, monkeypatch: pytest.Monkey
     assert {f["code"] for f in findings("my_robot")} == {"U003", "U015"}
 
 
+def test_a_file_of_macros_is_a_part_and_no_broken_robot(robot: Path) -> None:
+    head, macro = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">', '<xacro:macro name="m" params="a b">'
+    robot.write_text(
+        f'{head}<xacro:property name="r" value="$(arg size)"/>{macro}<link name="${{a}}"/></xacro:macro>'
+        "<x>${r}</x></robot>"
+    )
+    assert [f["code"] for f in findings("robot.xacro")] == ["S104"]
+    robot.write_text('<robot><joint name="j" type="fixed"/></robot>')
+    assert {"U002", "U003"} <= {f["code"] for f in findings("robot.xacro")}
+
+
 def test_rule_prints_a_page() -> None:
     def words(*given: str) -> str:
         return CliRunner().invoke(rule, list(given), catch_exceptions=False, standalone_mode=False).stdout

@@ -81,6 +81,18 @@ class Context:
         return read_sources(self.entry, self.expansion.dependencies)
 
     @cached_property
+    def is_part(self) -> bool:
+        """Whether the file is there to be included: xacro without a robot's name and without a link."""
+        root = self.document
+        return (
+            root is not None
+            and root.tag == "robot"
+            and "name" not in root.attributes
+            and root.find("link") is None
+            and any(name.startswith("xmlns:xacro") for name in self.sources[0].root.attributes)
+        )
+
+    @cached_property
     def parameters(self) -> Mapping[str, frozenset[str]]:
         """The parameters of each macro, by its name."""
         return {

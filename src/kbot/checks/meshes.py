@@ -13,6 +13,7 @@ from kbot.checks.meshfacts import mesh_facts, unreadable
 from kbot.checks.registry import Finding, Found, rule
 from kbot.model import Collision, Link, Mesh, Visual
 from kbot.text import KbotError, Severity
+from kbot.text.files import check_regular
 from kbot.text.suggest import did_you_mean
 
 _LARGE, _TINY = 5.0, 1e-3
@@ -206,6 +207,7 @@ def collada_scaled_twice(context: Context) -> Found:
 
 def _collada_unit(path: str) -> float | None:
     try:
+        check_regular(path)
         with Path(path).open("rb") as stream:
             head = stream.read(8192)
     except OSError:

@@ -21,6 +21,10 @@ LAUNCH = (".launch", ".launch.xml", ".launch.yaml", ".launch.yml")
 """How launch files end that can be read; one in Python is a program, and read on its own behalf only."""
 
 
+_OF_THE_WHOLE = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
+"""What a part of a robot does not have itself: name, links, and what the file that includes it defines."""
+
+
 def check_file(
     path: str,
     arguments: Mapping[str, str] | None = None,
@@ -91,7 +95,7 @@ def examine(source: Source, arguments: Mapping[str, str], packages: Packages, co
 
 def findings(context: Context) -> list[Diagnostic]:
     """What the floors below said and what the rules say; the same fault in a macro once."""
-    found = [improved(d) for d in context.problems]
+    found = [improved(d) for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
     for rule in all_rules().values():
         if rule.needs != "below" and context.has(rule.needs):
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
