@@ -15,6 +15,7 @@ from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
 from kbot.navigation.planner import GridPlanner, NoPath, Refusal
 from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit
 from kbot.navigation.simulated import LidarPoints, Pilot, Trip, go_to
+from kbot.navigation.topics import NavigationTopics
 
 __all__ = [
     "Controller",
@@ -24,6 +25,7 @@ __all__ = [
     "GridPlanner",
     "LidarPoints",
     "Limits",
+    "NavigationTopics",
     "Navigator",
     "NoPath",
     "Observation",
