@@ -104,6 +104,8 @@ class Companions:
                 from kbot.bridges.ros1 import Ros1Bridge
 
                 self._add(Ros1Bridge(self._link, self._wishes.host))
+            if self._wishes.ros2:
+                self._add(_ros2_bridge(self._link, self._wishes.host))
             if self._wishes.foxglove:
                 from kbot.bridges.foxglove import FoxgloveBridge
 
@@ -119,6 +121,16 @@ class Companions:
     def _add(self, bridge: Bridge) -> None:
         self._bridges.append(bridge)
         self._tell(bridge.describe())
+
+
+def _ros2_bridge(link: Link, host: str | None) -> Bridge:
+    try:
+        from kbot.bridges.ros2 import Ros2Bridge
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "cyclonedds":
+            raise
+        raise KbotError("ROS 2 needs an extra: pip install 'kbot[ros2]'") from None
+    return Ros2Bridge(link, host)
 
 
 def _numbered(path: str, number: int) -> str:

@@ -15,12 +15,13 @@ class Wishes:
     ros1: bool = False
     foxglove: bool = False
     rosbridge: bool = False
+    ros2: bool = False
     host: str | None = None
 
     @property
     def is_live(self) -> bool:
         """Whether somebody out there listens, so that time has to pass as on the wall."""
-        return self.ros1 or self.foxglove or self.rosbridge
+        return self.ros1 or self.ros2 or self.foxglove or self.rosbridge
 
     def __bool__(self) -> bool:
         return self.is_live or bool(self.record)

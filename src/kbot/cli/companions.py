@@ -29,6 +29,7 @@ def companion_options(function: _Function) -> _Function:
         record: str | None,
         record_topics: tuple[str, ...],
         ros1: bool,
+        ros2: bool,
         foxglove: bool,
         rosbridge: bool,
         bridge_host: str | None,
@@ -36,9 +37,9 @@ def companion_options(function: _Function) -> _Function:
     ) -> object:
         if record_topics and record is None:
             fail("--record-topic goes with --record FILE")
-        if bridge_host is not None and not (ros1 or foxglove or rosbridge):
+        if bridge_host is not None and not (ros1 or ros2 or foxglove or rosbridge):
             fail("--bridge-host goes with a bridge, such as --ros1")
-        wishes = Wishes(record or "", record_topics, ros1, foxglove, rosbridge, bridge_host)
+        wishes = Wishes(record or "", record_topics, ros1, foxglove, rosbridge, ros2, bridge_host)
         return function(*args, wishes=wishes, **options)
 
     wrapped: Any = with_wishes
@@ -62,6 +63,7 @@ _OPTIONS = (
         help="Record only this topic; may be repeated.",
     ),
     click.option("--ros1", is_flag=True, help="Be a node of ROS 1, with a master of our own where none is."),
+    click.option("--ros2", is_flag=True, help="Be a node of ROS 2 over DDS; needs the extra ros2."),
     click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick, from port 8765 on."),
     click.option("--rosbridge", is_flag=True, help="Serve roslibjs and roslibpy, from port 9090 on."),
     click.option(

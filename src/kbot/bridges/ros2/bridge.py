@@ -1,0 +1,228 @@
+"""The simulation as a node of ROS 2, on DDS."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from typing import Any
+
+from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic as DdsTopic
+from cyclonedds.util import duration
+
+from kbot.bridges.link import Link, Topic
+from kbot.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
+from kbot.bridges.ros2.types import sample_of, sample_type
+from kbot.messages.types import Twist, TwistStamped
+from kbot.text import KbotError
+from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
+
+NODE = "kbot"
+WAITING = 500
+LOOK_SECONDS = 0.25
+MOST_AT_ONCE = 64
+HIGHEST_DOMAIN = 232
+
+LOOPBACK = """<CycloneDDS><Domain>
+<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
+<AllowMulticast>false</AllowMulticast></General>
+<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
+<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"""
+"""Configuration of a domain that stays on this machine."""
+
+
+class Ros2Bridge:
+    """A node /kbot: topics out reliably, latched ones also for those who come late, commands in by best
+    effort. A thread of its own does what may have to wait for a peer."""
+
+    def __init__(self, link: Link, host: str | None = None) -> None:
+        """The domain is ROS_DOMAIN_ID's, else 0. It stays on this machine unless `host` is the address of
+        one of its networks.
+
+        Raises:
+            KbotError: the domain is none, or the address cannot be used.
+        """
+        self._link, self._host = link, host
+        self.domain = _domain()
+        config = LOOPBACK if host is None else _network(host)
+        try:
+            # a process has a domain but once: another bridge of this process shares it
+            self._domain = _shared_domain(self.domain, config)
+            self._participant: Any = DomainParticipant(
+                self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
+            )
+        except DDSException as error:
+            raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
+        self._writers: dict[str, tuple[Topic, Any, Any]] = {}
+        self._readers: dict[Any, tuple[str, type]] = {}
+        self._open: set[str] = set()
+        self._waiting: deque[Packet] = deque(maxlen=WAITING)
+        self._wake, self._closed, self._changed = threading.Event(), threading.Event(), threading.Event()
+        latched = Qos(Policy.Durability.TransientLocal, _RELIABLE, Policy.History.KeepLast(1))
+        graph = sample_type(GRAPH_TYPE)
+        self._graph: Any = DataWriter(
+            self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
+        )
+        self._waitset: Any = WaitSet(self._participant)
+        link.watch(self._changed.set)
+        self._changed.set()
+        self._threads = [
+            threading.Thread(target=work, daemon=True, name="kbot-ros2") for work in (self._send, self._hear)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        where = "on this machine only" if self._host is None else f"at {self._host}"
+        return f"ROS 2: node /{NODE} in domain {self.domain}, {where}"
+
+    def close(self) -> None:
+        """Take leave of all peers."""
+        self._closed.set()
+        self._wake.set()
+        for thread in self._threads:
+            thread.join(5.0)
+        for topic in self._open:
+            self._link.close(topic, self._take)
+        self._waitset = None  # DDS takes leave when nothing holds its entities, and this one holds the others
+        self._writers.clear()
+        self._readers.clear()
+        self._graph = self._participant = None
+
+    def _take(self, packet: Packet) -> None:
+        """On the simulation's thread."""
+        packet.cdr  # noqa: B018 - encoded here, once for all bridges
+        self._waiting.append(packet)
+        self._wake.set()
+
+    def _send(self) -> None:
+        while not self._closed.is_set():
+            if self._changed.is_set():
+                self._changed.clear()
+                self._make_endpoints()
+            self._open_what_is_heard()
+            self._wake.wait(LOOK_SECONDS)
+            self._wake.clear()
+            while self._waiting and not self._closed.is_set():
+                packet = self._waiting.popleft()
+                entry = self._writers.get(packet.topic)
+                if entry is not None and entry[0].type_name == packet.type_name:
+                    self._write(entry[1], entry[2], packet.cdr)
+
+    def _write(self, writer: Any, kind: Any, data: bytes) -> None:  # noqa: ANN401 - of DDS
+        try:
+            writer.write(sample_of(kind, data))
+        except DDSException as error:
+            self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+
+    def _make_endpoints(self) -> None:
+        for topic in self._link.topics.values():
+            if topic.is_input:
+                self._make_readers(topic)
+            elif topic.name not in self._writers:
+                kind = sample_type(topic.type_name)
+                writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
+                self._writers[topic.name] = topic, writer, kind
+        self._tell_graph()
+
+    def _make_readers(self, topic: Topic) -> None:
+        if topic.name in {name for name, _ in self._readers.values()}:
+            return
+        kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
+        for message_type in kinds:
+            kind = sample_type(ros_name(message_type))
+            reader = DataReader(
+                self._participant, self._topic(topic.name, kind), qos=_reader_qos(message_type)
+            )
+            self._readers[reader] = topic.name, message_type
+            self._waitset.attach(ReadCondition(reader, _ANY_NEW))
+
+    def _topic(self, name: str, kind: Any) -> Any:  # noqa: ANN401
+        return DdsTopic(self._participant, f"rt{name}", kind)
+
+    def _tell_graph(self) -> None:
+        writers = [entry[1].guid.bytes for entry in self._writers.values()]
+        readers = [reader.guid.bytes for reader in self._readers]
+        data = node_message(self._participant.guid.bytes, NODE, readers, writers)
+        self._write(self._graph, sample_type(GRAPH_TYPE), data)
+
+    def _open_what_is_heard(self) -> None:
+        """Only what somebody hears is made; what is latched is kept by DDS for those who come late."""
+        for name, (topic, writer, _) in self._writers.items():
+            is_heard = topic.is_latched or bool(writer.get_matched_subscriptions())
+            if is_heard and name not in self._open:
+                self._open.add(name)
+                self._link.open(name, self._take)
+            elif not is_heard and name in self._open:
+                self._open.discard(name)
+                self._link.close(name, self._take)
+
+    def _hear(self) -> None:
+        while not self._closed.is_set():
+            self._waitset.wait(duration(milliseconds=100))
+            for reader, (topic, message_type) in list(self._readers.items()):
+                for sample in reader.take(MOST_AT_ONCE):
+                    if sample.sample_info.valid_data:
+                        self._deliver(topic, message_type, sample.encoded)
+
+    def _deliver(self, topic: str, message_type: type, data: bytes) -> None:
+        try:
+            self._link.send(topic, decode_cdr(data, message_type))
+        except KbotError as error:
+            self._link.tell(f"ROS 2: a message on {topic} was refused: {error}")
+
+
+_domains: dict[int, Any] = {}
+
+
+def _shared_domain(number: int, config: str) -> Any:  # noqa: ANN401
+    if number not in _domains:
+        _domains[number] = Domain(number, config)
+    return _domains[number]
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
+        raise KbotError(f"ROS_DOMAIN_ID is a whole number from 0 to {HIGHEST_DOMAIN}, not '{text}'")
+    return int(text)
+
+
+def _network(host: str) -> str:
+    return (
+        "<CycloneDDS><Domain><General><Interfaces>"
+        f'<NetworkInterface address="{host}"/></Interfaces></General></Domain></CycloneDDS>'
+    )
+
+
+_RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
+_ANY_NEW = ViewState.Any | InstanceState.Alive | SampleState.NotRead
+
+
+def _type_hash(type_name: str) -> Any:  # noqa: ANN401
+    return Policy.Userdata(data=f"typehash={ros2_definition(type_name)[1]};".encode())
+
+
+def _writer_qos(topic: Topic) -> Any:  # noqa: ANN401
+    durability = Policy.Durability.TransientLocal if topic.is_latched else Policy.Durability.Volatile
+    return Qos(
+        durability,
+        _RELIABLE,
+        Policy.History.KeepLast(1 if topic.is_latched else 10),
+        _type_hash(topic.type_name),
+    )
+
+
+def _reader_qos(message_type: type) -> Any:  # noqa: ANN401
+    return Qos(
+        Policy.Durability.Volatile,
+        Policy.Reliability.BestEffort,
+        Policy.History.KeepLast(10),
+        _type_hash(ros_name(message_type)),
+    )

@@ -1,0 +1,107 @@
+"""The node of ROS 2 with a peer whose messages the DDS library itself encodes."""
+
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from kbot.bridges.companions import Companions
+from kbot.bridges.ros2 import Ros2Bridge
+from kbot.bridges.ros2.bridge import LOOPBACK
+from kbot.bridges.ros2.graph import GRAPH_TYPE, node_message
+from kbot.bridges.ros2.types import sample_of, sample_type
+from kbot.bridges.wishes import Wishes
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import ros2_definition
+from kbot.wire.types import ros2_types
+
+from .conftest import Running
+
+PEER = Path(__file__).with_name("dds_peer.py")
+
+
+@pytest.fixture
+def bridge(running: Running, monkeypatch: pytest.MonkeyPatch):
+    """Each test process has a domain of its own."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
+    found = Ros2Bridge(running.link)
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+@pytest.mark.parametrize("kind", ["plain", "stamped"])
+def test_a_peer_hears_odometry_finds_the_node_and_drives(
+    running: Running, bridge: Ros2Bridge, kind: str
+) -> None:
+    done = subprocess.run(
+        [sys.executable, str(PEER), str(bridge.domain), LOOPBACK, kind],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=90,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["speed"] > 0.1
+    assert found["frames"] == ["odom", "base_footprint"]
+    assert found["variance"] == 0.01
+    assert found["description"] == "<robot/>"
+    assert found["node"] == "/kbot"
+    assert found["readers"] == 2
+    assert found["topics"]["rt/odom"] == f"typehash={ros2_definition('nav_msgs/msg/Odometry')[1]};"
+    assert found["guids"]["rt/odom"] in found["writers"]
+    assert "enclave=/;" in found["enclaves"]
+    assert running.told == []
+    assert running.goes_on()
+
+
+def test_the_graph_s_message_is_as_ros_encodes_it() -> None:
+    data = node_message(b"p" * 16, "kbot", [b"r" * 16], [b"v" * 16, b"w" * 16])
+    message = ros2_types().deserialize_cdr(data, GRAPH_TYPE)
+    assert bytes(ros2_types().serialize_cdr(message, GRAPH_TYPE)) == data
+    node = message.node_entities_info_seq[0]
+    assert (node.node_namespace, node.node_name) == ("/", "kbot")
+    assert [bytes(gid.data) for gid in node.writer_gid_seq] == [b"v" * 16, b"w" * 16]
+
+
+def test_what_makes_no_sense_is_told_and_harms_nothing(running: Running, bridge: Ros2Bridge) -> None:
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.topic import Topic
+
+    kind = sample_type("geometry_msgs/msg/Twist")
+    writer = DataWriter(bridge._participant, Topic(bridge._participant, "rt/cmd_vel", kind))
+    for _ in range(20):
+        writer.write(sample_of(kind, b"\0\1\0\0" + struct.pack("<6d", math.nan, 0, 0, 0, 0, 0)))
+    assert running.goes_on()
+    assert running.simulation.twist.x == 0.0
+    assert len(running.told) <= 1
+
+
+@pytest.mark.parametrize("domain", ["-1", "233", "zero", "1.5"])
+def test_a_domain_that_is_none_is_refused(
+    running: Running, monkeypatch: pytest.MonkeyPatch, domain: str
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    with pytest.raises(KbotError, match="ROS_DOMAIN_ID is a whole number from 0 to 232"):
+        Ros2Bridge(running.link)
+
+
+def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.bridges.ros2"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    companions = Companions(Wishes(ros2=True), print)
+    import kbot
+
+    with pytest.raises(KbotError, match=r"pip install 'kbot\[ros2\]'"):
+        companions.join(Simulation(kbot.load("kbot")), "", "empty")
