@@ -1,6 +1,6 @@
 import { Connection } from "./connection";
 import { rememberedOptions, rememberedTheme, type Options } from "./options";
-import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
+import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scan, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 
 /** What the source panel shows: a place, and what is said about it. */
@@ -15,6 +15,7 @@ export class App {
   readonly scene = new Signal<Scene | null>(null);
   readonly state = new Signal<State | null>(null);
   readonly findings = new Signal<Findings | null>(null);
+  readonly scan = new Signal<Scan | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
@@ -76,6 +77,9 @@ export class App {
         break;
       case "source":
         this.sources.set(new Map(this.sources.value).set(message.file, message));
+        break;
+      case "scan":
+        if (!this.frozen) this.scan.set(message);
         break;
       case "parameters":
         this.parameters.set(message);

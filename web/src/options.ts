@@ -10,6 +10,7 @@ export interface Options {
   grid: boolean;
   trail: boolean;
   follow: boolean;
+  scan: boolean;
   /** Seen from the robot. */
   ride: boolean;
   /** Without perspective. */
@@ -30,6 +31,7 @@ const DEFAULTS: Options = {
   grid: true,
   trail: true,
   follow: true,
+  scan: true,
   ride: false,
   flat: false,
 };

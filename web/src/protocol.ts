@@ -164,6 +164,15 @@ export interface Parameters {
   type: "parameters";
 }
 
+/** What a lidar saw last: `points` x, y, z in the world, flat. */
+export interface Scan {
+  sensor: string;
+  link: string;
+  time: number;
+  points: readonly number[];
+  type: "scan";
+}
+
 /** A message was not obeyed. */
 export interface Refused {
   reason: string;
@@ -276,6 +285,6 @@ export interface Undo {
   type: "undo";
 }
 
-export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Refused;
+export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Scan | Refused;
 
 export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo;

@@ -12,7 +12,9 @@ from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.workbench.lidars import Lidars
 from kbot.workbench.motion import Moment, flat
+from kbot.workbench.protocol import Scan
 from kbot.workbench.session import Reader, Session
 from kbot.world import BUILDERS, World, load_world
 
@@ -77,6 +79,7 @@ class Driving:
         self._sim = simulation or Simulation(robot, setup.world, setup.seed, contacts=setup.contacts)
         self._command = (0.0, 0.0)
         self._owed = 0.0
+        self._lidars = Lidars(self._sim)
         setup.attend(self._sim)
 
     def moment(self) -> Moment:
@@ -91,6 +94,9 @@ class Driving:
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
         )
+
+    def scans(self) -> list[Scan]:
+        return self._lidars.news()
 
     def advance(self, seconds: float) -> float:
         step = self._sim.timestep

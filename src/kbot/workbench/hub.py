@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 
 from kbot.workbench.encode import encode
-from kbot.workbench.protocol import FromServer, SourceText
+from kbot.workbench.protocol import FromServer, Scan, SourceText
 
 MAX_PAGES = 64
 
@@ -22,7 +22,7 @@ class Client:
 
     def put(self, message: FromServer, text: str | None = None) -> None:
         """Queue a message; an older one of its kind that was not sent yet is dropped."""
-        key = f"source:{message.file}" if isinstance(message, SourceText) else message.type
+        key = _key(message)
         self._waiting.pop(key, None)
         self._waiting[key] = text if text is not None else encode(message)
         self._news.set()
@@ -35,6 +35,16 @@ class Client:
                 key = next(iter(self._waiting))
                 await send(self._waiting.pop(key))
             self._news.clear()
+
+
+def _key(message: FromServer) -> str:
+    """What a message is newer of."""
+    match message:
+        case SourceText(file=file):
+            return f"source:{file}"
+        case Scan(sensor=sensor):
+            return f"scan:{sensor}"
+    return message.type
 
 
 class Hub:

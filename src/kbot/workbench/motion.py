@@ -11,6 +11,7 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
+from kbot.workbench.protocol import Scan
 from kbot.workbench.scene import slider_range
 from kbot.world import World
 
@@ -32,6 +33,10 @@ class Motion(Protocol):
     """One way to move a robot."""
 
     def moment(self) -> Moment: ...
+
+    def scans(self) -> list[Scan]:
+        """What lidars saw since this was last asked."""
+        ...
 
     def advance(self, seconds: float) -> float:
         """Let time pass; the simulated seconds that did, less where the machine cannot follow."""
@@ -79,6 +84,9 @@ class Sliders:
     def moment(self) -> Moment:
         mimics = self._mimicked()
         return Moment(0.0, {**self.positions, **mimics}, self._tree.poses(self.positions))
+
+    def scans(self) -> list[Scan]:
+        return []
 
     def advance(self, seconds: float) -> float:
         return 0.0

@@ -224,6 +224,17 @@ class SourceText:
 
 
 @dataclass(frozen=True, slots=True)
+class Scan:
+    """What a lidar saw last: `points` x, y, z in the world, flat."""
+
+    sensor: str
+    link: str
+    time: float
+    points: tuple[float, ...]
+    type: Literal["scan"] = "scan"
+
+
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """A number that the description is made with: a xacro argument or property.
 
@@ -390,7 +401,7 @@ class Undo:
     type: Literal["undo"] = "undo"
 
 
-FromServer = About | Scene | State | Findings | SourceText | Parameters | Refused
+FromServer = About | Scene | State | Findings | SourceText | Parameters | Scan | Refused
 FromPage = (
     Drive
     | Stop

@@ -137,6 +137,8 @@ class Server:
                 self._changed, sent = False, now
                 if len(self.hub):
                     self.hub.publish(self.session.state())
+                    for scan in self.session.scans():
+                        self.hub.publish(scan)
 
     def _advance(self, wall_seconds: float) -> bool:
         try:

@@ -29,6 +29,7 @@ from kbot.workbench.protocol import (
     Push,
     Refused,
     Reset,
+    Scan,
     Scene,
     SetJoint,
     SetJoints,
@@ -173,6 +174,10 @@ class Session:
             driver=self._driver,
             resets=self._resets,
         )
+
+    def scans(self) -> list[Scan]:
+        """What lidars saw since this was last asked."""
+        return self._motion.scans()
 
     def source(self, file: str) -> SourceText:
         """The text of one of the description's files.

@@ -8,7 +8,7 @@ const KEYS: readonly [string, string][] = [
   [".", "step, when paused"],
   ["R", "reset"],
   ["F", "see the whole robot, or the chosen link"],
-  ["1 – 9", "displays on and off"],
+  ["0 – 9", "displays on and off"],
   ["O", "with or without perspective"],
   ["L", "plots"],
   ["T", "dark or light"],

@@ -14,6 +14,7 @@ const TOGGLES: readonly [keyof Options, IconName, string, string][] = [
   ["trail", "path", "Path", "7"],
   ["follow", "follow", "Follow", "8"],
   ["ride", "drive", "Ride", "9"],
+  ["scan", "scan", "Scan", "0"],
 ];
 
 /** Which display a number key turns on and off. */
@@ -35,8 +36,13 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   app.about.watch((about) => {
     for (const button of buttons) {
       const forDriving = ["trail", "follow", "ride"].includes(button.dataset["option"] ?? "");
-      button.hidden = forDriving && about?.mode !== "sim";
+      if (button.dataset["option"] === "scan") button.hidden = app.scan.value === null;
+      else button.hidden = forDriving && about?.mode !== "sim";
     }
+  });
+  app.scan.watch((scan) => {
+    const button = buttons.find((one) => one.dataset["option"] === "scan");
+    if (button !== undefined) button.hidden = scan === null;
   });
   const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
     h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);

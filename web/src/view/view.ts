@@ -9,6 +9,7 @@ import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
 import { PALETTES } from "./palette";
 import { RobotObject } from "./robot";
+import { Scans } from "./scans";
 import { forgetPrimitives } from "./shapes";
 import { Stage } from "./stage";
 import { Trail } from "./trail";
@@ -23,6 +24,7 @@ export class View {
   robot: RobotObject | null = null;
   private bodies: Bodies | null = null;
   private frames: Frames | null = null;
+  private scans: Scans | null = null;
   private readonly ground = new Ground();
   private readonly trail = new Trail();
   private resets = -1;
@@ -41,6 +43,11 @@ export class View {
     this.stage.controls.addEventListener("end", () => this.writeAddress());
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
+    app.scan.watch((scan) => {
+      if (scan === null) return;
+      this.scans?.put(scan);
+      this.stage.invalidate();
+    });
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
     app.selected.watch((name) => {
@@ -122,14 +129,15 @@ export class View {
   }
 
   private build(scene: Scene): void {
-    for (const old of [this.robot, this.bodies, this.frames]) if (old !== null) dispose(old.group);
+    for (const old of [this.robot, this.bodies, this.frames, this.scans]) if (old !== null) dispose(old.group);
     this.frames?.dispose();
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();
     this.robot = new RobotObject(scene, this.ids, changed);
     this.bodies = new Bodies(scene, this.ids, changed);
-    this.stage.scene.add(this.robot.group, this.bodies.group);
+    this.scans = new Scans();
+    this.stage.scene.add(this.robot.group, this.bodies.group, this.scans.group);
     this.ground.suit(scene.radius, scene.ground);
     this.trail.suit(scene.radius, scene.ground);
     this.paint();
@@ -217,6 +225,7 @@ export class View {
   private showOptions(): void {
     const options = this.app.options.value;
     this.robot?.show(options);
+    this.scans?.show(options.scan);
     this.frames?.show(options, this.app.selected.value);
     this.ground.showGrid(options.grid);
     this.stage.controls.enabled = !options.ride;
