@@ -3,10 +3,11 @@
 import os
 import stat
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
-from kbot.text import DescriptionError, KbotError, read_source, write_text
+from kbot.text import DescriptionError, KbotError, parse_xml, read_source, write_text
 
 
 def code(path: Path, **options: int) -> str:
@@ -24,6 +25,77 @@ def test_reading(tmp_path: Path) -> None:
     assert code(tmp_path / "a" / "b") == "F003"
     assert code(tmp_path / "a", max_bytes=2) == "F004"
     assert code(tmp_path / "latin") == "F005"
+
+
+def message(path: Path | str) -> str:
+    with pytest.raises(DescriptionError) as caught:
+        read_source(path)
+    return caught.value.diagnostics[0].message
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no devices among its files")
+def test_what_may_never_end_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("/dev/zero")
+    for name in (tmp_path / "pipe", tmp_path / "link", Path("/dev/zero"), Path("/dev/null")):
+        assert code(name) == "F003"
+        assert "is not a regular file" in message(name)
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="the system has no /dev/fd")
+def test_a_pipe_of_the_shell_is_read_to_its_end() -> None:
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb"):
+        with os.fdopen(writing, "wb") as stream:
+            stream.write(b"<a>" + b" " * 5000 + b"</a>")
+        assert read_source(f"/dev/fd/{reading}").text == "<a>" + " " * 5000 + "</a>"
+
+
+def test_an_empty_name_and_a_link_to_nothing(tmp_path: Path) -> None:
+    assert message("") == "a file name is empty"
+    (tmp_path / "robot.xacro").symlink_to(tmp_path / "gone.xacro")
+    said = f"{tmp_path / 'robot.xacro'} is a symbolic link to {tmp_path / 'gone.xacro'}, which does not exist"
+    assert message(tmp_path / "robot.xacro") == said
+
+
+@pytest.mark.parametrize(
+    ("declared", "codec"),
+    [
+        (None, "utf-16"),
+        ("UTF-16", "utf-16"),
+        ("utf-16", "utf-16-le"),
+        ("iso-8859-1", "latin-1"),
+        ("windows-1252", "cp1252"),
+        ("UTF-8", "utf-8-sig"),
+    ],
+)
+def test_other_encodings_are_read_and_kept(tmp_path: Path, declared: str | None, codec: str) -> None:
+    head = f'<?xml version="1.0" encoding="{declared}"?>' if declared else '<?xml version="1.0"?>'
+    text = f'{head}<robot name="Räder"/>'
+    path = tmp_path / "robot.xacro"
+    path.write_bytes(text.encode(codec))
+    source = read_source(path)
+    assert source.text == text
+    assert parse_xml(source).attributes["name"] == "Räder"
+    assert ElementTree.parse(path).getroot().attrib["name"] == "Räder"
+    write_text(path, text.replace("Räder", "Rädchen"))
+    assert ElementTree.parse(path).getroot().attrib["name"] == "Rädchen"
+
+
+@pytest.mark.parametrize("name", ["us-ascii", "UTF-8"])
+def test_bytes_that_are_not_of_the_declared_encoding(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_bytes(f'<?xml version="1.0" encoding="{name}"?><robot name="Räder"/>'.encode("latin-1"))
+    assert code(path) == "F005"
+    assert "byte 0xe4" in message(path)
+
+
+@pytest.mark.parametrize("name", ["UTF-16", "shift_jis", "klingon"])
+def test_an_encoding_that_the_bytes_cannot_be_in(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_bytes(f'<?xml version="1.0" encoding="{name}"?><robot name="r"/>'.encode())
+    assert code(path) == "F005"
+    assert name in message(path)
 
 
 def test_a_missing_file_has_a_neighbour(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from kbot.launch.reading import Attributes, Reporter
 from kbot.launch.substitution import Fault
 from kbot.launch.values import TYPES, convert, load_yaml
 from kbot.text import DescriptionError, Element, Origin, read_source
+from kbot.text.files import check_regular
 from kbot.text.suggest import did_you_mean
 
 _SOURCES = ("value", "textfile", "binfile", "command")
@@ -143,6 +144,7 @@ class Parameters:
 
 def _bytes(path: str) -> bytes:
     try:
+        check_regular(path)
         return Path(path).read_bytes()
     except OSError as error:
         raise Fault("L032", f"{path} cannot be read: {error.strerror}") from None

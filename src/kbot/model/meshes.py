@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
+from kbot.text.files import check_regular
 
 if TYPE_CHECKING:
     import trimesh
@@ -75,6 +76,7 @@ def load_mesh(path: str) -> MeshData:
     """
     try:
         stamp = Path(path).stat()
+        check_regular(path, stamp)
     except OSError as error:
         raise KbotError(f"the mesh {path} cannot be read: {error.strerror}") from None
     return _load(path, stamp.st_mtime_ns, stamp.st_size)

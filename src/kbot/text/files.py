@@ -2,59 +2,104 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
+import stat
 
+from kbot.text.encoding import BadEncoding, decode, encode
 from kbot.text.errors import DescriptionError, KbotError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 
 MAX_BYTES = 32 * 1024 * 1024
 
+_STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
+
 
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
     from kbot.text.diagnostic import Diagnostic, Severity
 
-    origin = Origin(Span(Source(path, ""), 0, 0))
+    origin = Origin(Span(Source(path, ""), 0, 0)) if path else None
     return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
 
 
 def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Source:
-    """Read a UTF-8 text file. Symbolic links are not resolved in the path it is known by.
+    """Read a text file: UTF-8, or what its byte order mark or XML declaration says.
+
+    Symbolic links are not resolved in the path it is known by. Devices and pipes are refused, which may
+    never end; `/dev/stdin` and `/dev/fd/N` may be a pipe that a shell has made.
 
     Raises:
-        DescriptionError: F001 missing, F002 a directory, F003 not readable, F004 too large,
-            F005 not UTF-8 text.
+        DescriptionError: F001 missing, F002 a directory, F003 not readable or not a regular file,
+            F004 too large, F005 not text in its encoding.
     """
     name = os.fspath(path)
+    if not name:
+        raise _unreadable(name, "F001", "a file name is empty")
     try:
-        with open(name, "rb", buffering=0) as stream:  # noqa: PTH123 - no pathlib: this is read thousands of times
-            data = (
-                stream.read(max_bytes + 1) if os.fstat(stream.fileno()).st_size > max_bytes else stream.read()
-            )
+        data = _read_bytes(name, max_bytes)
     except FileNotFoundError:
-        folder, _, last = name.rpartition("/")
-        siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []  # noqa: PTH112, PTH208
-        raise _unreadable(name, "F001", f"{name} does not exist", did_you_mean(last, siblings)) from None
+        raise _unreadable(name, "F001", *_missing(name)) from None
     except IsADirectoryError:
         raise _unreadable(name, "F002", f"{name} is a directory, not a file") from None
     except (OSError, ValueError) as error:
-        if os.path.isdir(name):  # noqa: PTH112
-            raise _unreadable(name, "F002", f"{name} is a directory, not a file") from None
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
     if len(data) > max_bytes:
         raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes")
     try:
-        return Source(name, data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise _unreadable(
-            name, "F005", f"{name} is not UTF-8 text: byte 0x{data[error.start]:02x} at offset {error.start}"
-        ) from None
+        return Source(name, decode(data))
+    except BadEncoding as error:
+        raise _unreadable(name, "F005", f"{name} {error}") from None
+
+
+def _read_bytes(name: str, max_bytes: int) -> bytes:
+    """A file's bytes, up to one more than may be. Never waits for a device or a pipe without an end."""
+    status = os.stat(name)  # noqa: PTH116 - no pathlib: this is read thousands of times
+    is_pipe = stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
+    if not is_pipe:
+        check_regular(name, status)
+    descriptor = os.open(name, os.O_RDONLY | _AT_ONCE)
+    try:
+        if is_pipe:
+            os.set_blocking(descriptor, True)
+        parts = [os.read(descriptor, min(status.st_size, max_bytes) + 1)]
+        size = len(parts[0])
+        while size <= max_bytes and (more := os.read(descriptor, 1 << 16)):
+            parts.append(more)
+            size += len(more)
+    finally:
+        os.close(descriptor)
+    return b"".join(parts)
+
+
+def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = None) -> None:
+    """Make sure that a path names a regular file, which reading comes to the end of.
+
+    Raises:
+        OSError: it is missing, a directory, a device, a pipe or a socket.
+    """
+    mode = (status or os.stat(path)).st_mode  # noqa: PTH116
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a directory, not a file", os.fspath(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
+
+
+def _missing(name: str) -> tuple[str, str]:
+    """What is said of a file that is not there, and the hint."""
+    if os.path.islink(name):  # noqa: PTH114
+        return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""  # noqa: PTH115
+    folder, _, last = name.rpartition("/")
+    siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []  # noqa: PTH112, PTH208
+    return f"{name} does not exist", did_you_mean(last, siblings)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write UTF-8 text as `write_bytes` does. Raises as it does."""
-    write_bytes(path, text.encode("utf-8"))
+    """Write text as `write_bytes` does, and raise as it does: XML in the encoding it declares, else UTF-8."""
+    write_bytes(path, encode(text))
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:

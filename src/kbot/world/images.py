@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
+from kbot.text.files import check_regular
 
 Grey = NDArray[np.uint8]
 _HEADER = re.compile(rb"(P[25])\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s")
@@ -21,6 +22,7 @@ def read_grey(path: str) -> Grey:
         KbotError: the file is missing, or no picture of a kind that is read.
     """
     try:
+        check_regular(path)
         data = Path(path).read_bytes()
     except OSError as error:
         raise KbotError(f"the picture {path} cannot be read: {error.strerror}") from None

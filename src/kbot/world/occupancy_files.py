@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
-from kbot.text.files import read_source
+from kbot.text.files import check_regular, read_source
 from kbot.text.suggest import did_you_mean
 from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -143,6 +143,7 @@ def _read_picture(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     from PIL import Image, UnidentifiedImageError
 
     try:
+        check_regular(path)
         with Image.open(path) as image:
             if image.width * image.height > MOST_CELLS:
                 raise KbotError(f"{path} has {image.width} x {image.height} pixels: too many for a map")
