@@ -87,6 +87,22 @@ def test_the_pad_drives_by_touch_on_a_phone(driving: tuple[str, Session], open_p
     until(lambda: standing(page))
 
 
+def test_a_gamepad_drives(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.evaluate(
+        """() => {
+          window.stick = [0, 0];
+          navigator.getGamepads = () => [{ axes: window.stick }];
+          dispatchEvent(new Event("gamepadconnected"));
+          window.stick = [0.05, -1];
+        }"""
+    )
+    until(lambda: reading(page, "x") > 0.05)
+    page.evaluate("window.stick = [0.05, 0.05]")
+    until(lambda: standing(page))
+    assert abs(reading(page, "yaw")) < 0.5
+
+
 def test_pause_step_reset_and_speed(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)

@@ -1,0 +1,32 @@
+import type { Driver } from "./drive-keys";
+
+const EVERY = 50;
+const DEAD = 0.12;
+
+/** Drives by the left stick of a gamepad, while one is connected. */
+export function useGamepad(driver: Driver): void {
+  let timer: ReturnType<typeof setInterval> | null = null;
+  let wasHeld = false;
+  const read = (): void => {
+    const pad = navigator.getGamepads().find((one) => one !== null);
+    const [left, forward] = [steady(-(pad?.axes[0] ?? 0)), steady(-(pad?.axes[1] ?? 0))];
+    const held = left !== 0 || forward !== 0;
+    if (held || wasHeld) driver.setPad(forward, left);
+    wasHeld = held;
+  };
+  addEventListener("gamepadconnected", () => {
+    timer ??= setInterval(read, EVERY);
+  });
+  addEventListener("gamepaddisconnected", () => {
+    if (navigator.getGamepads().some((one) => one !== null)) return;
+    if (timer !== null) clearInterval(timer);
+    timer = null;
+    if (wasHeld) driver.setPad(0, 0);
+    wasHeld = false;
+  });
+}
+
+/** A stick at rest is never quite in the middle. */
+function steady(value: number): number {
+  return Math.abs(value) < DEAD ? 0 : value;
+}
