@@ -171,8 +171,11 @@ def _same_place_once(found: Sequence[Diagnostic]) -> list[Diagnostic]:
     seen: dict[tuple[str, str, str, int], Diagnostic] = {}
     for diagnostic in found:
         span = diagnostic.origin.span if diagnostic.origin else None
-        key = (diagnostic.code, diagnostic.message, span.file if span else "", span.start if span else 0)
-        seen.setdefault(key, diagnostic)
+        file = os.path.abspath(span.file) if span else ""  # noqa: PTH100 - keeps symbolic links
+        key = (diagnostic.code, diagnostic.message, file, span.start if span else 0)
+        first = seen.setdefault(key, diagnostic)
+        if span and first.origin and len(span.file) < len(first.origin.span.file):
+            seen[key] = diagnostic  # known by the name that was given, not by where a package was found
     return list(seen.values())
 
 
