@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from kbot.messages.sensing import Image
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sensors import Contact, Gps, Imu, Lidar, Range
 from kbot.sensors.declared import declared_sensors, mount_declared
@@ -173,3 +174,27 @@ def test_real_robots_sensors_are_read(shared):
         of_gazebo = [s for s in declared.specs if s.origin is not None]
         assert len(of_gazebo) + len(declared.diagnostics) >= written, path
     assert {"Lidar", "Camera", "Imu", "Contact"} <= set(counts)
+
+
+def test_mounting_twice_hands_out_the_same_sensors():
+    simulation = Simulation(_robot(CLASSIC.format(link="base_link")))
+    first, _ = mount_declared(simulation)
+    again, _ = mount_declared(simulation)
+    assert first is again
+
+
+def test_a_declared_camera_draws_only_for_who_listens():
+    camera = """<gazebo reference="base_link"><sensor name="eye" type="camera"><update_rate>20</update_rate>
+      <camera><horizontal_fov>1.0</horizontal_fov><image><width>32</width><height>24</height></image>
+      <clip><near>0.05</near><far>9</far></clip></camera></sensor></gazebo>"""
+    simulation = Simulation(_robot(camera))
+    sensors, said = mount_declared(simulation)
+    if said:
+        pytest.skip(said[0].message)
+    simulation.run(0.2)
+    assert sensors["eye"].latest is None
+    heard = []
+    simulation.bus.subscribe("eye/image_raw", Image, heard.append)
+    simulation.run(0.2)
+    assert len(heard) == 4
+    assert (heard[0].width, heard[0].height) == (32, 24)

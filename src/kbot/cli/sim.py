@@ -119,7 +119,11 @@ def command(
     if goto is not None and plot is not None:
         fail("--plot is for --script and --cmd-vel; leave it out with --goto")
     goal = None if goto is None else parse_goal(goto)
+    from kbot.sensors.declared import mount_declared
+
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path)
+    if wishes.is_live or wishes.record:
+        report(mount_declared(simulation)[1])
     with going_along(wishes) as join:
         join(simulation, loaded.expansion.text, world)
         if goal is not None:

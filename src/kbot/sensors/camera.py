@@ -85,6 +85,11 @@ class CameraSensor(Sensor[Image]):
     def _default_topic(self) -> str:
         return f"{self.spec.label}/image_raw"
 
+    @property
+    def is_heard(self) -> bool:
+        beside = self._infos.is_heard or (self._depths is not None and self._depths.is_heard)
+        return beside or super().is_heard
+
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height, width, 3) and distances along the axis (height, width) in m now; +inf where
         nothing is as near as `far`."""

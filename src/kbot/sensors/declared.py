@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from kbot.model import Robot
 from kbot.sensors.camera import Camera
@@ -23,6 +24,10 @@ from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
 from kbot.text.suggest import did_you_mean
+
+Mounted = tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]
+
+_MOUNTED: WeakKeyDictionary[Simulation, Mounted] = WeakKeyDictionary()
 
 Read = Callable[[Values, dict[str, Any]], Spec]
 
@@ -52,12 +57,16 @@ def declared_sensors(robot: Robot) -> Declared:
     return Declared(tuple(specs), tuple(diagnostics))
 
 
-def mount_declared(simulation: Simulation) -> tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]:
+def mount_declared(simulation: Simulation) -> Mounted:
     """Mount every sensor that the robot's description declares: by name, and what was left out.
+
+    Asked again, it hands out the same sensors. Cameras draw only while someone listens.
 
     Raises:
         DescriptionError: a declaration has errors; it carries all of them.
     """
+    if simulation in _MOUNTED:
+        return _MOUNTED[simulation]
     declared = declared_sensors(simulation.robot)
     if any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
@@ -65,10 +74,13 @@ def mount_declared(simulation: Simulation) -> tuple[dict[str, Sensor[Any]], tupl
     said = list(declared.diagnostics)
     for spec in declared.specs:
         try:
-            mounted[spec.label] = spec.mount(simulation)
+            sensor = spec.mount(simulation)
+            sensor.only_when_heard = isinstance(spec, Camera)
+            mounted[spec.label] = sensor
         except KbotError as error:
             said.append(Diagnostic("W130", Severity.WARNING, f"{error}: it is left out", spec.origin))
-    return mounted, tuple(said)
+    _MOUNTED[simulation] = mounted, tuple(said)
+    return _MOUNTED[simulation]
 
 
 def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:

@@ -79,6 +79,8 @@ class Sensor(ABC, Generic[M]):
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
         self._publisher: Publisher[M] = simulation.bus.advertise(self.topic, self.message_type)
+        self.only_when_heard = False
+        """Whether it measures only while someone listens to its topics."""
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
@@ -116,7 +118,14 @@ class Sensor(ABC, Generic[M]):
         """Measure no more."""
         self._timer.cancel()
 
+    @property
+    def is_heard(self) -> bool:
+        """Whether someone listens to it."""
+        return self._publisher.is_heard
+
     def _sample(self) -> None:
+        if self.only_when_heard and not self.is_heard:
+            return
         now = self.simulation.clock.nanoseconds
         message = self.measure(round(now / NANOSECONDS * self.spec.rate))
         if not self.spec.latency:
