@@ -315,3 +315,38 @@ def test_a_file_that_is_no_world_is_refused(tmp_path, text, code):
 def test_a_world_that_is_not_there():
     with pytest.raises(DescriptionError, match="does not exist"):
         load_world("nowhere.world")
+
+
+def test_frames_stand_where_libsdformat_has_them(world):
+    """Every kind of frame at once; the poses are those that libsdformat 12.3 resolves for this world."""
+    body = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"
+    found = world(
+        f"""<frame name="f" attached_to="m"><pose>2 0 0 0 0 0.3</pose></frame>
+        <model name="m"><static>true</static><pose>1 2 0.5 0.1 0.2 0.3</pose>
+         <link name="a"><pose>1 0 0 0 0 0.5</pose>{body}</link>
+         <link name="b"><pose relative_to="a">0 1 0 0.4 0 0</pose>{body}</link>
+         <joint name="j" type="fixed"><pose>0 0 1 0 0 0.7</pose><parent>a</parent><child>b</child></joint>
+         <frame name="g" attached_to="j"><pose>0.5 0 0 0 0 0</pose></frame>
+         <link name="d"><pose relative_to="g">0 0.5 0 0 0 0</pose>{body}</link>
+         <model name="n"><pose relative_to="b">0 0 2 0 0 0</pose>
+          <link name="x"><pose>0.1 0 0 0 0 0</pose>{body}</link></model>
+        </model>
+        <model name="p" placement_frame="l"><static>true</static><pose relative_to="f">0.5 0 0 0 0 0</pose>
+         <link name="l"><pose>1 1 0 0 0 0.2</pose>{body}</link></model>
+        <include><uri>model://crate</uri><name>c1</name><pose relative_to="p">0 0 1 0 0 0</pose></include>"""
+    )
+    poses = [place(b, i) for b in found.bodies[:-1] for i in range(len(b.parts))]
+    assert sorted(poses) == [
+        pytest.approx(pose, abs=1e-5)
+        for pose in (
+            [1.24599, 2.99012, 0.482443, 0.583632, 0.127788, 0.80174],
+            [1.36948, 3.1707, 1.68749, 0.543556, -0.257471, 1.39119],
+            [1.93629, 2.28963, 0.301331, 0.183632, 0.127788, 0.80174],
+            [2.25483, 2.44774, 2.12502, 0.583632, 0.127788, 0.80174],
+            [3.27918, 2.85893, 0.022221, 0.15481, 0.161584, 0.602518],
+        )
+    ]
+    crate = found.bodies[-1].pose
+    assert [*crate.translation, *crate.rpy] == pytest.approx(
+        [2.96057, 1.51557, 1.06811, 0.119599, 0.189033, 0.401309], abs=1e-5
+    )

@@ -26,14 +26,23 @@ class Frames:
     nested: dict[str, Frames] = field(default_factory=dict)
     _frames: dict[str, _Frame] = field(default_factory=dict)
 
-    def add(self, name: str, element: Element, default: str, pose: Element | None = None) -> None:
-        """Add a frame: the element's own `<pose>` (or `pose`), relative to what it says or to `default`."""
+    def add(
+        self,
+        name: str,
+        element: Element,
+        default: str,
+        pose: Element | None = None,
+        offset: Transform | None = None,
+    ) -> None:
+        """Add a frame: the element's own `<pose>` (or `pose`), relative to what it says or to `default`;
+        where another frame is what the pose places, `offset` leads from that one to this."""
         if name in self._frames:
             self.values.findings.error("W208", f"'{name}' comes twice", element.origin)
             return
         written = pose if pose is not None else element.find("pose")
         relative = (written.attributes.get("relative_to", "") if written is not None else "") or default
-        self._frames[name] = _Frame(self.values.pose(written), relative, element)
+        place = self.values.pose(written)
+        self._frames[name] = _Frame(place @ offset if offset else place, relative, element)
 
     def pose(self, name: str, element: Element) -> Transform:
         """`root_from_name`; a frame that is not there, or a ring of them, is a finding at `element`."""

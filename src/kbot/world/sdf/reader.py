@@ -85,13 +85,13 @@ class _Reader:
                 element.attributes.get("name", ""), element, element.attributes.get("attached_to") or "world"
             )
         for entry in entries:
-            frames.add(entry.name, entry.placed_by, "world", entry.pose)
+            frames.add(entry.name, entry.placed_by, "world", entry.pose, entry.offset)
             frames.nested[entry.name] = entry.frames
         self._say_what_is_left_out(parent)
         return [
             body
             for entry in entries
-            for body in self._bodies(entry, frames.pose(entry.name, entry.placed_by) @ entry.offset)
+            for body in self._bodies(entry, frames.pose(entry.name, entry.placed_by))
         ]
 
     def _entries(self, parent: Element, context: _Context) -> Iterator[_Entry]:
@@ -166,7 +166,7 @@ class _Reader:
         for link in model.elements("link"):
             frames.add(link.attributes.get("name", ""), link, "__model__")
         for entry in nested:
-            frames.add(entry.name, entry.placed_by, "__model__", entry.pose)
+            frames.add(entry.name, entry.placed_by, "__model__", entry.pose, entry.offset)
             frames.nested[entry.name] = entry.frames
         for joint in model.elements("joint"):
             child = joint.find("child")
@@ -184,7 +184,7 @@ class _Reader:
             yield from self._body(entry, group, links, world_from_model)
         for inner in entry.nested:
             pose = entry.frames.pose(inner.name, inner.placed_by)
-            yield from self._bodies(inner, world_from_model @ pose @ inner.offset)
+            yield from self._bodies(inner, world_from_model @ pose)
 
     def _body(
         self, entry: _Entry, group: list[Element], links: Links, world_from_model: Transform
