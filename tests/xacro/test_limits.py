@@ -189,6 +189,15 @@ def test_a_nested_list_that_shares_its_parts_is_not_written_out() -> None:
     assert codes(body) == ["X190"]
 
 
+def test_a_file_of_too_many_nodes_is_not_kept() -> None:
+    assert codes("<a/>" * 600, Limits(nodes=500)) == ["P006"]
+    assert codes("<!---->" * 600, Limits(nodes=500)) == ["P006"]
+
+
+def test_a_text_of_too_many_expressions_is_not_taken_apart() -> None:
+    assert codes("${1}" * 60_000) == ["X190"]
+
+
 def test_many_errors_end_the_run() -> None:
     body = "".join(f'<a x="${{undefined_{i}}}"/>' for i in range(100))
     assert codes(body, Limits(errors=10)) == ["X103"] * 10 + ["X199"]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["CData", "Comment", "Document", "Element", "Instruction", "Text", "parse_document", "parse_xml"]
 
 MAX_NESTING = 1000
+MAX_NODES = 2_000_000
 
 _SPECIAL = re.compile(rb"\$|xacro|&#")
 _XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -36,14 +37,14 @@ def parse_xml(source: Source) -> Element:
     return document.root
 
 
-def parse_document(source: Source, max_nesting: int = MAX_NESTING) -> Document:
+def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> Document:
     """Parse a source into all that stands in it.
 
     An undeclared prefix (P004) is a diagnostic of the document, which is usable nevertheless.
 
     Raises:
         DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
-            P005 nested too deeply.
+            P005 nested too deeply, P006 too many elements and comments.
     """
     if not source.text.strip():
         raise _error(source, "P002", "the file is empty", 0, "a robot starts with <robot name='…'>")
@@ -51,7 +52,7 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING) -> Document:
     parser = expat.ParserCreate("UTF-8")
     parser.buffer_text = True
     parser.buffer_size = 1 << 16
-    problems = _handle(parser, document, max_nesting)
+    problems = _handle(parser, document, max_nesting, max_nodes)
     try:
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
@@ -81,7 +82,9 @@ def _diagnostic(source: Source, code: str, message: str, start: int, end: int, h
     return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
 
 
-def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -> list[Diagnostic]:
+def _handle(
+    parser: expat.XMLParserType, document: Document, max_nesting: int, max_nodes: int
+) -> list[Diagnostic]:
     """Set the parser's handlers, which build the document. Closures: they run for every event."""
     source = document.source
     stack: list[Element] = []
@@ -93,15 +96,19 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
     specials.append(len(source.data) + 1)
     seen, special = 0, specials[0]
     subset_at = -1
+    nodes = 0
     seen_before: list[int] = []
     blanks: dict[str, Text] = {}
     prefixes = _Prefixes(source)
     known_tags, known_names = prefixes.tags, prefixes.names
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal children, previous, fresh, seen, special
+        nonlocal children, previous, fresh, seen, special, nodes
         previous = at = parser.CurrentByteIndex
         fresh = True
+        nodes += 1
+        if nodes > max_nodes:
+            raise _error(source, "P006", f"there are more than {max_nodes:,} elements and comments", at)
         while special < at:
             seen += 1
             special = specials[seen]
@@ -164,8 +171,11 @@ def _handle(parser: expat.XMLParserType, document: Document, max_nesting: int) -
         return toggle
 
     def aside(node: Text) -> None:
-        nonlocal previous, fresh
+        nonlocal previous, fresh, nodes
         previous, fresh = parser.CurrentByteIndex, True
+        nodes += 1
+        if nodes > max_nodes:
+            raise _error(source, "P006", f"there are more than {max_nodes:,} elements and comments", previous)
         place = children if stack else (document.after if hasattr(document, "root") else document.before)
         place.append(node)
 

@@ -93,7 +93,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     collecting = gc.isenabled()
     gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
     try:
-        document = files.parsed(source, run.limits.nesting)
+        document = files.parsed(source, run.limits.nesting, run.limits.nodes)
         if document.diagnostics:
             run.adopt(document.diagnostics, None)
         root = _walk(document, expander, scope, properties)

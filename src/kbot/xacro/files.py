@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.text.span import Source
-from kbot.text.xml import MAX_NESTING, Document, parse_document
+from kbot.text.xml import MAX_NESTING, MAX_NODES, Document, parse_document
 
 _CACHE_SIZE = 500
 _cache: dict[str, Document] = {}
@@ -14,16 +14,16 @@ def clear_cache() -> None:
     _cache.clear()
 
 
-def parsed(source: Source, max_nesting: int = MAX_NESTING) -> Document:
+def parsed(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> Document:
     """The document of a source; the one parsed before where the text is the same.
 
     Raises:
-        DescriptionError: P001 to P005, it is no usable XML.
+        DescriptionError: P001 to P006, it is no usable XML.
     """
     known = _cache.get(source.path)
     if known is not None and known.source.text == source.text:
         return known
     if len(_cache) >= _CACHE_SIZE:
         del _cache[next(iter(_cache))]
-    document = _cache[source.path] = parse_document(source, max_nesting)
+    document = _cache[source.path] = parse_document(source, max_nesting, max_nodes)
     return document

@@ -72,7 +72,7 @@ def _include_file(
         raise run.budget.exceeded("includes", f"files include one another without end: {around}")
     target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
     try:
-        document = parsed(run.read(file), run.limits.nesting)
+        document = parsed(run.read(file), run.limits.nesting, run.limits.nodes)
     except DescriptionError as error:
         _unreadable(walk, error, node, place, optional, call)
         return

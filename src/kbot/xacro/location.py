@@ -8,6 +8,8 @@ from kbot.text.span import Call, Origin, Span
 from kbot.text.xml import CData, Comment, Element, Text
 
 _UNIT = re.compile(r"&[^;]*;|\r\n|.", re.DOTALL)
+_LONGEST = 200_000
+"""Bytes of a value beyond which only the whole of it is pointed at."""
 _BLANKS = str.maketrans("\n\t", "  ")
 
 
@@ -31,6 +33,8 @@ def locate(node: Element | Text, attribute: str, call: Call | None, part: tuple[
 
 def within(span: Span, value: str, start: int, end: int) -> Span:
     """Characters `start` to `end` of a value that was written in a span; the span if it was not."""
+    if span.end - span.start > _LONGEST:
+        return span
     written = [match[0] for match in _UNIT.finditer(span.text)]
     if len(written) != len(value) or _decoded("".join(written)) != _decoded(value, entities=False):
         return span

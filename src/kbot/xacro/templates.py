@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 from kbot.xacro.expressions import compiled
-from kbot.xacro.faults import Fault
+from kbot.xacro.faults import Fault, LimitFault
 from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.values import Value
 
@@ -29,6 +29,9 @@ EXPRESSION_ERRORS = (
 )  # fmt: skip
 
 
+_MOST_PIECES = 50_000
+
+
 class Piece:
     """A piece of a text, from one character to another: "text", "expression" or "command"."""
 
@@ -47,12 +50,14 @@ def pieces(text: str) -> list[Piece]:
     Raises:
         Fault: X101, a dollar sign that begins something and does not end it.
     """
-    found = []
+    found: list[Piece] = []
     at = 0
     for match in _PIECE.finditer(text):
         start, end = match.span()
         if start != at:
             break
+        if len(found) >= _MOST_PIECES:
+            raise LimitFault("X190", f"a text holds more than {_MOST_PIECES:,} expressions and words between")
         at = end
         kind = match.lastgroup
         if kind == "plain":
