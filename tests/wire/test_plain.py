@@ -3,8 +3,10 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
+from kbot.messages import navigation, sensing
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire.plain import from_plain, to_plain
@@ -49,3 +51,17 @@ def test_what_is_no_message_is_said(value: object, said: str) -> None:
     with pytest.raises(KbotError, match=r"^no geometry_msgs/msg/Twist: ") as caught:
         from_plain(value, msg.Twist)
     assert said in str(caught.value)
+
+
+def test_arrays_are_lists_and_bytes_are_base64() -> None:
+    scan = sensing.LaserScan(ranges=np.array([1.5, np.inf], np.float32))
+    plain = json.loads(json.dumps(to_plain(scan)))
+    assert plain["ranges"] == [1.5, None]
+    back = from_plain(plain, sensing.LaserScan)
+    assert back.ranges.dtype == np.float32
+    np.testing.assert_array_equal(back.ranges, [1.5, np.nan])
+    grid = from_plain({"data": [-1, 100]}, navigation.OccupancyGrid)
+    np.testing.assert_array_equal(grid.data, np.array([-1, 100], np.int8))
+    image = to_plain(sensing.Image(data=b"abc"))
+    assert image["data"] == "YWJj"
+    assert from_plain(image, sensing.Image).data == b"abc"

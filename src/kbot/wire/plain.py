@@ -7,7 +7,9 @@ import dataclasses
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any, get_args, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from kbot.messages.types import Time
 from kbot.text import KbotError
@@ -29,6 +31,8 @@ def to_plain(message: object, *, ros1: bool = False) -> Plain:
         return [to_plain(item, ros1=ros1) for item in message]
     if isinstance(message, bytes):
         return base64.b64encode(message).decode()
+    if isinstance(message, np.ndarray):
+        return [to_plain(item) for item in message.tolist()]
     if isinstance(message, float) and not math.isfinite(message):
         return None
     return message
@@ -74,6 +78,9 @@ def _value(hint: Any) -> Callable[[Plain], Any]:  # noqa: ANN401
         return lambda value: _exactly(value, hint)
     if hint is bytes:
         return lambda value: base64.b64decode(value) if isinstance(value, str) else bytes(value)
+    if get_origin(hint) is np.ndarray:
+        dtype = get_args(get_args(hint)[1])[0]
+        return lambda value: np.array([_number(item) for item in _exactly(value, list)]).astype(dtype)
     item = _value(next(arg for arg in get_args(hint) if arg is not Ellipsis))
     return lambda value: tuple(item(part) for part in _exactly(value, list))
 
