@@ -2,7 +2,8 @@
 
     python benchmarks/bench_sensors.py
 
-Medians of alternating runs, in processor time; the ratio is that of each round. The camera's is wall time. PyBullet is measured where it is installed.
+Medians of alternating runs, in processor time; the ratio is that of each round. The camera's is wall time.
+PyBullet is measured where it is installed.
 """
 
 from __future__ import annotations
