@@ -34,7 +34,9 @@ from kbot.xacro.scope import Scope
 @click.option("--inorder", "-i", is_flag=True, help="Process in reading order (always so; may be left out).")
 @click.option("--root-dir", metavar="DIR", default=os.curdir, help="Resolve relative paths in DIR.")
 @click.option("-q", "quiet", is_flag=True, help="No warnings.")
-@click.option("-v", "verbose", count=True, help="Say more; thrice logs properties.")
+@click.option(
+    "-v", "verbose", count=True, help="Say more; twice logs properties, thrice those in macros too."
+)
 @click.option(
     "--verbosity", type=int, metavar="LEVEL", help="0 quiet, 1 warnings, 3 log top-level properties, 4 all."
 )
@@ -54,7 +56,7 @@ def command(
 ) -> None:
     """Expand the xacro FILE into the URDF it stands for, on stdout or into a file."""
     file, arguments = one_file(words)
-    level = 0 if quiet else verbosity if verbosity is not None else max(1, verbose)
+    level = 0 if quiet else verbosity if verbosity is not None else 1 + verbose
     expansion = expand(
         robot_path(file),
         xacro_arguments(arguments),
