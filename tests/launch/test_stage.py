@@ -33,13 +33,13 @@ def staged(folder: Path, text: str) -> Stage:
 def test_a_spawned_model_is_simulated_in_the_world_that_is_named(folder: Path) -> None:
     world = '<arg name="world_name" value="worlds/boxes.world"/>'
     found = staged(folder, GAZEBO.format(passed=world, param="robot_description", more=""))
-    assert found == Stage(str(folder / "r.xacro"), {}, True, "boxes", ())
+    assert found == Stage(str(folder / "r.xacro"), {}, True, "worlds/boxes.world", ())
 
 
 def test_the_parameter_that_is_spawned_is_the_robot(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=""))
     assert (found.path, found.arguments) == (str(folder / "s.xacro"), {"side": "left"})
-    assert found.world == "empty"
+    assert found.world == "worlds/empty.world"
 
 
 def test_a_start_elsewhere_is_told_not_to_be_done(folder: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import click
 
@@ -146,13 +146,17 @@ def _is_launch_file(file: Path) -> bool:
 
 
 def _known_world(staged: Stage) -> str:
+    """A world file that is there, else KBot's own of that name, else the empty one, which is said."""
     if not staged.simulate:
         return "empty"
+    if Path(staged.world).is_file():
+        return staged.world
     from kbot.world import BUILDERS
 
-    if staged.world in BUILDERS:
-        return staged.world
-    click.echo(f"The world '{staged.world}' is not one of KBot's: the robot stands in 'empty'.", err=True)
+    name = PurePosixPath(staged.world.replace("\\", "/")).stem
+    if name in BUILDERS:
+        return name
+    click.echo(f"The world '{staged.world}' is not here: the robot stands in 'empty'.", err=True)
     return "empty"
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import PurePosixPath
 
 from kbot.launch.known import Role, role
 from kbot.launch.plan import Included, Node, Param, Plan
@@ -65,11 +64,11 @@ def _words(node: Node) -> list[str]:
 
 
 def _world(included: tuple[Included, ...]) -> str:
-    """The name of the world that Gazebo would load, as `empty` of `worlds/empty.world`."""
+    """The world that Gazebo would load, as the launch file names it."""
     for launch in included:
         if launch.package == "gazebo_ros":
-            name = launch.arguments.get("world_name") or launch.name.replace("_world.launch", ".world")
-            return PurePosixPath(name.replace("\\", "/")).stem
+            given = launch.arguments.get("world_name") or launch.arguments.get("world")
+            return given or launch.name.replace("_world.launch", ".world")
     return "empty"
 
 
