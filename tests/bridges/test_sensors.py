@@ -1,0 +1,59 @@
+"""A lidar's scans through the recorder and the bridges."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from websockets.sync.client import connect
+
+import kbot
+from kbot.bridges.link import Link
+from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.messages.sensing import LaserScan
+from kbot.record import Recorder, Recording
+from kbot.sensors import Lidar
+from kbot.sim import Simulation
+from kbot.wire import Feed, decode_cdr, decode_ros1
+
+
+def test_scans_are_recorded_as_they_were_said(tmp_path: Path) -> None:
+    sim = Simulation(kbot.load("kbot"), "boxes")
+    sim.add_sensor(Lidar(link="base_link", name="scan", samples=90))
+    heard: list[LaserScan] = []
+    sim.bus.subscribe("/scan", LaserScan, heard.append)
+    for name in ("run.mcap", "run.bag"):
+        with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / name)):
+            heard.clear()
+            sim.run(1.0)
+        entries = [e for e in Recording(str(tmp_path / name)).entries() if e.topic == "/scan"]
+        assert len(entries) == len(heard) == 10
+        for entry, scan in zip(entries, heard, strict=True):
+            assert entry.type_name == "sensor_msgs/msg/LaserScan"
+            np.testing.assert_array_equal(decode_cdr(entry.cdr, LaserScan).ranges, scan.ranges)
+            np.testing.assert_array_equal(decode_ros1(entry.ros1, LaserScan).ranges, scan.ranges)
+            assert entry.nanoseconds == scan.header.stamp.nanoseconds
+
+
+def test_a_sensor_that_is_mounted_later_is_offered_to_peers() -> None:
+    sim = Simulation(kbot.load("kbot"), "boxes")
+    link = Link(print)
+    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
+    bridge = RosbridgeBridge(link, port=0)
+    try:
+        with connect(bridge.address) as client:
+            sim.run(0.1)
+            sim.add_sensor(Lidar(link="base_link", name="scan", samples=10))
+            sim.run(0.1)
+            client.send(json.dumps({"op": "subscribe", "topic": "/scan", "type": "sensor_msgs/LaserScan"}))
+            for _ in range(200):
+                sim.run(0.1)
+                try:
+                    message = json.loads(client.recv(0.05))
+                except TimeoutError:
+                    continue
+                assert message["topic"] == "/scan"
+                assert len(message["msg"]["ranges"]) == 10
+                return
+            raise AssertionError("no scan came")
+    finally:
+        bridge.close()
