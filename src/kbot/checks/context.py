@@ -12,7 +12,7 @@ from kbot.checks.config import Config
 from kbot.checks.drivers import Driver, find_drivers
 from kbot.checks.fixing import copy_as_collision, insert_child, set_value
 from kbot.checks.rig import Rig, find_rig
-from kbot.checks.sources import SourceFile, read_sources
+from kbot.checks.sources import SourceFile, read_sources, walk
 from kbot.checks.spatial import Frame
 from kbot.checks.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
@@ -118,7 +118,9 @@ class Context:
     @cached_property
     def elements(self) -> tuple[Element, ...]:
         """The root and every element of the result, in document order."""
-        return (self.root, *self.root.descendants())
+        elements: list[Element] = []
+        walk(self.root, elements, [])
+        return tuple(elements)
 
     @cached_property
     def urdf(self) -> tuple[tuple[Element, Element], ...]:

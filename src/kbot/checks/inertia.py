@@ -215,12 +215,17 @@ def no_inertial(context: Context) -> Found:
 
 def _weight_below(context: Context, link: str) -> float:
     """Mass of a link and of what fixed joints hold to it, kg."""
-    inertial = context.robot.links[link].inertial
-    mass = inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
-    for joint in context.robot.child_joints[link]:
-        if not joint.is_movable:
-            mass += _weight_below(context, joint.child)
+    mass, waiting = 0.0, [link]
+    while waiting:
+        name = waiting.pop()
+        mass += _own_mass(context, name)
+        waiting += [j.child for j in context.robot.child_joints[name] if not j.is_movable]
     return mass
+
+
+def _own_mass(context: Context, link: str) -> float:
+    inertial = context.robot.links[link].inertial
+    return inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
 
 
 @rule("I114", "placeholder-tensor", Severity.WARNING, "robot")
@@ -310,11 +315,12 @@ def mass_ratio(context: Context) -> Found:
 
     Fix: none.
     """
+    all_below = _all_below(context)
     for joint in context.sure_joints:
         if not joint.is_movable or {joint.parent, joint.child} & context.unsure:
             continue
         above, below = _body_mass(context, joint.parent), _weight_below(context, joint.child)
-        hanging = _all_below(context, joint.child)
+        hanging = all_below[joint.child]
         if below <= 0.0 or above <= 0.0:
             continue
         if hanging / above > _RATIO:
@@ -349,7 +355,14 @@ def _body_mass(context: Context, link: str) -> float:
     return _weight_below(context, link)
 
 
-def _all_below(context: Context, link: str) -> float:
-    inertial = context.robot.links[link].inertial
-    mass = inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
-    return mass + sum(_all_below(context, j.child) for j in context.robot.child_joints[link])
+def _all_below(context: Context) -> dict[str, float]:
+    """Mass of each link and of all that hangs on it, kg."""
+    robot = context.robot
+    downwards = [robot.root]
+    for link in downwards:
+        downwards += [j.child for j in robot.child_joints[link]]
+    masses: dict[str, float] = {}
+    for link in reversed(downwards):
+        hanging = sum(masses[j.child] for j in robot.child_joints[link])
+        masses[link] = _own_mass(context, link) + hanging
+    return masses

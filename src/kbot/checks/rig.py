@@ -115,10 +115,12 @@ def find_rig(
 
 def held(robot: Robot, link: str) -> Iterator[str]:
     """`link` and the links that fixed joints hold to it from below."""
-    yield link
-    for joint in robot.child_joints[link]:
-        if joint.type is JointType.FIXED:
-            yield from held(robot, joint.child)
+    waiting = [link]
+    while waiting:
+        name = waiting.pop()
+        yield name
+        fixed = [j.child for j in robot.child_joints[name] if j.type is JointType.FIXED]
+        waiting += reversed(fixed)
 
 
 def movable_above(robot: Robot, link: str) -> Joint | None:

@@ -213,7 +213,7 @@ def macro_without_prefix(context: Context) -> Found:
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:
-        for element in _outside_extensions(file.root):
+        for element in _outside_extensions(file):
             macro = macros.get(element.tag)
             if macro is None or element.tag in ATTRIBUTES or ":" in element.tag:
                 continue
@@ -227,11 +227,15 @@ def macro_without_prefix(context: Context) -> Found:
                 )
 
 
-def _outside_extensions(element: Element) -> Iterator[Element]:
-    for child in element.elements():
-        if child.tag not in _EXTENSIONS:
-            yield child
-            yield from _outside_extensions(child)
+def _outside_extensions(file: SourceFile) -> Iterator[Element]:
+    at = 1
+    while at < len(file.elements):
+        element = file.elements[at]
+        if element.tag in _EXTENSIONS:
+            at = file.ends[at]
+        else:
+            yield element
+            at += 1
 
 
 @rule("S112", "argument-before-default", Severity.ERROR, "source")

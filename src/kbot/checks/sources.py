@@ -31,28 +31,43 @@ class SourceFile:
     source: Source
     root: Element
     elements: tuple[Element, ...] = field(repr=False)
+    ends: tuple[int, ...] = field(repr=False)
+    """For each element, how many elements there are up to the end of its own subtree."""
 
     @property
     def path(self) -> str:
         return self.source.path
 
     @cached_property
+    def _words(self) -> tuple[tuple[str, ...], ...]:
+        return tuple(tuple(words_of(element)) for element in self.elements)
+
+    @cached_property
     def words(self) -> frozenset[str]:
         """Every name that is used: within `${}` and `$()`, macros called, blocks inserted."""
-        return frozenset(word for element in self.elements for word in words_of(element))
+        return frozenset().union(*self._words)
+
+    def _words_in(self, start: int, end: int) -> frozenset[str]:
+        return frozenset().union(*self._words[start:end])
 
     @cached_property
     def top(self) -> tuple[tuple[Element, frozenset[str]], ...]:
         """The root's own children, each with the words used in it; macros use none until they are called."""
-        return tuple(
-            (e, frozenset(w for d in (e, *e.descendants()) for w in words_of(d)))
-            for e in self.root.elements()
-            if e.tag not in ("xacro:macro", "xacro:arg")
-        )
+        found, at = [], 1
+        while at < len(self.elements):
+            element = self.elements[at]
+            if element.tag not in ("xacro:macro", "xacro:arg"):
+                found.append((element, self._words_in(at, self.ends[at])))
+            at = self.ends[at]
+        return tuple(found)
 
     @cached_property
     def macros(self) -> tuple[MacroText, ...]:
-        return tuple(_macro(e) for e in self.elements if e.tag == "xacro:macro" and "name" in e.attributes)
+        return tuple(
+            MacroText(e, tuple(parameters_of(e)), self._words_in(i + 1, self.ends[i]))
+            for i, e in enumerate(self.elements)
+            if e.tag == "xacro:macro" and "name" in e.attributes
+        )
 
 
 _CACHE_SIZE = 500
@@ -81,8 +96,25 @@ def _source_file(root: Element) -> SourceFile:
     if known is None or known.root is not root:
         if len(_files) >= _CACHE_SIZE:
             del _files[next(iter(_files))]
-        known = _files[path] = SourceFile(root.source, root, (root, *root.descendants()))
+        elements: list[Element] = []
+        ends: list[int] = []
+        walk(root, elements, ends)
+        known = _files[path] = SourceFile(root.source, root, tuple(elements), tuple(ends))
     return known
+
+
+def walk(root: Element, elements: list[Element], ends: list[int]) -> None:
+    """An element and all beneath it in document order, and where each one's subtree ends."""
+    waiting = [(root, -1)]
+    while waiting:
+        element, at = waiting.pop()
+        if at >= 0:
+            ends[at] = len(elements)
+            continue
+        waiting.append((element, len(elements)))
+        elements.append(element)
+        ends.append(0)
+        waiting += [(child, -1) for child in reversed(element.children) if type(child) is Element]
 
 
 def words_of(element: Element) -> Iterator[str]:
@@ -116,8 +148,3 @@ def parameters_of(macro: Element) -> dict[str, str]:
     """A macro's parameters by name, each with its default as written."""
     text = macro.attributes.get("params", "")
     return {m[2]: m[3] or "" for m in _PARAMETER.finditer(text)}
-
-
-def _macro(element: Element) -> MacroText:
-    words = frozenset(word for e in element.descendants() for word in words_of(e))
-    return MacroText(element, tuple(parameters_of(element)), words)
