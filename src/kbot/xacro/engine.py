@@ -114,6 +114,7 @@ def _walk(document: Document, expander: Expander, scope: Scope, properties: Mapp
     for name, value in properties.items():
         scope.values[name] = Binding(name, value, READY, None, "", None)
     root = expander.root(document.root, scope)
+    expander.run.point_at_later_definitions(scope)
     _warn_of_unknown(expander.run, properties, expander.overridden)
     return root
 

@@ -235,6 +235,16 @@ class Run:
         """The files being read, innermost first."""
         return "when processing file: " + "\nincluded from: ".join(reversed(self.files))
 
+    def point_at_later_definitions(self, scope: Scope) -> None:
+        """Say of undefined properties that they are defined too late, where they are at the end."""
+        for key, problem in self._known.items():
+            if isinstance(key, tuple) and key[0] == "undefined":
+                binding = scope.find(key[1])
+                origin = binding.origin if binding else None
+                if origin is not None:
+                    problem.hint = "it is defined only further on: define it before it is used"
+                    problem.also("defined here", origin)
+
     def _start(self) -> Origin:
         return Origin(Span(Source(self.files[0], ""), 0, 0))
 
