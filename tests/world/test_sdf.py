@@ -269,9 +269,6 @@ def test_what_is_not_simulated_is_said_once_at_its_line(world):
             f"<model name='n'><static>1</static>{TURN.format('m')}{link()}</model>",
             "W207", "in a ring",
         ),
-        (
-            static(link(NO_MESH)), "W202", "no.stl is not found",
-        ),
     ],
 )  # fmt: skip
 def test_faults_are_said_at_their_line(world, inner, code, message):
@@ -350,3 +347,32 @@ def test_frames_stand_where_libsdformat_has_them(world):
     assert [*crate.translation, *crate.rpy] == pytest.approx(
         [2.96057, 1.51557, 1.06811, 0.119599, 0.189033, 0.401309], abs=1e-5
     )
+
+
+def test_a_mesh_that_is_missing_leaves_the_rest_of_the_world(world):
+    found = world(static(link(NO_MESH + COLLISION)))
+    assert "W202" in [d.code for d in found.diagnostics]
+    assert len(found.bodies[0].parts) == 1
+
+
+def test_fuels_ground_and_sun_and_gazebos_own_plugins_are_known(world):
+    fuel = "https://fuel.gazebosim.org/1.0/OpenRobotics/models"
+    found = world(
+        f"<include><uri>{fuel}/Ground Plane</uri></include><include><uri>{fuel}/Sun</uri></include>"
+        "<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>"
+        "<plugin filename='libignition-gazebo-user-commands-system.so' name='u'/>"
+    )
+    assert [type(part.shape) for body in found.bodies for part in body.parts] == [Plane]
+    assert found.diagnostics == ()
+
+
+def test_a_model_that_gazebo_has_fetched_is_found(world, tmp_path, monkeypatch):
+    folder = tmp_path / ".gz/fuel/fuel.gazebosim.org/openrobotics/models/oak tree/3"
+    folder.mkdir(parents=True)
+    (folder / "model.config").write_text("<model><sdf version='1.7'>model.sdf</sdf></model>")
+    (folder / "model.sdf").write_text(
+        f"<sdf version='1.7'><model name='oak'><static>1</static>{link()}</model></sdf>"
+    )
+    monkeypatch.setenv("HOME", str(tmp_path))
+    uri = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak%20Tree"
+    assert [b.name for b in world(f"<include><uri>{uri}</uri></include>").bodies] == ["oak"]

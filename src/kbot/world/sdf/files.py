@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import unquote
 
 from kbot.text import DescriptionError, Element, KbotError, parse_xml, read_source
 from kbot.text.suggest import did_you_mean
@@ -17,6 +19,11 @@ LIBRARY = Path(__file__).parents[1] / "models"
 PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
 
 
+_FUEL = re.compile(
+    r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
+)
+
+
 class Files:
     """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
     then among the models that ship with KBot."""
@@ -24,20 +31,22 @@ class Files:
     def __init__(self, values: Values) -> None:
         self._values = values
 
-    def find(self, uri: Element, beside: str) -> str | None:
-        """The file or folder that a `<uri>` in the file `beside` names; None, with a finding, if none."""
+    def find(self, uri: Element, beside: str, *, needed: bool = True) -> str | None:
+        """The file or folder that a `<uri>` in the file `beside` names; None, with a finding, if none: an
+        error where it is `needed`, else a warning."""
         text = uri.text.strip()
+        tell = self._values.findings.error if needed else self._values.findings.warning
         if text.startswith(("http://", "https://")):
-            hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
-            self._values.findings.error(
-                "W202", f"nothing is fetched from the network: {text}", uri.origin, hint
-            )
-            return None
+            known = _fetched_before(text)
+            if known is None:
+                hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
+                tell("W202", f"nothing is fetched from the network: {text}", uri.origin, hint)
+            return known
         path = self._path(text, Path(beside).absolute().parent)
         if path is not None and path.exists():
             return str(path)
         hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
-        self._values.findings.error("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
+        tell("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
         return None
 
     def _path(self, text: str, folder: Path) -> Path | None:
@@ -76,6 +85,27 @@ class Files:
         return [
             entry.name for root in roots for entry in root.iterdir() if (entry / "model.config").is_file()
         ]
+
+
+def fuel_model(text: str) -> tuple[str, str] | None:
+    """Owner and name of a model of Gazebo Fuel, None for another address."""
+    found = _FUEL.match(text)
+    return (found[1], unquote(found[2])) if found else None
+
+
+def _fetched_before(text: str) -> str | None:
+    """A model of Fuel that Gazebo keeps on this machine, or that ships with KBot under that name."""
+    model = fuel_model(text)
+    if model is None:
+        return None
+    owner, name = model
+    for cache in (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobotics.org"):
+        versions = (Path.home() / cache / owner.lower() / "models" / name.lower()).glob("*/model.config")
+        newest = max(versions, key=lambda p: _version(p.parent.name), default=None)
+        if newest is not None:
+            return str(newest.parent)
+    own = LIBRARY / name.lower().replace(" ", "_")
+    return str(own) if own.is_dir() else None
 
 
 def model_file(path: str) -> str:

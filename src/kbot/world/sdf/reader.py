@@ -10,7 +10,7 @@ from kbot.kinematics.transform import Transform
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, parse_xml, read_source
 from kbot.world.builders import floor
 from kbot.world.findings import Findings
-from kbot.world.sdf.files import Files, model_file
+from kbot.world.sdf.files import Files, fuel_model, model_file
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.links import Links, together
@@ -18,6 +18,14 @@ from kbot.world.sdf.values import Values
 from kbot.world.world import Body, Part, World
 
 DEEPEST = 20
+OUR_OWN = frozenset(
+    f"{maker}-{name}-system{ending}"
+    for maker in ("gz-sim", "ignition-gazebo")
+    for name in ("physics", "user-commands", "scene-broadcaster", "sensors", "contact", "imu")
+    for ending in ("", ".so")
+)
+"""Plugins that are Gazebo itself: what they do, the simulation does."""
+
 NOT_SIMULATED = ("actor", "road", "population", "plugin", "light", "gripper", "wind", "audio")
 
 
@@ -109,7 +117,7 @@ class _Reader:
         if uri is None:
             self.findings.error("W205", "<include> has no <uri>", include.origin)
             return None
-        if uri.text.strip() in ("model://sun", "model://sky"):
+        if _is_light(uri.text.strip()):
             return None
         found = self.files.find(uri, context.file)
         if found is None:
@@ -179,7 +187,8 @@ class _Reader:
 
     def _bodies(self, entry: _Entry, world_from_model: Transform) -> Iterator[Body]:
         """A model's own bodies and those of the models within it."""
-        links = Links(self.values, Shapes(self.values, lambda uri: self.files.find(uri, entry.context.file)))
+        file = entry.context.file
+        links = Links(self.values, Shapes(self.values, lambda uri: self.files.find(uri, file, needed=False)))
         for group in self._groups(entry):
             yield from self._body(entry, group, links, world_from_model)
         for inner in entry.nested:
@@ -240,6 +249,8 @@ class _Reader:
     def _say_what_is_left_out(self, parent: Element) -> None:
         for element in parent.elements():
             if element.tag == "plugin":
+                if element.attributes.get("filename", "").removeprefix("lib") in OUR_OWN:
+                    continue
                 name = element.attributes.get("filename") or element.attributes.get("name", "")
                 self.values.unsupported(element, f"the plugin {name} is not run")
             elif element.tag in NOT_SIMULATED and element.tag != "light":
@@ -259,6 +270,12 @@ class _Entry:
     nested: list[_Entry]
     context: _Context
     groups: list[list[Element]] = field(default_factory=list)
+
+
+def _is_light(uri: str) -> bool:
+    """Whether an include is only of light: the page has its own."""
+    model = fuel_model(uri)
+    return uri in ("model://sun", "model://sky") or (model is not None and model[1].lower() in ("sun", "sky"))
 
 
 def _moved(part: Part, outer_from_inner: Transform) -> Part:
