@@ -1,6 +1,7 @@
 """What cameras see, against projection and the lidar."""
 
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -139,3 +140,11 @@ def test_without_opengl_one_sentence_says_what_to_install(robot, monkeypatch):
 def test_numbers_that_make_no_camera_are_refused(numbers):
     with pytest.raises(KbotError):
         Camera(link="base_link", **numbers)
+
+
+def test_another_thread_may_draw(camera):
+    found = []
+    thread = threading.Thread(target=lambda: found.append(camera.draw()[0]))
+    thread.start()
+    thread.join()
+    assert np.array_equal(found[0], camera.draw()[0])

@@ -4,6 +4,8 @@ graphics card."""
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import mujoco
@@ -23,10 +25,10 @@ class Canvas:
 
     def __init__(self, model: Any, width: int, height: int, shadows: bool = False) -> None:  # noqa: ANN401
         self._gl = _context(width, height)
-        self._gl.make_current()
         self._model = model
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        with self._current():
+            self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 100)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
@@ -41,17 +43,27 @@ class Canvas:
     def draw(self, data: Any) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:  # noqa: ANN401
         """Colours (height, width, 3) and distances along the camera's axis (height, width) in m, inf where
         nothing is; rows from the top."""
-        self._gl.make_current()
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, self._camera, everything, self._scene)
-        mujoco.mjr_render(self._rectangle, self._scene, self._context)
-        mujoco.mjr_readPixels(self._colours, self._depths, self._rectangle, self._context)
+        with self._current():
+            mujoco.mjr_render(self._rectangle, self._scene, self._context)
+            mujoco.mjr_readPixels(self._colours, self._depths, self._rectangle, self._context)
         near = model.vis.map.znear * model.stat.extent
         far = model.vis.map.zfar * model.stat.extent
         depths = self._depths[::-1].astype(np.float64)
         metres = near / (1.0 - depths * (1.0 - near / far))
         metres[depths >= 1.0] = np.inf
         return self._colours[::-1].copy(), metres
+
+    @contextmanager
+    def _current(self) -> Iterator[None]:
+        """Draw here, and let go afterwards, so that the next picture may be drawn by another thread."""
+        if hasattr(self._gl, "as_current"):
+            with self._gl.as_current():
+                yield
+        else:
+            self._gl.make_current()
+            yield
 
 
 def _context(width: int, height: int) -> Any:  # noqa: ANN401
