@@ -11,6 +11,9 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_
 from kbot.kinematics.frames import FrameTree
 from kbot.model import Geometry, Joint, Link, Mesh, Robot
 
+_DEEPEST = 30
+"""Links deeper in the tree than this are drawn at this depth."""
+
 
 def describe(robot: Robot) -> dict[str, Any]:
     """The robot as plain data for JSON; metres, kilograms, radians; None where there is no such figure.
@@ -135,6 +138,9 @@ def _tree(robot: Robot) -> Iterator[str]:
         children = robot.child_joints[name]
         for i, child in reversed(list(enumerate(children))):
             last = i == len(children) - 1
+            if len(below) >= 3 * _DEEPEST:  # no deeper: the lines would outgrow any page
+                waiting.append((child.child, below[:-3] + "…  ", below))
+                continue
             waiting.append(
                 (child.child, below + ("└─ " if last else "├─ "), below + ("   " if last else "│  "))
             )

@@ -58,6 +58,7 @@ class FrameTree:
         self._by_link = {step.link: step for step in self._steps}
         self._movable = frozenset(joint.name for joint in robot.movable_joints)
         self._follow = _mimics(robot)
+        self._rest: dict[str, Transform] | None = None
 
     def poses(self, joints: Mapping[str, float] | None = None) -> dict[str, Transform]:
         """`root_from_link` of every link; positions in rad or m.
@@ -79,11 +80,23 @@ class FrameTree:
         Raises:
             KbotError: an unknown link, and as for `poses`.
         """
+        if not joints:
+            return self._at_rest(link, in_frame)
         positions = self._positions(joints)
         root_from_link = self._in_root(link, positions)
         if in_frame is None or in_frame == self.root:
             return root_from_link
         return self._in_root(in_frame, positions).inverse() @ root_from_link
+
+    def _at_rest(self, link: str, in_frame: str | None) -> Transform:
+        """`pose` where no joint is given a position: asked for again and again, so kept."""
+        self._check_link(link)
+        if self._rest is None:
+            self._rest = self.poses()
+        if in_frame is None or in_frame == self.root:
+            return self._rest[link]
+        self._check_link(in_frame)
+        return self._rest[in_frame].inverse() @ self._rest[link]
 
     def batch(
         self, joint_names: Sequence[str], positions: ArrayLike, links: Iterable[str] | None = None

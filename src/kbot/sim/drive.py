@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
 from kbot.sim.slope import Slope
 from kbot.text import KbotError
@@ -90,8 +91,8 @@ class TwistController:
         Raises:
             KbotError: a number that is not finite.
         """
-        if not (isfinite(linear) and isfinite(angular)):
-            raise KbotError(f"a speed command is two finite numbers, not {linear}, {angular}")
+        if not (is_finite(linear) and is_finite(angular)):
+            raise KbotError(f"a speed command is two finite numbers, not {linear!r}, {angular!r}")
         v = min(max(linear, -self._back), self.limits.linear_velocity)
         w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius

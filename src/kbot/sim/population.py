@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import re
 
 from kbot.kinematics.differential_drive import DifferentialDrive, find_drive
@@ -13,6 +12,7 @@ from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.joints import limits
+from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robot_builder import RobotPlan
@@ -178,5 +178,5 @@ def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...
 
 def require_finite(what: str, values: tuple[float, ...]) -> None:
     """Raises KbotError when one of the values is not finite."""
-    if not all(math.isfinite(value) for value in values):
+    if not all(is_finite(value) for value in values):
         raise KbotError(f"{what} is made of finite numbers, not {values}")

@@ -17,7 +17,7 @@ from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
 from kbot.sim.motion import Motion, WheelOdometry
-from kbot.sim.numbers import numbers
+from kbot.sim.numbers import is_finite, numbers
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.servo import speed_limit
 from kbot.sim.wheel_servos import WheelServos
@@ -188,8 +188,8 @@ class SimulatedRobot:
             drives = isinstance(self.drive, DifferentialDrive) and joint in self.drive.forward
             why = "drives the robot" if drives else "follows another joint"
             raise KbotError(f"joint '{joint}' {why} and cannot be held")
-        if not math.isfinite(position):
-            raise KbotError(f"a joint's position is a finite number, not {position}")
+        if not is_finite(position):
+            raise KbotError(f"a joint's position is a finite number, not {position!r}")
         self.holds.hold(joint, position)
 
     def release(self, joint: str) -> None:

@@ -12,6 +12,7 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, Robot
 from kbot.sim import contacts as touch
+from kbot.sim.bounds import check_bounds
 from kbot.sim.geometry import add_shape, wxyz
 from kbot.sim.inertia import check_masses, set_inertial
 from kbot.sim.joints import add_joint, add_mimics
@@ -46,6 +47,8 @@ class RobotPlan:
 def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
     """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
     robot, prefix = plan.robot, plan.prefix
+    check_bounds(robot, findings)
+    findings.require()
     check_masses(robot, findings)
     shapes = _Shapes(spec, plan, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))

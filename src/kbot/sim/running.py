@@ -12,6 +12,7 @@ import numpy as np
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
+from kbot.sim.numbers import is_finite
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.schedule import FOREVER
 from kbot.sim.topics import RobotTopics
@@ -35,10 +36,10 @@ class Running:
     _topics: dict[str, RobotTopics]
 
     def __init__(self, world: World, seed: int, timestep: float) -> None:
-        if not 1e-5 <= timestep <= 0.02:
-            raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep}")
-        if seed < 0:
-            raise KbotError(f"a seed is a whole number from 0 on, not {seed}")
+        if not (is_finite(timestep) and 1e-5 <= timestep <= 0.02):
+            raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
+        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+            raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
         self.world = world
         self.seed = seed
         self.timestep = timestep
@@ -67,8 +68,11 @@ class Running:
         """Go on by `n` steps.
 
         Raises:
+            KbotError: `n` is not a whole number from 0 on.
             SimulationDiverged: the run left the physical; says when, which link, and the likely cause.
         """
+        if not isinstance(n, int | np.integer) or n < 0:
+            raise KbotError(f"steps are a whole number from 0 on, not {n!r}")
         if self._failure is not None:
             raise self._failure
         if self.clock.next_due != self._planned_due:
@@ -94,8 +98,8 @@ class Running:
             KbotError: the time is negative or not finite.
             SimulationDiverged: as for `step`.
         """
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise KbotError(f"a time to run is a finite number of seconds from 0 on, not {seconds}")
+        if not (is_finite(seconds) and seconds >= 0.0):
+            raise KbotError(f"a time to run is a finite number of seconds from 0 on, not {seconds!r}")
         self.step(round(seconds / self.timestep))
 
     def engine(self) -> tuple[Any, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import os
 import re
 from collections.abc import Mapping
 from typing import Protocol, TypeVar
@@ -15,11 +15,13 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
+from kbot.model.load import load_robot
 from kbot.sim import recipe
 from kbot.sim.disturbed import Disturbed
 from kbot.sim.drive import DriveLimits
 from kbot.sim.joints import limits
 from kbot.sim.motion import Motion
+from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
@@ -49,21 +51,22 @@ class Simulation(Disturbed):
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Robot | str | os.PathLike[str],
         world: str | World = "empty",
         seed: int = 0,
         timestep: float = recipe.TIMESTEP,
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
     ) -> None:
-        """`timestep` in seconds; `contacts` is `recipe` or `as-written`; `limits` stand in for those that
-        the robot's own plugin or controller gives.
+        """`robot` may be the file of one (`kbot` is the one that ships); `timestep` in seconds; `contacts`
+        is `recipe` or `as-written`; `limits` stand in for those that the robot's own plugin or controller
+        gives.
 
         Raises:
             DescriptionError: the robot cannot be simulated; every reason at its line.
             KbotError: no such world, a step or a seed that is none.
         """
-        super().__init__(robot, load_world(world), seed, timestep, _contacts(contacts), limits)
+        super().__init__(_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits)
         self.reset()
 
     def reset(self) -> None:
@@ -144,8 +147,8 @@ class Simulation(Disturbed):
         Raises:
             KbotError: a number is not finite, no such robot, or it is fixed to the world.
         """
-        if not all(math.isfinite(value) for value in (x, y, yaw)):
-            raise KbotError(f"a pose is three finite numbers, not {x}, {y}, {yaw}")
+        if not all(is_finite(value) for value in (x, y, yaw)):
+            raise KbotError(f"a pose is three finite numbers, not {x!r}, {y!r}, {yaw!r}")
         moved = self.named(robot)
         moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
         self._fresh = -1
@@ -257,6 +260,14 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation) ->
         pose = old.ground_truth.pose
         simulation.set_pose(pose.x, pose.y, pose.yaw, new.name)
     new.take_over(old)
+
+
+def _robot(robot: object) -> Robot:
+    if isinstance(robot, Robot):
+        return robot
+    if isinstance(robot, str | os.PathLike):
+        return load_robot(robot).require()
+    raise KbotError(f"a robot, or the file of one, is simulated, not {robot!r}: kbot.load(FILE) reads one")
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

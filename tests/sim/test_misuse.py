@@ -1,0 +1,47 @@
+"""What a program can get wrong with a simulation: one clear sentence."""
+
+import numpy as np
+import pytest
+
+from kbot.sim import Simulation
+from kbot.text import DescriptionError, KbotError
+
+
+@pytest.mark.parametrize("steps", [-1, 1.5, "a", None])
+def test_steps_are_counted(sim, steps):
+    with pytest.raises(KbotError, match="steps are a whole number"):
+        sim.step(steps)
+    sim.step(np.int64(3))
+    assert sim.steps == 3
+
+
+@pytest.mark.parametrize("command", [("a", 0.0), (0.0, None), (float("nan"), 0.0)])
+def test_commands_are_finite_numbers(sim, command):
+    with pytest.raises(KbotError, match="two finite numbers"):
+        sim.cmd_vel(*command)
+
+
+def test_times_poses_and_positions_are_numbers(sim):
+    with pytest.raises(KbotError, match="a time to run is a finite number"):
+        sim.run("soon")
+    with pytest.raises(KbotError, match="a pose is three finite numbers"):
+        sim.set_pose(0.0, "there", 0.0)
+
+
+@pytest.mark.parametrize("seed", ["a", 1.5, -1, None, True])
+def test_a_seed_is_a_whole_number(kbot_robot, seed):
+    with pytest.raises(KbotError, match="a seed is a whole number"):
+        Simulation(kbot_robot, seed=seed)
+
+
+def test_a_step_has_a_length(kbot_robot):
+    with pytest.raises(KbotError, match=r"a step is 0\.00001 to 0\.02 seconds"):
+        Simulation(kbot_robot, timestep="short")
+
+
+def test_a_file_is_loaded(kbot_robot):
+    assert Simulation("kbot").state_sha256() == Simulation(kbot_robot).state_sha256()
+    with pytest.raises(DescriptionError, match=r"gone\.xacro does not exist"):
+        Simulation("gone.xacro")
+    with pytest.raises(KbotError, match=r"not 3: kbot\.load"):
+        Simulation(3)
