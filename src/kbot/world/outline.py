@@ -12,9 +12,10 @@ from kbot.world.world import Mesh
 Point = tuple[float, float]
 Outline = list[Point]
 
-_PRISM = np.array(
+PRISM = np.array(
     [[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]], dtype=np.int32
 )
+"""Faces of a prism: corners 0 to 2 below, 3 to 5 above them."""
 
 
 def prisms(outline: Sequence[Point], height: float) -> list[Mesh]:
@@ -28,7 +29,7 @@ def prisms(outline: Sequence[Point], height: float) -> list[Mesh]:
         flat = np.array(triangle)
         low = np.column_stack([flat, np.zeros(3)])
         high = np.column_stack([flat, np.full(3, height)])
-        meshes.append(Mesh(np.vstack([low, high]), _PRISM))
+        meshes.append(Mesh(np.vstack([low, high]), PRISM))
     return meshes
 
 

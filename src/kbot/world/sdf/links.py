@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
+from kbot.world.pieces import convex_pieces
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour
 from kbot.world.sdf.values import Values
-from kbot.world.world import Box, HeightField, Part, Plane, Shape
+from kbot.world.world import Box, HeightField, Mesh, Part, Plane, Shape
 
 Array = NDArray[np.float64]
 FLATNESS = 0.25
@@ -92,10 +93,6 @@ class Links:
         self, collision: Element, frames: Frames, link: str, world_from_link: Transform
     ) -> list[Part]:
         place = self._place(collision, frames, link)
-        geometry = collision.find("geometry")
-        mesh = geometry.find("mesh") if geometry is not None else None
-        if mesh is not None:
-            self._values.unsupported(mesh, "meshes are touched as their convex hulls")
         friction = self._friction(collision)
         return [
             Part(
@@ -106,8 +103,19 @@ class Links:
                 visible=False,
                 origin=collision.origin,
             )
-            for shape, at in self._shapes.read(collision.find("geometry"), collision)
+            for whole, at in self._shapes.read(collision.find("geometry"), collision)
+            for shape in self._touched(whole, collision)
         ]
+
+    def _touched(self, shape: Shape, collision: Element) -> list[Shape]:
+        """A mesh in convex pieces, other shapes as they are."""
+        if not isinstance(shape, Mesh):
+            return [shape]
+        pieces = convex_pieces(shape)
+        if pieces is None:
+            self._values.unsupported(collision, "a mesh of too many pieces is touched as its convex hull")
+            return [shape]
+        return list(pieces)
 
     def _place(self, element: Element, frames: Frames, link: str) -> Transform:
         written = element.find("pose")

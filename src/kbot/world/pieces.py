@@ -1,0 +1,81 @@
+"""Hollow meshes as convex pieces, for what is touched is touched as a convex hull."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.world.outline import PRISM
+from kbot.world.world import Mesh
+
+THICKNESS = 0.005
+"""Metres of a plate that stands for one triangle of a hollow surface, behind it."""
+
+MOST_PIECES = 4000
+_FLAT = 1e-4
+
+
+def convex_pieces(mesh: Mesh) -> list[Mesh] | None:
+    """The mesh itself where it is convex; else its connected parts, and a part that is hollow as one thin
+    plate a triangle. None where that would be too many."""
+    vertices, indices = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
+    faces = indices.reshape(-1)[mesh.faces]
+    if _is_convex(vertices, faces):
+        return [mesh]
+    pieces: list[Mesh] = []
+    for part in _connected(len(vertices), faces):
+        used, renumbered = np.unique(part, return_inverse=True)
+        own, own_faces = vertices[used], renumbered.reshape(part.shape)
+        if _is_convex(own, own_faces):
+            pieces.append(Mesh(own, own_faces.astype(np.int32)))
+        else:
+            pieces += _plates(own, own_faces)
+        if len(pieces) > MOST_PIECES:
+            return None
+    return pieces
+
+
+def _is_convex(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> bool:
+    """Whether no vertex lies in front of a face; a flat piece is not, for it has no inside."""
+    size = float(np.ptp(vertices, axis=0).max())
+    corner = vertices[faces[:, 0]]
+    normal = np.cross(vertices[faces[:, 1]] - corner, vertices[faces[:, 2]] - corner)
+    length = np.linalg.norm(normal, axis=1)
+    solid = length > 0.0
+    normal, corner = normal[solid] / length[solid, None], corner[solid]
+    deepest = 0.0
+    for start in range(0, len(normal), 256):
+        rows = slice(start, start + 256)
+        reach = normal[rows] @ vertices.T - np.sum(normal[rows] * corner[rows], axis=1)[:, None]
+        if reach.max(initial=0.0) > _FLAT * size:
+            return False
+        deepest = min(deepest, float(reach.min(initial=0.0)))
+    return deepest < -_FLAT * size
+
+
+def _connected(count: int, faces: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """Faces by the parts that share vertices."""
+    label = np.arange(count)
+    while True:
+        lowest = label[faces].min(axis=1)
+        new = label.copy()
+        for column in range(3):
+            np.minimum.at(new, faces[:, column], lowest)
+        new = new[new]
+        if (new == label).all():
+            break
+        label = new
+    of_face = label[faces[:, 0]]
+    return [faces[of_face == value] for value in np.unique(of_face)]
+
+
+def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[Mesh]:
+    """A thin prism behind every triangle that has an area."""
+    plates = []
+    for triangle in vertices[faces]:
+        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+        length = float(np.linalg.norm(normal))
+        if length > 1e-9:
+            back = triangle - normal / length * THICKNESS
+            plates.append(Mesh(np.vstack([back, triangle]), PRISM))
+    return plates
