@@ -56,7 +56,8 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
     try:
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
-        message = f"not well-formed XML: {expat.ErrorString(error.code)}"
+        reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
+        message = f"not well-formed XML: {reason}"
         raise _error(source, "P001", message, parser.ErrorByteIndex, _nameless(source.data, parser)) from None
     document.diagnostics = tuple(problems)
     return document
