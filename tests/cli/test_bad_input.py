@@ -135,7 +135,7 @@ def test_a_port_in_use(verb: str, files: Path) -> None:
     assert_one_clear_message(done, port, "in use")
 
 
-@pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3", "a,b", ""])
+@pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3", "a,b", "", "\uff11,0", "1_0,0"])
 def test_commands_that_are_no_two_finite_numbers(value: str, files: Path) -> None:
     done = kbot("sim", "kbot", "--headless", f"--cmd-vel={value}", cwd=files)
     assert done.returncode == 2
@@ -195,6 +195,49 @@ def test_a_robot_without_wheels_is_simulated_and_says_why_it_cannot_drive(files:
     done = kbot("sim", robot, "--headless", "--cmd-vel", "0.2,0", cwd=files)
     assert done.returncode == 2
     assert_one_clear_message(done, "cannot drive")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a shell of POSIX is called")
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        ("check box.urdf >&-", 0),
+        ("check mesh.urdf >&- 2>&-", 1),
+        ("expand box.urdf >&-", 0),
+        ("info gone.urdf 2>&-", 2),
+        ("info box.urdf <&- >&-", 0),
+    ],
+)
+def test_closed_streams(words: str, status: int, files: Path) -> None:
+    done = subprocess.run(
+        ["/bin/sh", "-c", f"'{sys.executable}' -m kbot {words}"],
+        cwd=files,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == status, done
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
+def test_ctrl_c_while_modules_are_imported(files: Path) -> None:
+    interrupted = (
+        "import builtins, sys\n"
+        "from kbot.cli.start import main\n"
+        "whole = builtins.__import__\n"
+        "def interrupting(name, *rest, **more):\n"
+        "    if name == 'click': raise KeyboardInterrupt\n"
+        "    return whole(name, *rest, **more)\n"
+        "builtins.__import__ = interrupting\n"
+        "sys.argv = ['kbot', 'info', 'box.urdf']\n"
+        "main()\n"
+    )
+    command = [sys.executable, "-c", interrupted]
+    done = subprocess.run(command, cwd=files, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")

@@ -154,6 +154,18 @@ def test_each_fault_is_reported_once_where_it_was_written(name):
     assert findings(text) == expected
 
 
+@pytest.mark.parametrize("digits", ["\uff11", "\u0661", "1\u00a0", "1_0", "0x1"])
+def test_numbers_are_written_in_ascii_as_for_strtod(digits):
+    """Full-width and Arabic digits, a no-break space: Python reads them as numbers, ROS does not."""
+    text = f'<robot name="r"><link name="a"/><link name="b"/>{JOINT.format(digits)}</robot>'
+    found = read_robot(parse_xml(Source("r.urdf", text))).diagnostics
+    assert {d.code for d in found} == {"U012"}
+    assert digits.strip() in found[0].message
+
+
+JOINT = """<joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="{0} 0 0"/></joint>"""
+
+
 def test_nearest_names_are_offered():
     text = robot(link("base_link"), link("b"), joint("j", "bse_link", "b", "fixd"))
     hints = [d.hint for d in read(text).diagnostics]

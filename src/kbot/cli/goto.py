@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.output import fail, print_json, report
+from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
@@ -19,7 +20,7 @@ def parse_goal(text: str) -> PlanarPose:
     from kbot.kinematics import PlanarPose
 
     try:
-        x, y, yaw = (float(word) for word in text.split(","))
+        x, y, yaw = (to_float(word) for word in text.split(","))
     except ValueError:
         fail(f"--goto is three numbers, x and y in m and yaw in rad, as in 1.5,0,1.57; not '{text}'")
     if not all(map(math.isfinite, (x, y, yaw))):

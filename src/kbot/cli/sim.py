@@ -13,6 +13,7 @@ from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
 from kbot.text.files import write_bytes
+from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
@@ -143,7 +144,7 @@ def _refuse_without_headless(**options: object) -> None:
 
 def _two_numbers(text: str) -> tuple[float, float]:
     try:
-        linear, angular = (float(word) for word in text.split(","))
+        linear, angular = (to_float(word) for word in text.split(","))
     except ValueError:
         fail(f"--cmd-vel is two numbers, forward m/s and turning rad/s, as in 0.2,0.5; not '{text}'")
     if not (math.isfinite(linear) and math.isfinite(angular)):

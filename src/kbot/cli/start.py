@@ -6,6 +6,7 @@ import than a description takes to expand.
 
 from __future__ import annotations
 
+import os
 import sys
 
 TYPE_CHECKING = False
@@ -15,12 +16,24 @@ if TYPE_CHECKING:
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    words = sys.argv[1:]
-    if words[:1] == ["expand"] and _expand_plainly(words[1:]):
-        return
-    from kbot.cli.main import main as full
+    try:
+        _open_what_is_closed()
+        words = sys.argv[1:]
+        if words[:1] == ["expand"] and _expand_plainly(words[1:]):
+            return
+        from kbot.cli.main import main as full
 
-    full()
+        full()
+    except KeyboardInterrupt:  # also while modules are still being imported
+        sys.exit(130)
+
+
+def _open_what_is_closed() -> None:
+    """Where a shell closed a standard stream (`kbot check robot.urdf >&-`), take the null device for it, or
+    the next file to be opened would be written to in its place."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115
 
 
 def _expand_plainly(words: Sequence[str]) -> bool:

@@ -8,8 +8,10 @@ from typing import Protocol
 
 from kbot.text import Diagnostic, Element, Origin, Related, Severity
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_BLANKS = " \t\n\v\f\r"
+"""White space as C has it, which is what ROS reads numbers with."""
 
 
 class MeshFinder(Protocol):
@@ -96,7 +98,7 @@ class Values:
         if "${" in text:
             self._not_a_number(element, attribute, text)
             return (fallback,) * count
-        words = text.split()
+        words = [word for word in re.split(f"[{_BLANKS}]", text) if word]
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
             self.error("U012", message, element.attribute_origin(attribute))
@@ -104,8 +106,9 @@ class Values:
         return tuple(self._one(element, attribute, word, fallback) for word in words)
 
     def _one(self, element: Element, attribute: str, text: str, fallback: float) -> float:
-        if _NUMBER.fullmatch(text.strip()):
-            value = float(text)
+        word = text.strip(_BLANKS)
+        if _NUMBER.fullmatch(word):
+            value = float(word)
             if math.isfinite(value):
                 return value
         self._not_a_number(element, attribute, text.strip())

@@ -7,6 +7,7 @@ import math
 from kbot.kinematics.transform import Transform
 from kbot.sensors.noise import NONE, Noise
 from kbot.text import Diagnostic, Element, KbotError, Origin, Severity
+from kbot.text.numbers import to_float
 
 
 class Values:
@@ -44,7 +45,7 @@ class Values:
             return Transform.identity()
         degrees = found.attributes.get("degrees", "").strip() in ("true", "1")
         try:
-            x, y, z, *rpy = (float(word) for word in found.text.split())
+            x, y, z, *rpy = (to_float(word) for word in found.text.split())
             if len(rpy) != 3:
                 raise ValueError
             return Transform.from_xyz_rpy((x, y, z), [math.radians(v) if degrees else v for v in rpy])
@@ -89,7 +90,7 @@ class Values:
 
     def _number(self, element: Element, default: float) -> float:
         try:
-            value = float(element.text)
+            value = to_float(element.text)
         except ValueError:
             value = math.nan
         if math.isinf(value) and element.tag in ("max", "far"):

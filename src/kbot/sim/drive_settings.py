@@ -14,6 +14,7 @@ from kbot.sim.controllers_yaml import diff_drive_parameters
 from kbot.sim.drive import DriveLimits
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
+from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
@@ -90,7 +91,7 @@ class _PluginValues:
         if element is None:
             return None
         try:
-            value = float(element.text)
+            value = to_float(element.text)
         except ValueError:
             value = inf
         if not isfinite(value):

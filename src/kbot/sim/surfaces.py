@@ -9,6 +9,7 @@ from math import isfinite
 from kbot.model import Robot
 from kbot.sim.recipe import FRICTION
 from kbot.text import Element
+from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
@@ -68,7 +69,7 @@ def _friction(element: Element, default: float, findings: Findings) -> float:
     # as a text or as an attribute: the reader of Gazebo takes both
     written = said.attributes.get("value", said.text).strip()
     try:
-        value = float(written)
+        value = to_float(written)
     except ValueError:
         value = -1.0
     if isfinite(value) and value >= 0.0:

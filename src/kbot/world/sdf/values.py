@@ -6,6 +6,7 @@ from math import isfinite, radians
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
+from kbot.text.numbers import to_float
 from kbot.world.findings import Findings
 
 
@@ -20,7 +21,7 @@ class Values:
         """`count` finite numbers, None where they are not."""
         words = element.text.split()
         try:
-            values = tuple(float(word) for word in words)
+            values = tuple(to_float(word) for word in words)
         except ValueError:
             values = ()
         if len(values) == count and all(isfinite(value) for value in values):

@@ -1,0 +1,14 @@
+"""Numbers as they are written in descriptions and on command lines."""
+
+from __future__ import annotations
+
+
+def to_float(text: str) -> float:
+    """A number in ASCII digits, as C's strtod and so ROS reads it; NaN and infinity are numbers too.
+
+    Raises:
+        ValueError: it is none; Python alone would take digits of other scripts, and `1_000`.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError(f"not a number: {text!r}")
+    return float(text)
