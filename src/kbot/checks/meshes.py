@@ -82,7 +82,9 @@ def _same_but_case(context: Context, path: str) -> str | None:
     folder, name = os.path.split(path)
     if not context.listing(folder):
         inner = _same_but_case(context, folder) if folder not in ("", path) else None
-        return _same_but_case(context, os.path.join(inner, name)) if inner else None  # noqa: PTH118
+        if inner is None or inner == folder:  # not there, or there and empty
+            return None
+        return _same_but_case(context, os.path.join(inner, name))  # noqa: PTH118
     match = next((n for n in context.listing(folder) if n.lower() == name.lower()), None)
     return os.path.join(folder, match) if match else None  # noqa: PTH118
 
