@@ -172,3 +172,12 @@ def test_a_world_from_a_file(capsys, tmp_path):
     status, _, err = simulate(capsys, "kbot", "--headless", "--world", str(tmp_path / "none.world"))
     assert status == 2
     assert "none.world does not exist" in err
+
+
+def test_a_robot_may_start_elsewhere(capsys):
+    pose = report_of(capsys, "kbot", "--pose", "1,2,0.5", "--duration", "0.1")["pose"]
+    assert (pose["x"], pose["y"], pose["yaw"]) == pytest.approx((1.0, 2.0, 0.5), abs=1e-6)
+    for text, message in (("1,2", "three numbers"), ("1,2,nan", "three finite")):
+        status, _, err = simulate(capsys, "kbot", "--headless", "--pose", text)
+        assert status == 2
+        assert message in err

@@ -208,3 +208,16 @@ def test_what_sleeps_is_restored_too(kbot_robot):
         digests.append(sim.state_sha256())
     assert digests[0] == digests[1]
     assert sim.body_poses()["c0"].translation[0] > 0.6
+
+
+def test_a_start_elsewhere(kbot_robot):
+    """Ground truth is in the world, odometry from the start; a reset goes back there."""
+    from kbot.kinematics.odometry import PlanarPose
+
+    sim = Simulation(kbot_robot, start=PlanarPose(2.0, -1.0, 1.5))
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(1.0)
+    sim.reset()
+    truth, odometry = sim.ground_truth.pose, sim.odometry.pose
+    assert (truth.x, truth.y, truth.yaw) == pytest.approx((2.0, -1.0, 1.5))
+    assert (odometry.x, odometry.y, odometry.yaw) == (0.0, 0.0, 0.0)

@@ -48,6 +48,7 @@ DURATION = 10.0
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
 @click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
 @click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
+@click.option("--pose", metavar="X,Y,YAW", help="Where it starts: m, m, rad in the world.  [default: 0,0,0]")
 @click.option("--plot", metavar="PNG", help="Draw the way it went, and its odometry's, from above.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
@@ -69,6 +70,7 @@ def command(
     cmd_vel: str | None,
     script: str | None,
     goto: str | None,
+    pose: str | None,
     plot: str | None,
     seed: int,
     contacts: str,
@@ -88,7 +90,13 @@ def command(
     file, arguments = one_file(words)
     if not headless:
         _refuse_without_headless(
-            duration=duration, cmd_vel=cmd_vel, script=script, goto=goto, plot=plot, json=as_json or None
+            duration=duration,
+            cmd_vel=cmd_vel,
+            script=script,
+            goto=goto,
+            pose=pose,
+            plot=plot,
+            json=as_json or None,
         )
         from kbot.workbench.serve import serve
 
@@ -122,7 +130,8 @@ def command(
     goal = None if goto is None else parse_goal(goto)
     from kbot.sensors.declared import mount_declared
 
-    loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path)
+    start = (0.0, 0.0, 0.0) if pose is None else _three_numbers(pose)
+    loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
     if wishes.is_live or wishes.record:
         report(mount_declared(simulation)[1])
     with going_along(wishes) as join:
@@ -152,6 +161,16 @@ def _two_numbers(text: str) -> tuple[float, float]:
     return linear, angular
 
 
+def _three_numbers(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, yaw = (to_float(word) for word in text.split(","))
+    except ValueError:
+        fail(f"--pose is three numbers, x and y in m and yaw in rad, as in 1,0.5,1.57; not '{text}'")
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(yaw)):
+        fail(f"--pose is three finite numbers, not '{text}'")
+    return x, y, yaw
+
+
 def _simulation(
     file: str,
     arguments: dict[str, str],
@@ -159,7 +178,9 @@ def _simulation(
     seed: int,
     contacts: str,
     package_path: tuple[str, ...],
+    start: tuple[float, float, float],
 ) -> tuple[Loaded, Simulation]:
+    from kbot.kinematics.odometry import PlanarPose
     from kbot.model.load import load_robot
     from kbot.sim import Simulation
     from kbot.world import load_world
@@ -168,7 +189,7 @@ def _simulation(
     place = load_world(world)
     loaded = load_robot(file, arguments, packages=Packages(package_path))
     robot = loaded.require()
-    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts)
+    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=PlanarPose(*start))
     report([*loaded.diagnostics, *simulation.diagnostics])
     return loaded, simulation
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.drive import DriveLimits
 from kbot.sim.faults import Fault, Kick
@@ -26,10 +27,11 @@ class Disturbed(Population):
         timestep: float,
         contacts: Contacts,
         drive_limits: DriveLimits | None,
+        start: PlanarPose,
     ) -> None:
         self._pushes: list[Push] = []
         self._schedule = Schedule()
-        super().__init__(robot, world, seed, timestep, contacts, drive_limits)
+        super().__init__(robot, world, seed, timestep, contacts, drive_limits, start)
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
         """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.

@@ -38,13 +38,16 @@ class Population(Running):
         timestep: float,
         contacts: Contacts,
         drive_limits: DriveLimits | None,
+        start: PlanarPose,
     ) -> None:
+        require_finite("a start", (start.x, start.y, start.yaw))
         super().__init__(world, seed, timestep)
         self.contacts = contacts
         self.lost_commands = 0.0
         """Share of the commands from outside that are lost, as a fault has it."""
         self._limits = drive_limits
-        self._robot, plan, findings = self._prepare(robot, robot.name, PlanarPose(), drive_limits)
+        self.start = start
+        self._robot, plan, findings = self._prepare(robot, robot.name, start, drive_limits)
         self.robots = {robot.name: self._robot}
         assembly = Assembly.of(world, contacts, timestep, {robot.name: plan})
         self.diagnostics: tuple[Diagnostic, ...] = (
@@ -171,7 +174,7 @@ def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...
             "W111",
             f"robot '{plan.name}' starts inside '{inside}' of the world",
             next((body.origin for body in assembly.world.bodies if body.name == inside), None),
-            "a robot starts at the origin: keep it free",
+            "let it start elsewhere: --pose X,Y,YAW, or start= in Python",
         )
     return tuple(findings.diagnostics)
 

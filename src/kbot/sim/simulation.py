@@ -31,6 +31,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 
 _NAME = re.compile(r"[A-Za-z]\w*")
+ORIGIN = PlanarPose()
 S = TypeVar("S")
 S_co = TypeVar("S_co", covariant=True)
 
@@ -57,6 +58,7 @@ class Simulation(Disturbed):
         timestep: float = recipe.TIMESTEP,
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
+        start: PlanarPose = ORIGIN,
     ) -> None:
         """`robot` may be the file of one (`kbot` is the one that ships); `timestep` in seconds; `contacts`
         is `recipe` or `as-written`; `limits` stand in for those that the robot's own plugin or controller
@@ -66,7 +68,7 @@ class Simulation(Disturbed):
             DescriptionError: the robot cannot be simulated; every reason at its line.
             KbotError: no such world, a step or a seed that is none.
         """
-        super().__init__(_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits)
+        super().__init__(_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start)
         self.reset()
 
     def reset(self) -> None:
@@ -102,7 +104,9 @@ class Simulation(Disturbed):
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
         """
-        other = Simulation(robot, self.world, self.seed, self.timestep, self.contacts, self._limits)
+        other = Simulation(
+            robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start
+        )
         _put_as(other._robot, self._robot, other)
         for old in list(self.robots.values())[1:]:
             pose = old.ground_truth.pose
