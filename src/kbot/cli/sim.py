@@ -225,7 +225,9 @@ def _run(
     if plot is not None:
         from kbot.sim.plot import draw
 
-        write_bytes(plot, draw(odometer.truth, odometer.odometry, simulation.world))
+        write_bytes(
+            plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
+        )
     result = make_report(simulation, odometer.distance, progress.wall)
     if as_json:
         print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})

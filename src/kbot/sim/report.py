@@ -15,7 +15,8 @@ SAMPLE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """How a run ended. `distance` is the way that the base truly went, in m."""
+    """How a run ended: `pose` in the world, `odometry` from the `start`; `distance` is the way that the
+    base truly went, in m."""
 
     pose: PlanarPose
     odometry: PlanarPose
@@ -24,6 +25,7 @@ class RunReport:
     simulated: float
     wall: float
     sha256: str
+    start: PlanarPose
 
     @property
     def real_time_factor(self) -> float:
@@ -43,7 +45,8 @@ class RunReport:
         }
 
     def to_text(self) -> str:
-        off = math.hypot(self.pose.x - self.odometry.x, self.pose.y - self.odometry.y)
+        believed = self.start @ self.odometry
+        off = math.hypot(self.pose.x - believed.x, self.pose.y - believed.y)
         return "\n".join(
             (
                 f"simulated   {self.simulated:.3f} s in {self.wall:.2f} s"
@@ -93,6 +96,7 @@ def make_report(simulation: Simulation, distance: float, wall: float) -> RunRepo
         simulation.time,
         wall,
         simulation.state_sha256(),
+        simulation.start,
     )
 
 
