@@ -73,10 +73,34 @@ def test_exit_statuses(robot: Path, tmp_path: Path) -> None:
     (tmp_path / "image.xacro").write_bytes(b"\x89PNG\r\n\x1a\n\xff")
     assert status("image.xacro") == 2
     (tmp_path / "cut.xacro").write_text(MACRO[:300])
-    assert status("cut.xacro") == 1
+    assert status("cut.xacro") == 2
+    (tmp_path / "page.xml").write_text("<html/>")
+    assert status("page.xml") == 1
+    launch = '<launch><param name="robot_description" command="xacro {}"/></launch>'
+    for name, expected in (("robot.xacro", 1), ("cut.xacro", 2), ("gone.xacro", 2)):
+        (tmp_path / "r.launch").write_text(launch.format(tmp_path / name))
+        assert status("r.launch") == expected, name
     (tmp_path / "nothing").mkdir()
     assert status("nothing") == 2
     assert [f["code"] for f in findings("nothing")] == ["F006"]
+
+
+def test_a_launch_file_is_checked_with_the_robot_it_loads(robot: Path, tmp_path: Path) -> None:
+    (tmp_path / "r.launch").write_text(
+        f'<launch><param name="a" command="xacro {robot}"/><param name="b" command="xacro {robot}"/></launch>'
+    )
+    through = {(f["code"], f["line"]) for f in findings("r.launch")}
+    assert through == {(f["code"], f["line"]) for f in findings(str(robot))}
+    assert len(findings("r.launch")) == len(through)
+    robot.write_text(MACRO.replace("        <inertia ", "        <!-- kbot: ignore[U202, I108] -->\n<inertia "))
+    assert findings("r.launch") == []
+
+
+def test_a_person_is_told_that_nothing_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run("kbot").output == ""
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True)
+    assert run("kbot").stderr == "no findings\n"
+    assert "no findings" not in run("kbot", "--json").output
 
 
 @pytest.mark.parametrize("file", ["gone.xacro", "robot.xacro", "kbot"])

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from kbot.checks.below import improved
+from kbot.checks.config import Config
 from kbot.checks.drivers import find_drivers
+from kbot.checks.examination import examine, findings
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.text import Diagnostic, Related, Severity, Source
+from kbot.launch.plan import Description
+from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source
 from kbot.xacro import Packages
 
 _SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
 _PUBLISHERS = ("joint_state_publisher", "joint_state_publisher_gui")
 
 
-def check_launch(source: Source, arguments: Mapping[str, str], packages: Packages) -> list[Diagnostic]:
-    """What is wrong with a launch file and what it refers to."""
+def check_launch(
+    source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
+) -> tuple[list[Diagnostic], list[Source]]:
+    """What is wrong with a launch file, and with the robots it loads; and the sources that were read."""
     if is_ros_2(source.path, source.text):
         plan = read_launch_2(source.path, arguments, packages, source=source)
     else:
@@ -23,7 +28,30 @@ def check_launch(source: Source, arguments: Mapping[str, str], packages: Package
     found = dict.fromkeys((*plan.problems, *plan.findings))
     # an included file in Python is a program, which a check does not run
     own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
-    return [improved(d) for d in (*own, *_two_publishers(plan, packages))]
+    sources = [source]
+    of_robots: list[Diagnostic] = []
+    for description in _descriptions(plan):
+        try:
+            entry = read_source(description.path)
+        except DescriptionError as error:
+            of_robots += error.diagnostics
+            continue
+        context = examine(entry, description.arguments, packages.beside(entry.path), config)
+        of_robots += findings(context)
+        sources += [file.source for file in context.sources]
+    said = {_key(d) for d in of_robots}
+    own = [improved(d) for d in (*own, *_two_publishers(plan, packages)) if _key(d) not in said]
+    return list(dict.fromkeys((*own, *of_robots))), sources
+
+
+def _descriptions(plan: Plan) -> list[Description]:
+    """The robot files that the parameters hold, each with its arguments, once."""
+    found = [param.description for param in plan.params.values() if param.description is not None]
+    return list({(d.path, tuple(sorted(d.arguments.items()))): d for d in found}.values())
+
+
+def _key(diagnostic: Diagnostic) -> tuple[str, str]:
+    return diagnostic.code, str(diagnostic.origin)
 
 
 def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:

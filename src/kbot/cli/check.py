@@ -24,7 +24,6 @@ from kbot.text.render import count, render_text, to_json
 from kbot.xacro import Packages
 
 _FORMATS = ("text", "json", "sarif", "github", "junit")
-_UNUSABLE = ("P002", "P005", "U001")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def command(
 ) -> int:
     """Say what is wrong with xacro, URDF and launch FILEs, or with all of a PACKAGE or FOLDER.
 
-    Exit status: 0 nothing found, 1 findings, 2 a file that cannot be used.
+    Exit status: 0 nothing found, 1 findings, 2 a file that cannot be read, or is not well-formed.
     """
     files, arguments = split_arguments(words)
     if not files:
@@ -195,6 +194,8 @@ def _print(found: Sequence[Diagnostic], form: str, files: Sequence[str], statist
         click.echo(render_text(found, color=has_color(sys.stdout), width=None), nl=False)
         if found:
             click.echo(_summary(found))
+        elif sys.stderr.isatty():  # a person is told that all is well; a pipe stays empty
+            click.echo("no findings", err=True)
     if statistics and form == "text":
         for code, number in Counter(d.code for d in found).most_common():
             rule = all_rules().get(code)
@@ -210,8 +211,5 @@ def _summary(found: Sequence[Diagnostic]) -> str:
 
 
 def is_unusable(diagnostic: Diagnostic) -> bool:
-    """Whether a finding says that the file is no robot at all: not there, not text, not XML, empty."""
-    code, origin = diagnostic.code, diagnostic.origin
-    if code == "P001" and origin is not None:
-        return not origin.span.source.text.lstrip().startswith("<")
-    return code.startswith("F") or code in _UNUSABLE
+    """Whether a finding says that a file cannot be read at all: it is not there, no text, or not XML."""
+    return diagnostic.is_error and diagnostic.code.startswith(("F", "P"))
