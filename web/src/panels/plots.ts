@@ -22,10 +22,14 @@ export function plots(app: App, history: History): HTMLElement {
   let chosen: Field[] = [];
   let chart: uPlot | null = null;
   let drawnAt = 0;
+  let asked = 0;
 
   const choose = (names: string[]): void => {
-    chosen = names.flatMap((name) => all.find((field) => field.name === name) ?? []);
     remember(names);
+    show(names);
+  };
+  const show = (names: string[]): void => {
+    chosen = names.flatMap((name) => all.find((field) => field.name === name) ?? []);
     chips.replaceChildren(...chosen.map((field, index) => chip(field, index, () => choose(names.filter((name) => name !== field.name)))));
     const rest = all.filter((field) => !names.includes(field.name));
     add.replaceChildren(h("option", { value: "" }, "Add…"), ...groups(rest));
@@ -36,9 +40,12 @@ export function plots(app: App, history: History): HTMLElement {
     add.blur();
   });
   const rebuild = async (): Promise<void> => {
-    if (!app.plots.value) return;
-    const { default: UPlot } = await import("./chart");
     chart?.destroy();
+    chart = null; // nothing is drawn with other series than it was made for
+    if (!app.plots.value) return;
+    const wanted = (asked += 1);
+    const { default: UPlot } = await import("./chart");
+    if (wanted !== asked || !app.plots.value) return;
     chart = new UPlot(options(holder, chosen), data(chosen, history), holder);
   };
   const draw = (): void => {
@@ -48,18 +55,15 @@ export function plots(app: App, history: History): HTMLElement {
   };
 
   app.scene.watch((scene) => {
+    if (scene === null) return;
     all = fields(scene);
-    choose(remembered().filter((name) => all.some((field) => field.name === name)));
+    show(remembered());
   });
   app.state.watch(draw);
   app.theme.watch(() => void rebuild());
   app.plots.watch((open) => {
     dock.hidden = !open;
-    if (open) void rebuild();
-    else {
-      chart?.destroy();
-      chart = null;
-    }
+    void rebuild();
   });
   new ResizeObserver(() => chart?.setSize(size(holder))).observe(holder);
   return dock;
