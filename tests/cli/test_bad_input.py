@@ -56,6 +56,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "utf16.xacro").write_bytes('<robot name="r"/>'.encode("utf-16")[:-1])
     (folder / "folder.xacro").mkdir()
     (folder / "box.urdf").write_text(BOX.format(geometry='<box size="0.2 0.2 0.2"/>'))
+    (folder / "misssing.stl").write_text("another\n")
     (folder / "mesh.urdf").write_text(BOX.format(geometry='<mesh filename="missing.stl"/>'))
     return folder
 
@@ -182,11 +183,43 @@ def test_a_missing_mesh_is_said_and_the_robot_used(files: Path) -> None:
     checked = kbot("check", robot, cwd=files)
     assert checked.returncode == 1
     assert "missing.stl" in checked.stdout
-    assert kbot("info", robot, cwd=files).returncode == 0
+    told = f"{robot}:3:21: warning: base_link: the visual's mesh missing.stl is not there [G101]"
+    informed = kbot("info", robot, cwd=files)
+    assert informed.returncode == 0
+    assert told in informed.stderr
+    assert "did you mean 'misssing.stl'?" in informed.stderr
+    assert informed.stdout.startswith("box: 1 link")
     simulated = kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files)
     assert simulated.returncode == 0
-    assert "missing.stl" in simulated.stderr
+    assert told in simulated.stderr
     assert "Traceback" not in simulated.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
+@pytest.mark.parametrize("verb", ["view", "sim"])
+def test_a_missing_mesh_is_said_where_the_robot_is_shown(verb: str, files: Path) -> None:
+    command = [sys.executable, "-m", "kbot", verb, str(files / "mesh.urdf"), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert "http://127.0.0.1:" in process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=30)
+    assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl is not there" in err
+
+
+def test_sizes_that_nothing_has_are_said_beside_the_figures(files: Path) -> None:
+    done = kbot("info", "kbot", "wheel_radius:=-1", cwd=files)
+    assert done.returncode == 1
+    assert "kbot.xacro" in done.stderr
+    assert "[G107]" in done.stderr
+    assert "radius -1" in done.stderr
+    assert kbot("info", "kbot", cwd=files).stderr == ""
+
+
+def test_sizes_without_measure_are_not_simulated(files: Path) -> None:
+    done = kbot("sim", "kbot", "wheel_radius:=1e30", "--headless", cwd=files)
+    assert done.returncode == 2
+    assert "[W113]" in done.stderr
 
 
 def test_a_robot_without_wheels_is_simulated_and_says_why_it_cannot_drive(files: Path) -> None:

@@ -15,8 +15,12 @@ from kbot.cli.output import print_json, report
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
 @package_path_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> None:
-    """Links, joints, masses, drive geometry and bounds of the robot in FILE (xacro or URDF)."""
+def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> int:
+    """Links, joints, masses, drive geometry and bounds of the robot in FILE (xacro or URDF).
+
+    Exit status: 0 fine, 1 a mass or a size that nothing has, 2 a file that cannot be used.
+    """
+    from kbot.checks.first_look import MESHES, NUMBERS, first_look
     from kbot.kinematics.description import describe, describe_as_text
     from kbot.model.load import load_robot
     from kbot.xacro import Packages
@@ -24,8 +28,10 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     file, arguments = one_file(words)
     loaded = load_robot(file, arguments, packages=Packages(package_path))
     robot = loaded.require()
-    report(loaded.diagnostics)
+    found = first_look(loaded, (*NUMBERS, *MESHES))
+    report([*loaded.diagnostics, *found])
     if as_json:
         print_json(describe(robot))
     else:
         click.echo(describe_as_text(robot))
+    return int(any(d.is_error for d in found))

@@ -98,8 +98,12 @@ def command(
             plot=plot,
             json=as_json or None,
         )
+        from kbot.checks.first_look import MESHES, first_look
+        from kbot.model.load import load_robot
         from kbot.workbench.serve import serve
+        from kbot.xacro import Packages
 
+        report(first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES))
         with going_along(wishes) as join:
             serve(
                 file,
@@ -180,6 +184,7 @@ def _simulation(
     package_path: tuple[str, ...],
     start: tuple[float, float, float],
 ) -> tuple[Loaded, Simulation]:
+    from kbot.checks.first_look import MESHES, first_look
     from kbot.kinematics.odometry import PlanarPose
     from kbot.model.load import load_robot
     from kbot.sim import Simulation
@@ -190,7 +195,7 @@ def _simulation(
     loaded = load_robot(file, arguments, packages=Packages(package_path))
     robot = loaded.require()
     simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=PlanarPose(*start))
-    report([*loaded.diagnostics, *simulation.diagnostics])
+    report([*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics])
     return loaded, simulation
 
 

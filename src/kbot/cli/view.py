@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.output import report
 
 
 @click.command(
@@ -27,8 +28,12 @@ def command(
     last good one on screen and says what is wrong, at the line. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
+    from kbot.checks.first_look import MESHES, first_look
+    from kbot.model.load import load_robot
     from kbot.workbench import serve
+    from kbot.xacro import Packages
 
+    report(first_look(load_robot(path, arguments, packages=Packages(package_path)), MESHES))
     serve(
         path,
         simulate=False,

@@ -1,0 +1,37 @@
+"""The few findings that every verb tells of a robot it shows: meshes that are not there, sizes and masses
+that nothing has. All others are told by `kbot check`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from kbot.checks.config import Config
+from kbot.checks.context import Context
+from kbot.checks.merge import said_once
+from kbot.checks.registry import find_rule
+from kbot.text import Diagnostic, Severity
+
+if TYPE_CHECKING:
+    from kbot.model.load import Loaded
+
+MESHES = ("G101", "G102")
+NUMBERS = ("I102", "G107")
+
+
+def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
+    """What the rules of these codes say of a robot; of a missing mesh as a warning, for the rest is shown."""
+    document = loaded.expansion.document
+    if loaded.robot is None or document is None:
+        return []
+    source = document.source
+    context = Context(
+        source, loaded.expansion, loaded.robot, loaded.diagnostics, loaded.packages, Config(), {}
+    )
+    rules = [find_rule(code) for code in codes]
+    found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
+    return [
+        replace(d, severity=Severity.WARNING) if d.code in MESHES else d
+        for d in said_once(found, document, context.parameters)
+    ]
