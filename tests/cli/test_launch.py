@@ -53,6 +53,34 @@ def test_a_package_and_a_file_name_are_a_launch_file(
     assert said(capsys)[0] == f"{launch}\n"
 
 
+def test_a_package_without_a_file_names_its_launch_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for word in ("kbot_description", "kbot"):
+        assert run(["launch", word, "--ros-args"]) == 2
+        error = said(capsys)[1]
+        assert "write kbot launch kbot_description FILE, one of kbot_base_rviz.launch" in error
+        assert "does not exist" not in error
+    assert run(["launch", "kbot_descripton"]) == 2
+    assert "did you mean 'kbot_description'?" in said(capsys)[1]
+    assert run(["launch", "kbot", "kbot_base_rviz.launch", "--nodes"]) == 0
+
+
+def test_several_packages_of_one_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
+        (tmp_path / folder / "x.launch").write_text("<launch/>")
+    assert run(["launch", "bot", "x.launch", "--nodes"]) == 0
+    assert f"warning: there are several packages 'bot': {tmp_path / 'a'} is taken" in said(capsys)[1]
+    run(["check", "bot"])
+    assert f"several packages 'bot': {tmp_path / 'a'} is taken, not {tmp_path / 'b'}" in said(capsys)[1]
+
+
 def test_parameters_are_dumped_as_yaml(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["launch", str(launch), "--dump-params"]) == 0
     params = yaml.safe_load(said(capsys)[0])

@@ -70,6 +70,17 @@ def test_uris(tmp_path: Path) -> None:
     assert packages.resolve("https://example.org/a.stl") is None
 
 
+def test_others_of_a_name_in_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    first, second = package(tmp_path / "a", "bot"), package(tmp_path / "b", "bot")
+    elsewhere = package(tmp_path / "build" / "c", "bot")  # a folder that is not searched
+    assert Packages().find("bot") == str(first)
+    assert Packages().others("bot") == (str(second),)
+    assert Packages([str(elsewhere)]).others("bot") == ()
+    with pytest.raises(PackageNotFound):
+        Packages().others("none")
+
+
 def test_the_shipped_package_is_found_last() -> None:
     assert Path(Packages().find("kbot_description"), "package.xml").is_file()
 

@@ -17,7 +17,7 @@ from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.package import entry_points
 from kbot.cli.arguments import examples, package_path_option, split_arguments
-from kbot.cli.output import fail, has_color, print_json
+from kbot.cli.output import fail, has_color, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, KbotError, read_source, write_text
 from kbot.text.render import count, render_text, to_json
@@ -138,9 +138,11 @@ def _place(word: str, packages: Packages) -> str:
     if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110
         return word
     try:
-        return packages.find(word)
+        folder = packages.find(word)
     except KbotError:
         return word
+    warn_of_others(word, packages)
+    return folder
 
 
 def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:

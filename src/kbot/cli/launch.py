@@ -10,13 +10,14 @@ from pathlib import Path, PurePosixPath
 import click
 
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
-from kbot.cli.output import fail, report
+from kbot.cli.output import fail, report, warn_of_others
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.known import role
 from kbot.launch.stage import Stage, stage
+from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
-from kbot.xacro import Packages
+from kbot.xacro import PackageNotFound, Packages
 
 
 @click.command(
@@ -125,20 +126,39 @@ def _ask_for_trust(path: str) -> bool:
 
 def _find(named: list[str], packages: Packages) -> str:
     """The launch file of a command line: a path, or a package and the name of a file in it."""
-    if len(named) == 1:
-        return named[0]
-    if len(named) != 2:
+    if len(named) not in (1, 2):
         raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
-    package, name = named
+    package = SHIPPED_PACKAGE if named[0] == SHIPPED_NAME else named[0]
+    if len(named) == 1:
+        if Path(named[0]).exists() or not re.fullmatch(r"\w+", named[0]):
+            return named[0]
+        raise KbotError(f"{named[0]} is no file: {_as_package(package, packages)}")
+    name = named[1]
     folder = Path(packages.find(package))
+    warn_of_others(package, packages)
     found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
     if not found:
-        others = sorted(file.name for file in folder.rglob("*") if _is_launch_file(file))
+        others = _launch_files(folder)
         hint = did_you_mean(name, others) or f"there are {', '.join(others) or 'none'}"
         raise KbotError(f"the package '{package}' has no {name}: {hint}")
     if len(found) > 1:
         raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
     return str(found[0])
+
+
+def _as_package(package: str, packages: Packages) -> str:
+    """What to write where a package was named without one of its launch files."""
+    try:
+        names = _launch_files(Path(packages.find(package)))
+    except PackageNotFound as error:
+        return error.nearest or "a launch file is expected, or a PACKAGE and a FILE of it"
+    if not names:
+        return f"it is a package without launch files; one is named as kbot launch {package} FILE"
+    return f"it is a package; write kbot launch {package} FILE, one of {', '.join(names)}"
+
+
+def _launch_files(folder: Path) -> list[str]:
+    return sorted(file.name for file in folder.rglob("*") if _is_launch_file(file))
 
 
 def _is_launch_file(file: Path) -> bool:

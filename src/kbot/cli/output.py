@@ -7,13 +7,16 @@ import os
 import shutil
 import sys
 from collections.abc import Iterable
-from typing import NoReturn, TextIO
+from typing import TYPE_CHECKING, NoReturn, TextIO
 
 import click
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError, KbotError
 from kbot.text.render import render_text
+
+if TYPE_CHECKING:
+    from kbot.xacro import Packages
 
 
 def has_color(stream: TextIO) -> bool:
@@ -48,6 +51,14 @@ def report_error(error: Exception) -> None:
         text = str(error)
     sys.stderr.write(f"{head} {text}\n")
     sys.stderr.flush()
+
+
+def warn_of_others(package: str, packages: Packages) -> None:
+    """Name the package that is taken, where the working directory holds several of its name."""
+    others = packages.others(package)
+    if others:
+        taken, also = packages.find(package), ", ".join(others)
+        click.echo(f"warning: there are several packages '{package}': {taken} is taken, not {also}", err=True)
 
 
 def print_json(value: object) -> None:

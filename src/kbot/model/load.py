@@ -14,6 +14,8 @@ from kbot.xacro import Expansion, Packages, expand, expand_text
 
 SHIPPED_NAME = "kbot"
 """What stands for the robot that comes with KBot wherever a file is expected."""
+SHIPPED_PACKAGE = "kbot_description"
+"""The package it comes in."""
 
 _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
 
@@ -47,7 +49,7 @@ def resolve_robot_path(path: str | os.PathLike[str]) -> str:
     name = os.fspath(path)
     if name != SHIPPED_NAME:
         return name
-    folder = Path(__file__).parents[1] / "robots" / "kbot_description"
+    folder = Path(__file__).parents[1] / "robots" / SHIPPED_PACKAGE
     return str(folder / "urdf" / "kbot.xacro")
 
 

@@ -76,6 +76,16 @@ class Packages:
             self._found[name] = folder
         return folder
 
+    def others(self, name: str) -> tuple[str, ...]:
+        """Where `find` takes a package from the working directory: further ones of that name in there.
+
+        Raises:
+            PackageNotFound: there is none of the name.
+        """
+        taken = os.path.abspath(self.find(name))  # noqa: PTH100 - keeps symbolic links
+        folders = [f for f in _package_folders(str(Path.cwd())) if _package_name(f) == name]
+        return tuple(f for f in folders if f != taken) if taken in folders else ()
+
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
         """The path a mesh's or texture's URI names, or None when there is no such file.
 
