@@ -112,7 +112,7 @@ def bare_page() -> Iterator[str]:
     with tempfile.TemporaryDirectory(dir=WEB, prefix="bare-") as folder:
         (Path(folder) / "main.js").write_text(BARE)
         script = '<body style="margin:0"><script type="module" src="./main.js"></script>'
-        (Path(folder) / "index.html").write_text(f"<!doctype html>{script}")
+        (Path(folder) / "index.html").write_text(f'<!doctype html><link rel="icon" href="data:,">{script}')
         vite = [
             str(WEB / "node_modules" / ".bin" / "vite"),
             "build",
