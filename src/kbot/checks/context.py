@@ -247,12 +247,15 @@ class Context:
         return frozenset(moving)
 
 
-def _urdf(parent: Element) -> Iterator[tuple[Element, Element]]:
-    for child in parent.children:
-        if isinstance(child, Element) and ":" not in child.tag:
-            yield parent, child
-            if child.tag in CHILDREN and child.children:
-                yield from _urdf(child)
+def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
+    waiting = [(root, child) for child in reversed(list(root.elements()))]
+    while waiting:
+        parent, child = waiting.pop()
+        if ":" in child.tag:
+            continue
+        yield parent, child
+        if child.tag in CHILDREN and child.children:
+            waiting += [(child, inner) for inner in reversed(list(child.elements()))]
 
 
 def _touches(element: Element, origin: Origin) -> bool:

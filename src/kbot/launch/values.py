@@ -48,6 +48,8 @@ def load_yaml(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
         return yaml.load(text, _loader())
     except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from None
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
 
 
 def _guessed(text: str) -> bool | int | float | str:

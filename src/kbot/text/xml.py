@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["CData", "Comment", "Document", "Element", "Instruction", "Text", "parse_document", "parse_xml"]
 
 MAX_NESTING = 1000
+MAX_READ_NESTING = 100
+"""For what is read and not expanded, as launch files and worlds: their readers go down by recursion."""
 MAX_NODES = 2_000_000
 
 _SPECIAL = re.compile(rb"\$|xacro|&#")
@@ -31,7 +33,7 @@ def parse_xml(source: Source) -> Element:
         DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
             P004 a name prefix that is not declared, P005 nested too deeply.
     """
-    document = parse_document(source)
+    document = parse_document(source, MAX_READ_NESTING)
     if document.diagnostics:
         raise DescriptionError(document.diagnostics)
     return document.root

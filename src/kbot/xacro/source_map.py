@@ -198,15 +198,24 @@ class _Writer:
         return number
 
     def binding(self, binding: Binding) -> int:
+        """Its number; what it was computed from is numbered with it, however long that chain is."""
+        waiting: list[Binding] = []
+        number = self._number(binding, waiting)
+        while waiting:
+            one = waiting.pop()
+            entry = self.binding_list[self.bindings[id(one)]]
+            origin = one.origin
+            entry["source"] = self.span(origin.span) if origin else None
+            entry["call"] = self.call(one.call)
+            entry["bindings"] = [self._number(inner, waiting) for inner in one.fed]
+        return number
+
+    def _number(self, binding: Binding, new: list[Binding]) -> int:
         number = self.bindings.get(id(binding))
         if number is None:
             number = self.bindings[id(binding)] = len(self.binding_list)
-            entry: dict[str, Any] = {"name": binding.name, "value": _shown(binding.value)}
-            self.binding_list.append(entry)
-            origin = binding.origin
-            entry["source"] = self.span(origin.span) if origin else None
-            entry["call"] = self.call(binding.call)
-            entry["bindings"] = [self.binding(inner) for inner in binding.fed]
+            self.binding_list.append({"name": binding.name, "value": _shown(binding.value)})
+            new.append(binding)
         return number
 
 
