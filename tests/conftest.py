@@ -7,8 +7,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import pytest
+from hypothesis import settings
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
+
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 NO_SKIP = bool(os.environ.get("KBOT_NO_SKIP"))
 """Set where everything must be there: a test that would be skipped fails instead."""
