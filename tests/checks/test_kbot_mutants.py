@@ -108,11 +108,13 @@ def test_a_controller_s_yaml_is_held_against_the_wheels(package: Path) -> None:
 def test_a_macro_is_mended_where_every_call_has_the_fault(package: Path) -> None:
     path = package / MACROS
     text = path.read_text("utf-8")
-    path.write_text(text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'), "utf-8")
+    broken = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>')
+    path.write_text(broken, "utf-8")
     main = str(package / MAIN)
-    fixes = fixed_includes(main, lambda: check_file(main, config=Config()), unsafe=False)
-    assert [f.title for f in fixes] == ["remove rpy"]
-    assert path.read_text("utf-8") == text
+    mended = fixed_includes(main, lambda: check_file(main, config=Config()), unsafe=False)
+    assert [f.title for f in mended.fixes] == ["remove rpy"]
+    assert list(mended.texts.values()) == [(broken, text)]
+    assert path.read_text("utf-8") == broken
 
 
 def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:

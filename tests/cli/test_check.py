@@ -191,6 +191,33 @@ def test_fixes_are_shown_and_then_made(tmp_path: Path, monkeypatch: pytest.Monke
     assert path.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
 
 
+def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    text = (FIXTURES / "J107" / "fails.xacro").read_text()
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
+    part, whole = here / "part.xacro", here / "robot.xacro"
+    part.write_text(text)
+    whole.write_text(head + '<xacro:include filename="part.xacro"/></robot>\n')
+    diff = run("robot.xacro", "--diff")
+    assert "+++ part.xacro (fixed)" in diff.stdout
+    assert '+    <axis xyz="0 1 0"/>' in diff.stdout
+    assert part.read_text() == text
+    whole.write_text(head + f'<xacro:include filename="{part}"/></robot>\n')
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    for option in ("--diff", "--fix"):
+        alone = run(str(whole), option)
+        assert f"{part}: outside the working directory, its fixes are left alone" in alone.stderr
+        assert "+++" not in alone.stdout
+    assert part.read_text() == text
+    monkeypatch.chdir(here)
+    run("robot.xacro", "--fix")
+    assert part.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
+
+
 def test_an_unsafe_fix_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "robot.xacro"

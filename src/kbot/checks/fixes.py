@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from kbot.text import Diagnostic, Edit, Fix, write_text
+from kbot.text import Diagnostic, Edit, Fix
+from kbot.text.files import unsaved
 
 _ROUNDS = 10
 Check = Callable[[str], Sequence[Diagnostic]]
@@ -96,43 +98,64 @@ def apply_edits(text: str, edits: Sequence[Edit]) -> str:
     return data.decode("utf-8", "surrogatepass")
 
 
-def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe: bool) -> list[Fix]:
-    """Apply the fixes that edit files which `path` includes; returns those that stay.
+@dataclass(frozen=True, slots=True)
+class Mended:
+    """What fixes make of the files that one includes, nothing written yet.
 
-    Each file is written, the whole is checked anew, and the file is put back when that does not leave fewer
-    findings and no new error. Files outside the working directory are left alone: they belong to others.
+    `texts`: each changed file's text before and after. `left_alone`: the files outside the working
+    directory that have fixes of their own; they belong to others.
     """
+
+    texts: Mapping[str, tuple[str, str]]
+    fixes: tuple[Fix, ...]
+    left_alone: tuple[str, ...]
+
+
+def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe: bool) -> Mended:
+    """The files that `path` includes with their fixes applied. `check` gives the findings of the whole.
+
+    After each fix the whole is checked anew; one that does not leave fewer findings and no new error
+    is discarded.
+    """
+    before: dict[str, str] = {}
+    after: dict[str, str] = {}
     applied: list[Fix] = []
     refused: set[Fix] = set()
-    for _ in range(_ROUNDS):
-        found = check()
-        fixes = [f for f in _others(found, path, unsafe) if f not in refused]
-        if not fixes:
+    found = check()
+    while True:
+        inside, left_alone = _others(found, path, unsafe)
+        fix = next((f for f in inside if f not in refused), None)
+        if fix is None:
             break
-        fix = fixes[0]
         source = fix.edits[0].span.source
-        write_text(source.path, apply_edits(source.text, fix.edits))
-        after = check()
-        errors, errors_before = (sum(d.is_error for d in ds) for ds in (after, found))
-        if len(after) < len(found) and errors <= errors_before:
+        changed = {**after, source.path: apply_edits(source.text, fix.edits)}
+        with unsaved(changed):
+            found_then = check()
+        errors, errors_before = (sum(d.is_error for d in ds) for ds in (found_then, found))
+        if len(found_then) < len(found) and errors <= errors_before:
+            before.setdefault(source.path, source.text)
             applied.append(fix)
+            after, found = changed, found_then
         else:
-            write_text(source.path, source.text)
             refused.add(fix)
-    return applied
+    texts = {name: (before[name], text) for name, text in after.items()}
+    return Mended(texts, tuple(applied), left_alone)
 
 
-def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> list[Fix]:
-    """Fixes that edit one file which is not `path` and lies within the working directory."""
-    fixes = []
+def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> tuple[list[Fix], tuple[str, ...]]:
+    """Fixes of one file other than `path` within the working directory; the files outside that have some."""
+    inside, outside = list[Fix](), list[str]()
     for diagnostic in found:
         fix = diagnostic.fix
-        if fix is None or not (fix.safe or unsafe) or not fix.edits:
+        files = {e.span.file for e in fix.edits} if fix and (fix.safe or unsafe) else set()
+        if fix is None or len(files) != 1 or path in files:
             continue
-        files = {e.span.file for e in fix.edits}
-        if len(files) == 1 and path not in files and Path(files.pop()).absolute().is_relative_to(Path.cwd()):
-            fixes.append(fix)
-    return list(dict.fromkeys(fixes))
+        file = files.pop()
+        if Path(file).resolve().is_relative_to(Path.cwd()):
+            inside.append(fix)
+        else:
+            outside.append(file)
+    return list(dict.fromkeys(inside)), tuple(dict.fromkeys(outside))
 
 
 def unified_diff(before: str, after: str, path: str) -> str:

@@ -19,7 +19,8 @@ from kbot.checks.package import entry_points
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
-from kbot.text import DescriptionError, Diagnostic, KbotError, read_source, write_text
+from kbot.text import DescriptionError, Diagnostic, Fix, KbotError, read_source, write_text
+from kbot.text.files import unsaved
 from kbot.text.render import count, render_text, to_json
 from kbot.xacro import Packages
 
@@ -146,20 +147,35 @@ def _place(word: str, packages: Packages) -> str:
 
 
 def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
-    """Apply fixes to the jobs' own files, or show what they would change."""
+    """Apply fixes to the jobs' own files and to those they include, or show what they would change."""
+    before: dict[str, str] = {}
+    after: dict[str, str] = {}
+    fixes: list[Fix] = []
+    left_alone: dict[str, None] = {}
     for job in {j.path: j for j in jobs}.values():
-        try:
-            source = read_source(job.path)
-        except DescriptionError:
-            continue
-        text, fixes = fixed(source.text, job.path, job.check_text, unsafe)
+        with unsaved(after):
+            try:
+                source = read_source(job.path)
+            except DescriptionError:
+                continue
+            text, own = fixed(source.text, job.path, job.check_text, unsafe)
+            with unsaved({job.path: text}):
+                includes = fixed_includes(job.path, job.check, unsafe)
+        for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
+            if old != new:
+                before.setdefault(path, old)
+                after[path] = new
+        fixes += [*own, *includes.fixes]
+        left_alone.update(dict.fromkeys(includes.left_alone))
+    for path, text in after.items():
         if diff:
-            click.echo(unified_diff(source.text, text, relative(job.path)), nl=False)
-            continue
-        if text != source.text:
-            write_text(job.path, text)
-        for one in (*fixes, *fixed_includes(job.path, job.check, unsafe)):
-            click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
+            click.echo(unified_diff(before[path], text, relative(path)), nl=False)
+        else:
+            write_text(path, text)
+    for one in () if diff else fixes:
+        click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
+    for path in left_alone:
+        click.echo(f"{path}: outside the working directory, its fixes are left alone", err=True)
 
 
 def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:

@@ -6,6 +6,9 @@ import errno
 import os
 import re
 import stat
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 from kbot.text.encoding import BadEncoding, decode, encode
 from kbot.text.errors import DescriptionError, KbotError
@@ -16,6 +19,18 @@ MAX_BYTES = 32 * 1024 * 1024
 
 _STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
+
+_unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039
+
+
+@contextmanager
+def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
+    """Within it, `read_source` gives these texts in place of the files of these paths."""
+    token = _unsaved.set({**_unsaved.get(), **{os.path.realpath(p): text for p, text in texts.items()}})
+    try:
+        yield
+    finally:
+        _unsaved.reset(token)
 
 
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
@@ -38,6 +53,9 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     name = os.fspath(path)
     if not name:
         raise _unreadable(name, "F001", "a file name is empty")
+    texts = _unsaved.get()
+    if texts and (text := texts.get(os.path.realpath(name))) is not None:
+        return Source(name, text)
     try:
         data = _read_bytes(name, max_bytes)
     except FileNotFoundError:
