@@ -22,7 +22,7 @@ MAX_READ_NESTING = 100
 """For what is read and not expanded, as launch files and worlds: their readers go down by recursion."""
 MAX_NODES = 2_000_000
 
-_SPECIAL = re.compile(rb"\$|xacro|&#")
+_SPECIAL = (b"$", b"xacro", b"&#")
 _XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 
@@ -85,6 +85,18 @@ def _diagnostic(source: Source, code: str, message: str, start: int, end: int, h
     return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
 
 
+def _specials(data: bytes) -> list[int]:
+    """Where something stands that xacro may have to do with, last first, behind one beyond the end."""
+    found = [len(data) + 1]
+    for special in _SPECIAL:
+        at = data.find(special)
+        while at >= 0:
+            found.append(at)
+            at = data.find(special, at + 1)
+    found.sort(reverse=True)
+    return found
+
+
 def _handle(
     parser: expat.XMLParserType, document: Document, max_nesting: int, max_nodes: int
 ) -> list[Diagnostic]:
@@ -95,27 +107,21 @@ def _handle(
     outer: list[list[Element | Text]] = []
     previous = 0
     in_cdata = fresh = False
-    specials = [match.start() for match in _SPECIAL.finditer(source.data)]
-    specials.append(len(source.data) + 1)
-    seen, special = 0, specials[0]
+    specials = _specials(source.data)
+    passed, special = -1, specials.pop()
     subset_at = -1
     nodes = 0
-    seen_before: list[int] = []
     blanks: dict[str, Text] = {}
     prefixes = _Prefixes(source)
     known_tags, known_names = prefixes.tags, prefixes.names
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal children, previous, fresh, seen, special, nodes
+        nonlocal children, previous, fresh, nodes
         previous = at = parser.CurrentByteIndex
         fresh = True
         nodes += 1
         if nodes > max_nodes:
             raise _error(source, "P006", f"there are more than {max_nodes:,} elements and comments", at)
-        while special < at:
-            seen += 1
-            special = specials[seen]
-        seen_before.append(seen)
         if tag not in known_tags or not known_names.issuperset(attributes):
             prefixes.check(tag, attributes, at, stack)
         element = Element(tag, attributes, source, at)
@@ -130,15 +136,14 @@ def _handle(
             raise _error(source, "P005", f"elements are nested more than {max_nesting} deep", at)
 
     def end(tag: str) -> None:
-        nonlocal children, previous, fresh, seen, special
+        nonlocal children, previous, fresh, passed, special
         fresh = True
         previous = at = parser.CurrentByteIndex
         while special < at:
-            seen += 1
-            special = specials[seen]
+            passed, special = special, specials.pop()
         element = stack.pop()
         element._close = at
-        element.is_plain = seen_before.pop() == seen
+        element.is_plain = passed < element.start
         children = outer.pop()
 
     def text(value: str) -> None:
@@ -147,13 +152,14 @@ def _handle(
             return
         if fresh:
             fresh = False
-            if not in_cdata and len(value) < 40 and value.isspace():
+            if not in_cdata:
                 # nobody asks where a blank was written: equal ones share a node
                 blank = blanks.get(value)
-                if blank is None:
+                if blank is None and len(value) < 40 and value.isspace():
                     blank = blanks[value] = Text(value, source, previous, parser.CurrentByteIndex)
-                children.append(blank)
-                return
+                if blank is not None:
+                    children.append(blank)
+                    return
             kind = CData if in_cdata else Text
             children.append(kind(value, source, previous, parser.CurrentByteIndex))
         else:  # the parser's buffer was full
