@@ -10,12 +10,11 @@ from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
 from kbot.checks.fixing import set_value
 from kbot.checks.geometry import shapes_of
+from kbot.checks.masses import weight_below
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import eigenvalues, rotation, scale_matrix, tensor_in, transpose
-from kbot.model import Inertial, Joint, Link, Mesh
+from kbot.model import Inertial, Link, Mesh
 from kbot.text import Edit, Fix, Related, Severity
-
-_RATIO = 1000.0
 
 
 def weighed(context: Context) -> Iterator[tuple[Link, Inertial]]:
@@ -200,7 +199,7 @@ def no_inertial(context: Context) -> Found:
         if not joint.is_movable or joint.child in context.unsure or joint.child not in robot.links:
             continue
         link = robot.links[joint.child]
-        if link.inertial is not None or _weight_below(context, joint.child):
+        if link.inertial is not None or weight_below(context, joint.child):
             continue
         if not any(other.inertial for other in robot.links.values()):
             continue
@@ -211,21 +210,6 @@ def no_inertial(context: Context) -> Found:
             "add <inertial> with a mass and a tensor",
             (Related(f"the joint '{joint.name}'", joint.origin),),
         )
-
-
-def _weight_below(context: Context, link: str) -> float:
-    """Mass of a link and of what fixed joints hold to it, kg."""
-    mass, waiting = 0.0, [link]
-    while waiting:
-        name = waiting.pop()
-        mass += _own_mass(context, name)
-        waiting += [j.child for j in context.robot.child_joints[name] if not j.is_movable]
-    return mass
-
-
-def _own_mass(context: Context, link: str) -> float:
-    inertial = context.robot.links[link].inertial
-    return inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
 
 
 @rule("I114", "placeholder-tensor", Severity.WARNING, "robot")
@@ -300,69 +284,3 @@ def root_inertia(context: Context) -> Found:
         "with a warning",
         "put an empty link above it, joined by a fixed joint",
     )
-
-
-@rule("I116", "mass-ratio", Severity.WARNING, "robot")
-def mass_ratio(context: Context) -> Found:
-    """Bodies on both sides of a movable joint whose masses differ by more than 1000 times.
-
-    Why: the contact and joint solvers of Gazebo, Bullet and MuJoCo converge slowly then: joints
-    stretch, the light body trembles, a heavy load hangs on a light link as on a spring.
-
-    Example: an arm of 2000 kg on a turntable of 1 kg.
-
-    Mend: check the units; give the light link what it carries in truth.
-
-    Fix: none.
-    """
-    all_below = _all_below(context)
-    for joint in context.sure_joints:
-        if not joint.is_movable or {joint.parent, joint.child} & context.unsure:
-            continue
-        above, below = _body_mass(context, joint.parent), _weight_below(context, joint.child)
-        hanging = all_below[joint.child]
-        if below <= 0.0 or above <= 0.0:
-            continue
-        if hanging / above > _RATIO:
-            yield _ratio_finding(context, joint, hanging, above, joint.child, joint.parent)
-        elif above / below > _RATIO and below > 0.02:
-            yield _ratio_finding(context, joint, above, below, joint.parent, joint.child)
-
-
-def _ratio_finding(
-    context: Context, joint: Joint, heavy: float, light: float, heavy_link: str, light_link: str
-) -> Finding:
-    links = context.robot.links
-    related = tuple(
-        Related(f"the {word} side", inertial.mass_origin)
-        for word, name in (("heavy", heavy_link), ("light", light_link))
-        if (inertial := links[name].inertial)
-    )
-    return Finding(
-        joint.origin,
-        f"{joint.name}: {heavy:.4g} kg at '{heavy_link}' against {light:.4g} kg at '{light_link}', "
-        f"{heavy / light:.0f} times: the joint will be soft and tremble",
-        "check the masses' units",
-        related,
-    )
-
-
-def _body_mass(context: Context, link: str) -> float:
-    """Mass of the rigid body that a link belongs to, kg."""
-    robot = context.robot
-    while link in robot.parent_joint and not robot.parent_joint[link].is_movable:
-        link = robot.parent_joint[link].parent
-    return _weight_below(context, link)
-
-
-def _all_below(context: Context) -> dict[str, float]:
-    """Mass of each link and of all that hangs on it, kg."""
-    robot = context.robot
-    downwards = [robot.root]
-    for link in downwards:
-        downwards += [j.child for j in robot.child_joints[link]]
-    masses: dict[str, float] = {}
-    for link in reversed(downwards):
-        hanging = sum(masses[j.child] for j in robot.child_joints[link])
-        masses[link] = _own_mass(context, link) + hanging
-    return masses

@@ -80,11 +80,13 @@ class Rule:
 _RULES: dict[str, Rule] = {}
 _FAMILIES = (
     "pages",
+    "unused",
     "source",
     "structure",
     "joints",
     "limits",
     "inertia",
+    "masses",
     "tensors",
     "magnitudes",
     "geometry",
@@ -94,6 +96,7 @@ _FAMILIES = (
     "contact",
     "stability",
     "controllers",
+    "drive_sizes",
     "sensors",
 )
 

@@ -8,18 +8,13 @@ to be, by a controller that names it, by its name, or by its shape and place.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from kbot.checks.bodies import Body, Part, axis_of
+from kbot.checks.part_names import CASTER, WHEEL, mirrored_name, side_of
 from kbot.checks.spatial import Frame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
-
-_WHEEL = re.compile(r"wheel|tire|tyre|(^|_)whl", re.IGNORECASE)
-_CASTER = re.compile(r"caster|castor|ball|swivel|free_?wheel|skid(?!_?steer)", re.IGNORECASE)
-_SIDE = re.compile(r"(?<![a-zA-Z])(left|right|l|r)(?![a-zA-Z])|(left|right|Left|Right)", re.IGNORECASE)
-_OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +130,7 @@ def movable_above(robot: Robot, link: str) -> Joint | None:
 
 def is_caster(joint: Joint) -> bool:
     """Whether a joint or its child is called a caster."""
-    return bool(_CASTER.search(joint.child) or _CASTER.search(joint.name))
+    return bool(CASTER.search(joint.child) or CASTER.search(joint.name))
 
 
 def lowest(part: Part, frame: Frame) -> float:
@@ -147,11 +142,11 @@ def lowest(part: Part, frame: Frame) -> float:
 def _wheel(
     robot: Robot, joint: Joint, frames: Mapping[str, Frame], bodies: Mapping[str, Body], named: bool
 ) -> Wheel | None:
-    called = bool(_WHEEL.search(joint.name) or _WHEEL.search(joint.child))
+    called = bool(WHEEL.search(joint.name) or WHEEL.search(joint.child))
     turns = joint.type is JointType.CONTINUOUS
     if not named and not (called or turns):
         return None
-    if not named and (_CASTER.search(joint.name) or _CASTER.search(joint.child)):
+    if not named and (CASTER.search(joint.name) or CASTER.search(joint.child)):
         return None
     above = movable_above(robot, joint.parent)
     if not named and above is not None and above.type is not JointType.PRISMATIC:
@@ -210,31 +205,13 @@ def _round_part(
     return best
 
 
-def side_of(name: str) -> str:
-    """ "left" or "right" where a name says so, else an empty text."""
-    match = _SIDE.search(name)
-    if not match:
-        return ""
-    return "left" if match[0][0] in "lL" else "right"
-
-
-def _mirrored_name(name: str) -> str | None:
-    def other(match: re.Match[str]) -> str:
-        word = match[0]
-        swapped = _OTHER[word.lower()]
-        return swapped.upper() if word.isupper() else swapped.capitalize() if word[0].isupper() else swapped
-
-    mirrored, count = _SIDE.subn(other, name, count=1)
-    return mirrored if count else None
-
-
 def _pairs(wheels: list[Wheel], named: Mapping[str, str]) -> list[Pair]:
     """Wheels across from each other: first those whose names mirror, then those that stand so."""
     by_joint = {w.joint.name: w for w in wheels}
     pairs: list[Pair] = []
     left_over = dict(by_joint)
     for wheel in wheels:
-        partner = by_joint.get(_mirrored_name(wheel.joint.name) or "")
+        partner = by_joint.get(mirrored_name(wheel.joint.name) or "")
         if (
             partner
             and partner is not wheel
@@ -290,7 +267,7 @@ def _casters(
         if name in driving or joint is None:
             continue
         parts = body.collisions
-        called = bool(_CASTER.search(name) or _CASTER.search(joint.name))
+        called = bool(CASTER.search(name) or CASTER.search(joint.name))
         if not parts and called:
             parts = body.visuals
         if not parts:

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 from kbot.checks.bodies import Part
 from kbot.checks.context import Context
+from kbot.checks.rays import distance_along
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import held
-from kbot.checks.spatial import Frame, Vector, dot, subtract
-from kbot.model import Box, Capsule, Cylinder, JointType, Sphere
+from kbot.checks.spatial import Frame, dot, subtract
+from kbot.model import JointType
 from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -155,7 +156,7 @@ def _own_body(
         direction = frame.direction((math.cos(angle), math.sin(angle), 0.0))
         best: tuple[float, str, Origin] | None = None
         for name, part, shape in cut:
-            t = _ray(
+            t = distance_along(
                 shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half
             )
             if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
@@ -182,49 +183,6 @@ def _in_plane(context: Context, frame: Frame, own: set[str]) -> list[tuple[str, 
             if abs(height) < part.support(link.local_direction(up)):
                 cut.append((name, part, link.then(part.frame)))
     return cut
-
-
-def _ray(p: Vector, d: Vector, shape: object, half: Vector) -> float | None:
-    """Distance along a ray to a plain shape at the origin; None when it misses or starts within."""
-    match shape:
-        case Sphere(radius=r):
-            return _ball(p, d, r)
-        case Box():
-            return _slab(p, d, half)
-        case Cylinder(radius=r, length=length) | Capsule(radius=r, length=length):
-            return _tube(p, d, r, length / 2.0)
-    return None
-
-
-def _ball(p: Vector, d: Vector, r: float) -> float | None:
-    b, c = dot(p, d), dot(p, p) - r * r
-    inner = b * b - c
-    return -b - math.sqrt(inner) if c > 0.0 and inner > 0.0 and -b > 0.0 else None
-
-
-def _slab(p: Vector, d: Vector, half: Vector) -> float | None:
-    enter, leave = 0.0, math.inf
-    for x, v, h in zip(p, d, half, strict=True):
-        if abs(v) < 1e-12:
-            if abs(x) >= h:
-                return None
-            continue
-        a, b = sorted(((-h - x) / v, (h - x) / v))
-        enter, leave = max(enter, a), min(leave, b)
-    return enter if 0.0 < enter < leave else None
-
-
-def _tube(p: Vector, d: Vector, r: float, half: float) -> float | None:
-    a = d[0] * d[0] + d[1] * d[1]
-    c = p[0] * p[0] + p[1] * p[1] - r * r
-    if a < 1e-12:
-        return None
-    b = p[0] * d[0] + p[1] * d[1]
-    inner = b * b - a * c
-    if inner <= 0.0 or (c < 0.0 and abs(p[2]) < half):
-        return None
-    t = (-b - math.sqrt(inner)) / a
-    return t if t > 0.0 and abs(p[2] + t * d[2]) < half else None
 
 
 @rule("C103", "sensor-frame-unknown", Severity.WARNING, "robot")

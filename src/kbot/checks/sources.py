@@ -148,3 +148,10 @@ def parameters_of(macro: Element) -> dict[str, str]:
     """A macro's parameters by name, each with its default as written."""
     text = macro.attributes.get("params", "")
     return {m[2]: m[3] or "" for m in _PARAMETER.finditer(text)}
+
+
+def named(file: SourceFile, tag: str) -> Iterator[tuple[str, Element]]:
+    """The elements of a tag that are named without an expression, each with its name."""
+    for element in file.elements:
+        if element.tag == tag and "name" in element.attributes and "$" not in element.attributes["name"]:
+            yield element.attributes["name"], element

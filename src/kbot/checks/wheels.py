@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 from kbot.checks.bodies import axis_of
 from kbot.checks.context import Context
 from kbot.checks.geometry import overlap
+from kbot.checks.part_names import side_of
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import Pair, Wheel, side_of
+from kbot.checks.rig import Pair, Wheel
 from kbot.checks.spatial import dot, unit
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity

@@ -12,7 +12,7 @@ from kbot.launch.parameters import Parameters
 from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
 from kbot.launch.reading import Reporter
 from kbot.launch.schema import CHILDREN
-from kbot.text import DescriptionError, Element, Origin, Related, Source, Span, parse_xml, read_source
+from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
@@ -251,7 +251,7 @@ class _Reader:
             found = self.reporter.attributes(child, context)
             if not found.ok:
                 continue
-            origin = Origin(_name_span(child), context.call)
+            origin = Origin(child.attribute_origin("name").span, context.call)
             name, value, default = found["name"], found.get("value"), found.get("default")
             if value is not None and default is not None:
                 self.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
@@ -296,7 +296,3 @@ class _Reader:
         self.included.append(Included(package, name, arguments, inner.namespace, context.origin(element)))
         use_sim_time = arguments["use_sim_time"].lower() in ("true", "1")
         self.parameters.add(Param("/use_sim_time", use_sim_time, context.origin(element)))
-
-
-def _name_span(element: Element) -> Span:
-    return element.attribute_origin("name").span

@@ -1,0 +1,135 @@
+"""Rules that hold the wheel sizes told to plugins and controllers against the wheels themselves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from kbot.checks.context import Context
+from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.rig import Pair
+from kbot.text import Origin, Related, Severity
+
+_SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
+_RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
+
+
+def _level_pairs(context: Context) -> list[Pair]:
+    return [p for p in context.wheels.pairs if p.separation > abs(p.left.center[0] - p.right.center[0])]
+
+
+def _conventions(pair: Pair) -> list[float]:
+    """Distances that are called the wheels' separation: between middles, inner faces, outer faces."""
+    width = max(pair.left.width or 0.0, pair.right.width or 0.0)
+    return [pair.separation, pair.separation - width, pair.separation + width]
+
+
+@rule("D105", "separation-differs", Severity.WARNING, "drive")
+def separation_differs(context: Context) -> Found:
+    """A wheel separation, told to a plugin or controller or kept as a property, that is not the robot's own.
+
+    Why: yaw is reckoned as (right - left) / separation. With 0.15 m for a robot of 0.174 m every turn is
+    reported 16 % too large: after one turn odometry is 58 degrees off.
+
+    Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
+
+    Mend: compute it once, and use it for the joints and the plugin: `${base_width + 2*base_wheel_gap}`.
+
+    Fix: none.
+    """
+    pairs = _level_pairs(context)
+    if not pairs or context.unsure & {w.link for w in context.wheels.wheels}:
+        return
+    true = pairs[0].separation
+    related = _joint_places(pairs[0])
+    for driver in context.drivers:
+        told, word = driver.separation, driver.separation_word
+        if told is None or word is None or told <= 0.0:
+            continue
+        if len(pairs) > 1 and true <= told <= 2.5 * true:
+            continue  # a skid-steer robot is given the track it turns with, which is wider
+        if abs(told - true) > max(0.01 * true, 5e-4):
+            yield Finding(
+                word.origin, f"{driver.name}: " + _apart(told, true), "compute it from the joints", related
+            )
+    for name, value, origin in _properties(context, _SEPARATION):
+        if (
+            all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0]))
+            and abs(value - true / 2) > 0.01 * true
+        ):
+            if any(_conventions(p)[0] and abs(value - p.separation) < 0.01 * value for p in pairs):
+                continue
+            yield Finding(
+                origin,
+                f"property '{name}': " + _apart(value, true),
+                "compute it from what places the joints",
+                related,
+            )
+
+
+def _apart(told: float, true: float) -> str:
+    return (
+        f"the wheels are {true:.4g} m apart from middle to middle, not {told:.4g}: yaw reckoned with it is "
+        f"{(true / told - 1.0) * 100.0:+.0f} % off"
+    )
+
+
+def _joint_places(pair: Pair) -> tuple[Related, ...]:
+    return tuple(
+        Related(f"'{w.joint.name}' at y = {w.center[1]:.4g} m", w.joint.pose.origin or w.joint.origin)
+        for w in (pair.left, pair.right)
+    )
+
+
+def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
+    """Properties of a name whose value is a plain number, set whatever the arguments are."""
+    for file in context.sources:
+        for element in file.root.elements():
+            if element.tag != "xacro:property":
+                continue
+            own, value = element.attributes.get("name", ""), element.attributes.get("value", "")
+            if name.fullmatch(own) and _NUMBER.fullmatch(value) and float(value) > 0.0:
+                yield own, float(value), element.origin
+
+
+@rule("D106", "radius-differs", Severity.WARNING, "drive")
+def radius_differs(context: Context) -> Found:
+    """A wheel radius or diameter told to a plugin or controller that is not the wheels' own.
+
+    Why: every distance is off by the ratio: with 0.04 for 0.035 m the robot says 1.14 m when it has gone 1 m.
+
+    Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
+
+    Mend: use the property that makes the wheels: `${2*wheel_radius}`.
+
+    Fix: none.
+    """
+    wheels = [w for w in context.wheels.wheels if w.radius]
+    if not wheels or context.unsure & {w.link for w in wheels}:
+        return
+    radii = [w.radius for w in wheels if w.radius]
+    related = tuple(Related(f"the shape of '{w.link}'", w.part.origin) for w in wheels[:1] if w.part)
+    for driver in context.drivers:
+        told, word = driver.radius, driver.radius_word
+        if told is None or word is None or told <= 0.0:
+            continue
+        if all(abs(told - r) > max(0.01 * r, 2e-4) for r in radii):
+            true = radii[0]
+            yield Finding(
+                word.origin,
+                f"{driver.name}: it reckons with a wheel radius of {told:.4g} m, the wheels have "
+                f"{true:.4g}: distances "
+                f"are {(told / true - 1.0) * 100.0:+.0f} % off",
+                "use the property that makes the wheels",
+                related,
+            )
+    for name, value, origin in _properties(context, _RADIUS):
+        told = value / 2.0 if "diameter" in name.lower() else value
+        if all(abs(told - r) > 0.01 * r for r in radii):
+            yield Finding(
+                origin,
+                f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {told:.4g}",
+                "make the wheels from it",
+                related,
+            )

@@ -1,0 +1,93 @@
+"""How heavy the bodies of a robot are beside each other."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.checks.context import Context
+from kbot.checks.registry import Finding, Found, rule
+from kbot.model import Joint
+from kbot.text import Related, Severity
+
+_RATIO = 1000.0
+
+
+def weight_below(context: Context, link: str) -> float:
+    """Mass of a link and of what fixed joints hold to it, kg."""
+    mass, waiting = 0.0, [link]
+    while waiting:
+        name = waiting.pop()
+        mass += _own_mass(context, name)
+        waiting += [j.child for j in context.robot.child_joints[name] if not j.is_movable]
+    return mass
+
+
+def _own_mass(context: Context, link: str) -> float:
+    inertial = context.robot.links[link].inertial
+    return inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
+
+
+@rule("I116", "mass-ratio", Severity.WARNING, "robot")
+def mass_ratio(context: Context) -> Found:
+    """Bodies on both sides of a movable joint whose masses differ by more than 1000 times.
+
+    Why: the contact and joint solvers of Gazebo, Bullet and MuJoCo converge slowly then: joints
+    stretch, the light body trembles, a heavy load hangs on a light link as on a spring.
+
+    Example: an arm of 2000 kg on a turntable of 1 kg.
+
+    Mend: check the units; give the light link what it carries in truth.
+
+    Fix: none.
+    """
+    all_below = _all_below(context)
+    for joint in context.sure_joints:
+        if not joint.is_movable or {joint.parent, joint.child} & context.unsure:
+            continue
+        above, below = _body_mass(context, joint.parent), weight_below(context, joint.child)
+        hanging = all_below[joint.child]
+        if below <= 0.0 or above <= 0.0:
+            continue
+        if hanging / above > _RATIO:
+            yield _ratio_finding(context, joint, hanging, above, joint.child, joint.parent)
+        elif above / below > _RATIO and below > 0.02:
+            yield _ratio_finding(context, joint, above, below, joint.parent, joint.child)
+
+
+def _ratio_finding(
+    context: Context, joint: Joint, heavy: float, light: float, heavy_link: str, light_link: str
+) -> Finding:
+    links = context.robot.links
+    related = tuple(
+        Related(f"the {word} side", inertial.mass_origin)
+        for word, name in (("heavy", heavy_link), ("light", light_link))
+        if (inertial := links[name].inertial)
+    )
+    return Finding(
+        joint.origin,
+        f"{joint.name}: {heavy:.4g} kg at '{heavy_link}' against {light:.4g} kg at '{light_link}', "
+        f"{heavy / light:.0f} times: the joint will be soft and tremble",
+        "check the masses' units",
+        related,
+    )
+
+
+def _body_mass(context: Context, link: str) -> float:
+    """Mass of the rigid body that a link belongs to, kg."""
+    robot = context.robot
+    while link in robot.parent_joint and not robot.parent_joint[link].is_movable:
+        link = robot.parent_joint[link].parent
+    return weight_below(context, link)
+
+
+def _all_below(context: Context) -> dict[str, float]:
+    """Mass of each link and of all that hangs on it, kg."""
+    robot = context.robot
+    downwards = [robot.root]
+    for link in downwards:
+        downwards += [j.child for j in robot.child_joints[link]]
+    masses: dict[str, float] = {}
+    for link in reversed(downwards):
+        hanging = sum(masses[j.child] for j in robot.child_joints[link])
+        masses[link] = _own_mass(context, link) + hanging
+    return masses

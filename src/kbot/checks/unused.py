@@ -1,0 +1,148 @@
+"""Rules about what the xacro defines and never uses."""
+
+from __future__ import annotations
+
+from kbot.checks.context import Context
+from kbot.checks.fixing import remove_element
+from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.sources import MacroText, SourceFile, named, parameters_of
+from kbot.text import Severity
+
+
+def _entry(context: Context) -> SourceFile | None:
+    """The entry file of a whole description; None for a library of macros, and where a file is missing.
+
+    What a library defines and this robot does not use is used by another.
+    """
+    if context.document is None or not any(True for _ in context.document.elements("link")):
+        return None
+    if any(d.code in ("X117", "X199", "X190") for d in context.problems):
+        return None
+    first = context.sources[0] if context.sources else None
+    return first if first and first.path == context.entry.path else None
+
+
+def _used(context: Context) -> frozenset[str]:
+    return frozenset().union(*(file.words for file in context.sources))
+
+
+@rule("S101", "unused-property", Severity.WARNING, "source")
+def unused_property(context: Context) -> Found:
+    """A property that nothing uses.
+
+    Why: whoever changes it thinks that the robot changes. A `wheel_separation` that no joint is placed by
+    says one thing while the wheels stand at another.
+
+    Example: `<xacro:property name="wheel_separation" value="0.15"/>`, and nowhere `${wheel_separation}`.
+
+    Mend: use it, or remove it. Properties of included files are left alone: others may use them.
+
+    Fix: unsafe: the property is removed.
+    """
+    file = _entry(context)
+    if file is None:
+        return
+    used = _used(context)
+    for name, element in named(file, "xacro:property"):
+        if name not in used:
+            yield Finding(
+                element.attribute_origin("name"),
+                f"the property '{name}' is never used: changing it changes nothing",
+                "use it, or remove it",
+                fix=remove_element(element, safe=False),
+            )
+
+
+@rule("S102", "unused-macro", Severity.INFO, "source")
+def unused_macro(context: Context) -> Found:
+    """A macro, defined in the robot's own file, that nothing calls.
+
+    Why: it is read and kept in step for nothing; or its call was lost.
+
+    Example: `<xacro:macro name="rear_wheel" …>` without `<xacro:rear_wheel …/>`.
+
+    Mend: call it, or remove it. Macros of included files are left alone: that is what libraries are.
+
+    Fix: unsafe: the macro is removed.
+    """
+    file = _entry(context)
+    if file is None:
+        return
+    used = _used(context)
+    for name, element in named(file, "xacro:macro"):
+        if name.removeprefix("xacro:") not in used:
+            yield Finding(
+                element.attribute_origin("name"),
+                f"the macro '{name}' is never called",
+                "call it, or remove it",
+                fix=remove_element(element, safe=False),
+            )
+
+
+@rule("S103", "unused-argument", Severity.WARNING, "source")
+def unused_argument(context: Context) -> Found:
+    """An argument that nothing reads.
+
+    Why: whoever passes it gets the same robot, and no word about it.
+
+    Example: `<xacro:arg name="use_sim" default="true"/>`, and nowhere `$(arg use_sim)`.
+
+    Mend: use it, or remove it.
+
+    Fix: unsafe: the argument is removed.
+    """
+    file = _entry(context)
+    if file is None:
+        return
+    used = _used(context)
+    for name, element in named(file, "xacro:arg"):
+        if name not in used and "${" not in name:
+            yield Finding(
+                element.attribute_origin("name"),
+                f"the argument '{name}' is never read: passing it changes nothing",
+                "use it, or remove it",
+                fix=remove_element(element, safe=False),
+            )
+
+
+@rule("S104", "unused-parameter", Severity.INFO, "source")
+def unused_parameter(context: Context) -> Found:
+    """A macro's parameter that its body does not use.
+
+    Why: each call passes a value that has no effect; a body that reads another name in its place is a common
+    slip, and then every call gives the same part.
+
+    Example: `params="m w h d"` where the body has no `${d}`.
+
+    Mend: use it, or take it out of `params` and of the calls.
+
+    Fix: none.
+    """
+    macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
+    for file in context.sources:
+        for macro in file.macros:
+            seen = _words_reached(macro, macros)
+            for name in macro.parameters:
+                if name not in seen:
+                    yield Finding(
+                        macro.element.attribute_origin("params"),
+                        f"the macro '{macro.element.attributes['name']}' does not use its parameter '{name}'",
+                        "use it, or take it out",
+                    )
+
+
+def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str]:
+    """Words of a macro and of the macros it calls, which see its parameters."""
+    words: set[str] = set()
+    waiting, done = [macro], set()
+    while waiting:
+        one = waiting.pop()
+        words |= one.words
+        for name in one.words & macros.keys():
+            if name not in done:
+                done.add(name)
+                waiting.append(macros[name])
+    for name, default in parameters_of(macro.element).items():
+        if "$" in default:
+            words |= {w for w in parameters_of(macro.element) if w in default and w != name}
+    return words
