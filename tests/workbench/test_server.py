@@ -174,6 +174,25 @@ def test_an_address_of_another_machine_is_refused() -> None:
         bind("no.such.host.invalid", 0)
 
 
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
+def test_only_get_and_head_are_answered(viewing: str, method: str) -> None:
+    connection = http.client.HTTPConnection(urlsplit(viewing).netloc, timeout=10)
+    connection.request(method, "/")
+    answer = connection.getresponse()
+    assert (answer.status, answer.headers["Allow"]) == (405, "GET, HEAD")
+    connection.close()
+
+
+def test_one_page_too_many_is_told_so(viewing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kbot.workbench.server.MAX_PAGES", 1)
+    with connect(socket_address(viewing)) as first:
+        hear(first, "about")
+        with connect(socket_address(viewing)) as second, pytest.raises(ConnectionClosed) as caught:
+            second.recv(timeout=10)
+    assert caught.value.rcvd is not None
+    assert caught.value.rcvd.code == 1013
+
+
 def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
     parts = urlsplit(viewing)
     for rubbish in (

@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 from kbot.workbench.encode import encode
 from kbot.workbench.protocol import FromServer, Scan, SourceText
 
-MAX_PAGES = 64
+MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 
 
 class Client:

@@ -14,10 +14,12 @@ from websockets.asyncio.server import Server as SocketServer
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from kbot.text import KbotError
 from kbot.workbench.access import Access, security_headers
+from kbot.workbench.complaints import Complaints
 from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.page_files import load_page
@@ -40,6 +42,7 @@ class Server:
         self.session = session
         self.access = access
         self.hub = Hub()
+        self._complaints = Complaints(log)
         self._page = load_page()
         self._changed = True
         self._reading = asyncio.Lock()
@@ -71,17 +74,21 @@ class Server:
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """An answer to a plain request; None lets a WebSocket handshake go on."""
         path = urlsplit(request.path).path
+        # older releases of websockets refuse every other method themselves, and name none
+        method = getattr(request, "method", "GET")
+        if method not in ("GET", "HEAD"):
+            answer = _response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
+            answer.headers["Allow"] = "GET, HEAD"
+            return answer
         is_socket = path == "/ws"
         host = _only(request.headers, "Host")
         secret = is_socket or path.startswith("/mesh/")
         reason = self.access.refuses(request.path, host, _only(request.headers, "Origin"), secret)
         if reason is not None:
-            log.warning("refused %.80s: %s", path, reason)
+            self._complaints.add(f"refused {path[:80]}: {reason}")
             return _response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
         served = host or ""
         if is_socket:
-            if len(self.hub) >= MAX_PAGES:
-                return _response(http.HTTPStatus.SERVICE_UNAVAILABLE, served, b"503: too many pages\n")
             return None
         if path.startswith("/mesh/"):
             mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
@@ -94,6 +101,9 @@ class Server:
         return _response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
 
     async def _page_connected(self, connection: ServerConnection) -> None:
+        if len(self.hub) >= MAX_PAGES:
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{MAX_PAGES} pages are open")
+            return
         client = self.hub.join()
         session = self.session
         for message in session.greeting(client.number):
@@ -120,7 +130,7 @@ class Server:
                 client.put(answer)
         except KbotError as error:
             if isinstance(error, BadMessage):
-                log.warning("page %d: %s", client.number, error)
+                self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
         if not isinstance(message, OpenSource | Drive):
             self._changed = True
