@@ -1,10 +1,12 @@
 import type { FromPage, FromServer } from "./protocol";
 import { Signal } from "./signal";
 
-export type Link = "connecting" | "live" | "lost";
+export type Link = "connecting" | "live" | "lost" | "full";
 
 const FIRST_WAIT = 250;
 const LONGEST_WAIT = 2000;
+/** The code a server closes with that has as many pages as it serves ("try again later"). */
+const FULL = 1013;
 
 /** The socket to the server; connects again by itself when it is lost. */
 export class Connection {
@@ -31,8 +33,8 @@ export class Connection {
       this.link.set("live");
       this.hear(JSON.parse(event.data) as FromServer);
     });
-    socket.addEventListener("close", () => {
-      this.link.set("lost");
+    socket.addEventListener("close", (event) => {
+      this.link.set(event.code === FULL ? "full" : "lost");
       setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
     });

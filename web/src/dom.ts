@@ -34,13 +34,6 @@ export function toggle(label: string, title: string, on: boolean, change: (on: b
   return button;
 }
 
-/** Whether keys that are pressed belong to a field one writes in. */
-export function isTyping(target: EventTarget | null): boolean {
-  if (!(target instanceof HTMLElement)) return false;
-  if (target instanceof HTMLInputElement) return target.type !== "checkbox" && target.type !== "button";
-  return target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || target.isContentEditable;
-}
-
 /** Hands a file to the browser to save. */
 export function download(content: Blob, name: string): void {
   const address = URL.createObjectURL(content);

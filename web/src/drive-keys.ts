@@ -1,5 +1,5 @@
 import type { App } from "./app";
-import { isTyping } from "./dom";
+import { takesKeys } from "./focus";
 import { Signal } from "./signal";
 
 const KEYS: Record<string, readonly [number, number]> = {
@@ -44,9 +44,11 @@ export class Driver {
   }
 
   private press(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(event.target)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event.target)) return;
     if (!(event.code in KEYS) || !this.canDrive) return;
     event.preventDefault();
+    // a key that was let go of by a stop counts again when it is pressed again
+    if (event.repeat) return;
     this.held.add(event.code);
     this.update();
   }
@@ -74,6 +76,7 @@ export class Driver {
       this.timer = null;
       this.send();
     } else if (!idle && this.timer === null) {
+      if (this.app.state.value?.paused) this.app.refused.set({ reason: "Paused: press P to go on." });
       this.timer = setInterval(() => this.send(), SEND_EVERY);
       this.send();
     } else if (!idle) {

@@ -1,6 +1,6 @@
 import type { App } from "./app";
 import type { Driver } from "./drive-keys";
-import { isTyping } from "./dom";
+import { isField, takesKeys } from "./focus";
 import { chooseTheme } from "./options";
 import { stop } from "./panels/drive";
 import { TOGGLE_KEYS } from "./panels/toolbar";
@@ -9,7 +9,6 @@ import type { View } from "./view/view";
 /** The keys that are pressed once; held ones drive. */
 export function useKeys(app: App, view: View, driver: Driver, help: () => void): void {
   const actions: Record<string, () => unknown> = {
-    " ": () => stop(app, driver),
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
@@ -22,18 +21,26 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
       app.selected.set("");
     },
   };
+  // Space stops wherever the focus is; Enter presses buttons, and a button answers to Space on keyup too.
+  const space = (event: KeyboardEvent): void => {
+    if (event.key !== " " || isField(event.target) || app.about.value?.mode !== "sim") return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (event.type === "keydown" && !event.repeat) stop(app, driver);
+  };
+  addEventListener("keydown", space, true);
+  addEventListener("keyup", space, true);
   addEventListener("keydown", (event) => {
-    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !isTyping(event.target) && app.parameters.value?.undo) {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !isField(event.target) && app.parameters.value?.undo) {
       event.preventDefault();
       app.send({ type: "undo" });
     }
-    if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || isTyping(event.target)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event.target)) return;
     if (document.querySelector("dialog[open]") !== null) return;
-    const onButton = event.target instanceof HTMLButtonElement;
     const option = TOGGLE_KEYS.get(event.key);
     if (option !== undefined) app.setOption(option, !app.options.value[option]);
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (action === undefined || (onButton && event.key === " ")) return;
+    if (action === undefined) return;
     event.preventDefault();
     action();
   });

@@ -7,6 +7,7 @@ import "./style/source.css";
 import { App } from "./app";
 import { Driver } from "./drive-keys";
 import { h } from "./dom";
+import { keepKeysForDriving } from "./focus";
 import { useGamepad } from "./gamepad";
 import { handle } from "./handle";
 import { History } from "./history";
@@ -30,7 +31,7 @@ import { View } from "./view/view";
 
 const app = new App();
 const driver = new Driver(app);
-const keys = help();
+const keys = help(app);
 const showHelp = (): void => keys.showModal();
 
 const picture = h("div", { class: "picture" });
@@ -47,6 +48,7 @@ view = new View(app, picture);
 app.focused.watch((asked) => asked && view.focus(asked.link));
 centre.append(hover(app, view, picture));
 usePush(app, view);
+keepKeysForDriving();
 useGamepad(driver);
 useKeys(app, view, driver, showHelp);
 window.kbot = handle(app, view);

@@ -1,28 +1,35 @@
+import type { App } from "../app";
 import { h } from "../dom";
 
-const KEYS: readonly [string, string][] = [
-  ["W A S D, arrows", "drive, while held"],
-  ["Space", "stop"],
-  ["Shift + drag", "push a link of the robot"],
-  ["P", "pause, go on"],
-  [".", "step, when paused"],
-  ["R", "reset"],
+/** Keys, what they do, and whether something must be simulated for it. */
+const KEYS: readonly [string, string, "sim"?][] = [
+  ["W A S D, arrows", "drive, while held", "sim"],
+  ["Space", "stop", "sim"],
+  ["Shift + drag", "push a link of the robot", "sim"],
+  ["P", "pause, go on", "sim"],
+  [".", "step, when paused", "sim"],
+  ["R", "reset", "sim"],
   ["F", "see the whole robot, or the chosen link"],
   ["0 – 9", "displays on and off"],
   ["O", "with or without perspective"],
-  ["L", "plots"],
+  ["L", "plots", "sim"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
   ["Escape", "close the source, choose nothing"],
 ];
 
 /** The keys, in a dialog. */
-export function help(): HTMLDialogElement {
+export function help(app: App): HTMLDialogElement {
+  const list = h("dl");
+  app.about.watch((about) => {
+    const known = KEYS.filter(([, , need]) => need === undefined || need === about?.mode);
+    list.replaceChildren(...known.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)]));
+  });
   const dialog = h(
     "dialog",
     { class: "help", "aria-label": "Keys" },
     h("h2", {}, "Keys"),
-    h("dl", {}, ...KEYS.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)])),
+    list,
     h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file."),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
   );

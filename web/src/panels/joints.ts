@@ -5,7 +5,7 @@ import type { JointView, State } from "../protocol";
 interface Row {
   joint: JointView;
   slider: HTMLInputElement;
-  number: HTMLInputElement;
+  show: (position: number) => void;
 }
 
 /** A slider and a number for each joint; while something is simulated they show what it does. */
@@ -30,6 +30,7 @@ function row(app: App, joint: JointView, fixed: boolean): Row {
   const send = (position: number): void => {
     if (Number.isFinite(position)) app.send({ type: "set_joint", name: joint.name, position });
   };
+  let shown = "";
   const slider = h("input", {
     type: "range",
     min: joint.lower,
@@ -47,20 +48,27 @@ function row(app: App, joint: JointView, fixed: boolean): Row {
     disabled: fixed,
     "aria-label": `${joint.name} in ${turns ? "degrees" : "millimetres"}`,
     onchange: () => send(number.valueAsNumber / scale(joint)),
+    onblur: () => {
+      if (number.value === "") number.value = shown; // what is empty, or no number, sets nothing
+    },
   });
   const name = h("button", { type: "button", class: "name", title: joint.mimics ? `follows ${joint.mimics}` : joint.name, onclick: () => {
     app.selected.set(joint.child);
     if (joint.place) app.show(joint.place);
   } }, joint.name);
   h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, turns ? "°" : "mm"), slider);
-  return { joint, slider, number };
+  const show = (position: number): void => {
+    shown = (position * scale(joint)).toFixed(1);
+    if (document.activeElement !== number) number.value = shown;
+  };
+  return { joint, slider, show };
 }
 
 function update(rows: Row[], state: State): void {
-  rows.forEach(({ joint, slider, number }, index) => {
+  rows.forEach(({ joint, slider, show }, index) => {
     const position = state.positions[index] ?? 0;
-    if (document.activeElement !== number) number.value = (position * scale(joint)).toFixed(1);
     const wrapped = joint.kind === "continuous" ? wrap(position) : position;
+    show(wrapped);
     if (!slider.matches(":active")) slider.value = String(wrapped);
     slider.style.setProperty("--at", String((slider.valueAsNumber - joint.lower) / (joint.upper - joint.lower)));
   });

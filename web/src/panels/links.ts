@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { h, panel } from "../dom";
+import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
 import type { LinkView, Scene } from "../protocol";
 
@@ -25,7 +26,7 @@ export function links(app: App): HTMLElement {
   };
   app.selected.watch(mark);
   tree.addEventListener("keydown", (event) => {
-    if (event.key !== "ArrowDown" && event.key !== "ArrowUp") return;
+    if ((event.key !== "ArrowDown" && event.key !== "ArrowUp") || !focusedByKeyboard()) return;
     const items = [...tree.querySelectorAll<HTMLButtonElement>("button[data-link]")];
     const at = items.indexOf(document.activeElement as HTMLButtonElement);
     const next = items[at + (event.key === "ArrowDown" ? 1 : -1)];

@@ -22,9 +22,11 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
       first ? h("button", { type: "button", onclick: () => app.selectFinding(first) }, "Show it") : "",
     );
   });
+  const full = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), "The server has as many tabs as it serves. Close some; this one tries again by itself.");
   app.connection.link.watch((link) => {
     lost.hidden = link !== "lost";
-    picture.classList.toggle("lost", link === "lost");
+    full.hidden = link !== "full";
+    picture.classList.toggle("lost", link === "lost" || link === "full");
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
   app.refused.watch((now) => {
@@ -34,5 +36,5 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     clearTimeout(timer);
     timer = setTimeout(() => (refused.hidden = true), SHOWN_FOR);
   });
-  return h("div", { class: "notices" }, broken, lost, refused);
+  return h("div", { class: "notices" }, broken, lost, full, refused);
 }

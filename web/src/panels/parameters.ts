@@ -46,7 +46,7 @@ function row(app: App, parameter: Parameter): Row {
     oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
     onchange: () => slider.blur(),
   });
-  const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber) });
+  const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => update(result, result.parameter) });
   const title = kind === "arg" ? "argument" : "property";
   const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
   const element = h("div", { class: "joint", "data-parameter": name }, label, h("span", { class: "value" }, number), slider);

@@ -33,7 +33,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
   });
   app.connection.link.watch((now) => {
     link.dataset["link"] = now;
-    link.textContent = { connecting: "connecting", live: "live", lost: "connection lost" }[now];
+    link.textContent = { connecting: "connecting", live: "live", lost: "connection lost", full: "too many tabs" }[now];
   });
   return h(
     "header",

@@ -1,0 +1,34 @@
+/** Whether what has the focus got it by the keyboard, so that keys are meant for it. */
+let byKeyboard = true;
+
+/** A click leaves the keys with the robot: only fields to write in keep the focus that a pointer gave. */
+export function keepKeysForDriving(): void {
+  addEventListener("pointerdown", () => (byKeyboard = false), true);
+  addEventListener("keydown", (event) => event.key === "Tab" && (byKeyboard = true), true);
+  addEventListener(
+    "click",
+    (event) => {
+      const focused = document.activeElement;
+      const byPointer = event.detail > 0;
+      // a list that is just opening would close
+      if (byPointer && focused instanceof HTMLElement && !isField(focused) && !(focused instanceof HTMLSelectElement)) focused.blur();
+    },
+    true,
+  );
+}
+
+/** Whether one writes text or a number there. */
+export function isField(target: EventTarget | null): boolean {
+  if (target instanceof HTMLInputElement) return !["button", "checkbox", "range"].includes(target.type);
+  return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
+}
+
+/** Whether keys that are pressed there belong to it: to a field, or to a slider or list one came to by keys. */
+export function takesKeys(target: EventTarget | null): boolean {
+  const isChooser = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
+  return isField(target) || (isChooser && byKeyboard && (target as HTMLInputElement).type !== "checkbox");
+}
+
+export function focusedByKeyboard(): boolean {
+  return byKeyboard;
+}
