@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.transform import rotation_from_rpy
 from kbot.model import Inertial, Link, Robot
 from kbot.model.shapes import tensor
@@ -43,28 +44,70 @@ def set_inertial(body: Any, link: Link, findings: Findings) -> None:  # noqa: AN
 
 
 def check_masses(robot: Robot, findings: Findings) -> None:
-    """Every part that moves on its own must weigh something: a moving link with those fixed to it."""
+    """Say which parts weigh nothing, and so cannot move as they should; see `is_fixed` and `held_joints`."""
     for head in moving_parts(robot):
-        links = [robot.links[name] for name in rigid_part(robot, head)]
-        inertials = [link.inertial for link in links if link.inertial is not None]
-        if sum(i.mass for i in inertials) > SMALLEST:
+        inertials = _inertials(robot, head)
+        if _weighs(inertials):
             if all(not tensor(i).any() for i in inertials) and len(inertials) == 1:
                 findings.error(
                     "W103", f"link '{head}' moves and has no inertia", inertials[0].inertia_origin,
                     "give <inertia> the moments of its shape",
                 )  # fmt: skip
-            continue
-        what = "is the robot's body" if head == robot.root else "moves"
-        findings.error(
-            "W101", f"link '{head}' {what} and weighs nothing", robot.links[head].origin,
-            "add an <inertial> with its mass and inertia",
-        )  # fmt: skip
+        elif head == robot.root:
+            findings.warning(
+                "W101",
+                f"link '{head}' is the robot's body and weighs nothing: it stands fixed to the world",
+                robot.links[head].origin,
+                "give it an <inertial> with its mass and inertia to let it move freely",
+            )
+        else:
+            joint = robot.parent_joint[head].name
+            findings.warning(
+                "W114",
+                f"link '{head}' moves and weighs nothing: joint '{joint}' is held still",
+                robot.links[head].origin,
+                "give it an <inertial> with its mass and inertia; other simulators drop the link",
+            )
 
 
 def moving_parts(robot: Robot) -> list[str]:
     """The links that move on their own: those beneath movable joints, and the root unless it is `world`."""
     heads = [joint.child for joint in robot.joints.values() if joint.is_movable]
     return heads if robot.root == "world" else [robot.root, *heads]
+
+
+def is_fixed(robot: Robot) -> bool:
+    """Whether it stands fixed to the world: its root is called `world`, or its body weighs nothing."""
+    return robot.root == "world" or not _weighs(_inertials(robot, robot.root))
+
+
+def held_joints(robot: Robot) -> frozenset[str]:
+    """Movable joints that are held still, for what they move weighs nothing."""
+    movable = [joint for joint in robot.joints.values() if joint.is_movable]
+    return frozenset(joint.name for joint in movable if not _weighs(_inertials(robot, joint.child)))
+
+
+def drive_with_masses(robot: Robot, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
+    """The drive, unless a body or a wheel without mass keeps it from driving."""
+    if isinstance(drive, NoDrive):
+        return drive
+    if is_fixed(robot):
+        return NoDrive(f"it stands fixed to the world by its root link '{robot.root}'")
+    held = held_joints(robot)
+    for joint in drive.joints:
+        if joint in held:
+            return NoDrive(f"its wheel '{robot.joints[joint].child}' weighs nothing and is held still")
+    return drive
+
+
+def _inertials(robot: Robot, head: str) -> list[Inertial]:
+    links = [robot.links[name] for name in rigid_part(robot, head)]
+    return [link.inertial for link in links if link.inertial is not None]
+
+
+def _weighs(inertials: list[Inertial]) -> bool:
+    # a mass below zero is a fault of its own
+    return any(abs(i.mass) > SMALLEST or not np.isfinite(i.mass) for i in inertials)
 
 
 def rigid_part(robot: Robot, head: str) -> list[str]:

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.frames import unit_axis
+from kbot.kinematics.transform import Transform, rotations_about
 from kbot.model import Joint, JointType, Robot
 from kbot.world.findings import Findings
 
@@ -71,8 +72,36 @@ def limits(joint: Joint) -> tuple[float, float]:
     return joint.limit.lower or 0.0, joint.limit.upper or 0.0
 
 
-def add_mimics(spec: Any, robot: Robot, prefix: str, findings: Findings) -> None:  # noqa: ANN401
-    """Couple each mimic joint to the one it follows."""
+def rest(joint: Joint) -> float:
+    """Where a joint starts, in rad or m: at 0, or at the nearest end of a range that leaves it out."""
+    lower, upper = limits(joint)
+    return min(max(0.0, lower), upper) if lower <= upper else 0.0
+
+
+def origin(joint: Joint) -> Transform:
+    """`parent_from_child` of a joint at 0."""
+    return Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy)
+
+
+def held_pose(joint: Joint) -> Transform:
+    """`parent_from_child` of a joint that is held where it starts."""
+    if not joint.has_position:
+        return origin(joint)
+    axis, position = unit_axis(joint), rest(joint)
+    if joint.type is JointType.PRISMATIC:
+        return origin(joint) @ Transform.from_rotation_translation(np.eye(3), position * axis)
+    turn = rotations_about(axis.tolist(), [position])[0]
+    return origin(joint) @ Transform.from_rotation_translation(turn, np.zeros(3))
+
+
+def add_mimics(
+    spec: Any,  # noqa: ANN401
+    robot: Robot,
+    held: frozenset[str],
+    prefix: str,
+    findings: Findings,
+) -> None:
+    """Couple each mimic joint to the one it follows; joints that are `held` follow none."""
     for joint in robot.joints.values():
         if joint.mimic is None or not joint.has_position:
             continue
@@ -84,9 +113,14 @@ def add_mimics(spec: Any, robot: Robot, prefix: str, findings: Findings) -> None
                 joint.mimic.origin,
             )
             continue
-        equality = spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_JOINT, name1=prefix + joint.name, name2=prefix + leader.name
-        )
-        equality.data[:5] = (joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0)
+        if joint.name in held:
+            continue
+        offset, multiplier = joint.mimic.offset, joint.mimic.multiplier
+        equality = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=prefix + joint.name)
+        if leader.name in held:
+            equality.data[:5] = (offset + multiplier * rest(leader), 0.0, 0.0, 0.0, 0.0)
+        else:
+            equality.name2 = prefix + leader.name
+            equality.data[:5] = (offset, multiplier, 0.0, 0.0, 0.0)
         equality.solref = (0.004, 1.0)
         equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)

@@ -11,7 +11,8 @@ from kbot.model import Robot
 from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
-from kbot.sim.joints import limits
+from kbot.sim.inertia import drive_with_masses
+from kbot.sim.joints import rest
 from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -135,7 +136,7 @@ class Population(Running):
     def _prepare(
         self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
     ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
-        drive = find_drive(robot)
+        drive = drive_with_masses(robot, find_drive(robot))
         findings = Findings()
         check_named_joints(robot, findings)
         settings: DriveSettings | None = None
@@ -161,9 +162,8 @@ class Population(Running):
     def _put_joints(robot: SimulatedRobot) -> None:
         """At 0, or at the end of a range that leaves it out which is nearest."""
         for joint in robot.robot.movable_joints:
-            lower, upper = limits(joint)
-            if lower <= upper:
-                robot.set_position(joint.name, min(max(0.0, lower), upper))
+            if joint.name not in robot.held:
+                robot.set_position(joint.name, rest(joint))
 
 
 def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...]:

@@ -16,6 +16,8 @@ from kbot.model import Robot
 from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
+from kbot.sim.inertia import held_joints
+from kbot.sim.joints import rest
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.numbers import is_finite, numbers
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
@@ -62,6 +64,10 @@ class SimulatedRobot:
         self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
         self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
         """Fixed, for the base hangs rigidly on the root."""
+        held = held_joints(robot)
+        self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
+        """Joints that stand still for what they move weighs nothing, and where (rad or m)."""
+        self._no_speed = dict.fromkeys(self.held, 0.0)
         self._is_bound = False
         self.is_slewing = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
@@ -91,7 +97,7 @@ class SimulatedRobot:
         self._bodies: dict[str, int] = {
             link: mujoco.mj_name2id(model, body, prefix + link) for link in self.robot.links
         }
-        movable = [j.name for j in self.robot.movable_joints]
+        movable = [j.name for j in self.robot.movable_joints if j.name not in self.held]
         indices = {name: mujoco.mj_name2id(model, joint, prefix + name) for name in movable}
         self._joints = {
             name: (int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]))
@@ -254,17 +260,17 @@ class SimulatedRobot:
     @property
     def joint_positions(self) -> dict[str, float]:
         """rad or m, of every joint with a position."""
-        return {name: self._qpos[at[0]] for name, at in self._joints.items()}
+        return {name: self._qpos[at[0]] for name, at in self._joints.items()} | self.held
 
     @property
     def joint_velocities(self) -> dict[str, float]:
         """rad/s or m/s."""
-        return {name: self._qvel[at[1]] for name, at in self._joints.items()}
+        return {name: self._qvel[at[1]] for name, at in self._joints.items()} | self._no_speed
 
     @property
     def joint_efforts(self) -> dict[str, float]:
         """What the servos exert, in N m or N."""
-        return {name: self._force[at[1]] for name, at in self._joints.items()}
+        return {name: self._force[at[1]] for name, at in self._joints.items()} | self._no_speed
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -345,6 +351,8 @@ class SimulatedRobot:
         return self._joints[joint][1]
 
     def _require_joint(self, joint: str) -> None:
+        if joint in self.held:
+            raise KbotError(f"joint '{joint}' is held still: what it moves weighs nothing")
         if joint not in self._joints:
             hint = did_you_mean(joint, self._joints)
             raise KbotError(

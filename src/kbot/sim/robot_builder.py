@@ -14,8 +14,8 @@ from kbot.model import Collision, Link, Robot
 from kbot.sim import contacts as touch
 from kbot.sim.bounds import check_bounds
 from kbot.sim.geometry import add_shape, wxyz
-from kbot.sim.inertia import check_masses, set_inertial
-from kbot.sim.joints import add_joint, add_mimics
+from kbot.sim.inertia import check_masses, held_joints, is_fixed, set_inertial
+from kbot.sim.joints import add_joint, add_mimics, held_pose, origin
 from kbot.sim.recipe import Contacts
 from kbot.sim.servo import add_drive_servos, add_hold_servos
 from kbot.sim.surfaces import PLAIN, link_surfaces
@@ -52,7 +52,8 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
     check_masses(robot, findings)
     shapes = _Shapes(spec, plan, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
-    if robot.root != "world":
+    held = held_joints(robot)
+    if not is_fixed(robot):
         root.add_freejoint(name=prefix)
     waiting = [(robot.root, root)]
     while waiting:
@@ -61,17 +62,18 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
         set_inertial(body, link, findings)
         shapes.add(body, link)
         for joint in robot.child_joints[name]:
-            pose = Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy)
+            pose = held_pose(joint) if joint.name in held else origin(joint)
             child = body.add_body(name=prefix + joint.child, pos=pose.translation, quat=wxyz(pose))
-            add_joint(child, joint, prefix, findings)
+            if joint.name not in held:
+                add_joint(child, joint, prefix, findings)
             waiting.append((joint.child, child))
-    add_mimics(spec, robot, prefix, findings)
+    add_mimics(spec, robot, held, prefix, findings)
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
         grip = min(shapes.surfaces.get(w.link, PLAIN).friction for w in plan.drive.wheels.values())
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
-    add_hold_servos(spec, robot, driven, prefix)
+    add_hold_servos(spec, robot, (*driven, *held), prefix)
     shapes.keep_from_each_other()
 
 
@@ -129,7 +131,7 @@ class _Shapes:
 
     def keep_from_each_other(self) -> None:
         """A robot's own links do not collide, as in Gazebo; where robots meet, that needs saying."""
-        if not self.touching:
+        if not self.touching and not is_fixed(self.plan.robot):
             self.findings.warning(
                 "W107",
                 f"robot '{self.plan.robot.name}' has no <collision> and falls through the ground",

@@ -258,7 +258,7 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation) ->
     held = old.joint_positions
     for joint in new.robot.movable_joints:
         lower, upper = limits(joint)
-        if joint.name in held and lower <= held[joint.name] <= upper:
+        if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
             new.set_position(joint.name, held[joint.name])
     if new.root_qpos >= 0 and old.root_qpos >= 0:
         pose = old.ground_truth.pose
