@@ -64,7 +64,7 @@ def test_a_long_text_is_one_node() -> None:
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "P003", 1, 14),
         ("<a>\n<x:b/></a>", "P004", 2, 1),
         ("<a x:b='1'/>", "P004", 1, 1),
-        ("<a>" * 1500 + "</a>" * 1500, "P005", 1, 3001),
+        ("<a>" * 1500 + "</a>" * 1500, "P005", 1, 301),
     ],
 )
 def test_what_is_wrong_is_one_diagnostic_at_its_place(text: str, code: str, line: int, column: int) -> None:
