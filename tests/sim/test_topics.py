@@ -4,6 +4,7 @@ from math import hypot
 
 import pytest
 
+from kbot.kinematics.frames import FrameTree
 from kbot.messages import ClockMessage, JointState, Odometry, TFMessage, Twist, Vector3
 from kbot.text import KbotError
 
@@ -88,3 +89,17 @@ def test_timers_are_called_at_their_times(sim):
     sim.clock.every(100.0, lambda: times.append(sim.time))
     sim.run(0.1)
     assert times == pytest.approx([0.01 * (i + 1) for i in range(10)])
+
+
+def test_joint_states_and_transforms_are_as_the_topics_have_them(sim):
+    heard, tf = hear(sim, "/joint_states", JointState), hear(sim, "/tf", TFMessage)
+    sim.cmd_vel(0.2, 0.5)
+    sim.run(1.0)
+    assert sim.joint_states == heard[-1]
+    said = tf[-1].transforms[0]
+    assert sim.transforms[said.child_frame_id].translation == pytest.approx(
+        (said.transform.translation.x, said.transform.translation.y, said.transform.translation.z), abs=1e-12
+    )
+    wheel = sim.transforms["base_footprint"].inverse() @ sim.transforms["left_wheel"]
+    joints = sim.joint_positions
+    assert wheel.is_close(FrameTree(sim.robot).pose("left_wheel", "base_footprint", joints), 1e-9)

@@ -247,6 +247,12 @@ class SimulatedRobot:
         return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
 
     @property
+    def odom_from_root(self) -> Transform:
+        """Where the odometry has the root link: the base upright on the ground."""
+        pose = self.odometry.pose
+        return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw)) @ self.base_from_root
+
+    @property
     def ground_truth(self) -> Motion:
         """Where the base truly is in the world, its yaw with full turns counted, and its twist."""
         root, base = self.link_pose(self.robot.root), self.link_pose(self.base)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
+from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.sim import recipe
@@ -194,6 +195,18 @@ class Simulation(Disturbed):
     def joint_velocities(self) -> dict[str, float]:
         """rad/s or m/s, by joint."""
         return self._robot.joint_velocities
+
+    @property
+    def joint_states(self) -> JointState:
+        """The message of the topic `joint_states` as of now."""
+        return self._topics[self._robot.name].joint_state(self.clock.stamp)
+
+    @property
+    def transforms(self) -> dict[str, Transform]:
+        """`odom_from_link` of every link, as tf has it: by the odometry and the joints. `link_poses` has
+        where they truly are."""
+        odom_from_world = self._robot.odom_from_root @ self.link_pose(self.robot.root).inverse()
+        return {link: odom_from_world @ pose for link, pose in self.link_poses().items()}
 
     def link_pose(self, link: str) -> Transform:
         """`world_from_link`. Raises KbotError for an unknown link."""

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from math import cos, sin
 from typing import Any
 
-from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.transform import Transform
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription, absolute
 from kbot.messages.clock import Clock
@@ -34,7 +32,7 @@ class RobotTopics:
         self._frame_prefix = f"{namespace}/" if namespace else ""
         self._covariance = covariance(POSE_VARIANCE)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (bus.advertise(absolute("joint_states", namespace), msg.JointState), self._joint_state),
+            (bus.advertise(absolute("joint_states", namespace), msg.JointState), self.joint_state),
         ]
         if tells_time:
             self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
@@ -75,7 +73,8 @@ class RobotTopics:
         for publisher, message in self._heard:
             publisher.publish(message(clock.stamp))
 
-    def _joint_state(self, stamp: msg.Time) -> msg.JointState:
+    def joint_state(self, stamp: msg.Time) -> msg.JointState:
+        """Positions (rad or m), speeds and efforts of every joint with a position."""
         robot = self._robot
         return msg.JointState(
             msg.Header(stamp),
@@ -103,7 +102,7 @@ class RobotTopics:
     def _transform(self, stamp: msg.Time) -> msg.TFMessage:
         """odom -> the robot's root, so that every frame keeps one parent."""
         robot = self._robot
-        odom_from_root = _upright(robot.odometry.pose) @ robot.base_from_root
+        odom_from_root = robot.odom_from_root
         x, y, z = odom_from_root.translation.tolist()
         return msg.TFMessage(
             (
@@ -118,7 +117,3 @@ class RobotTopics:
 
 def _about_z(yaw: float) -> msg.Quaternion:
     return msg.Quaternion(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
-
-
-def _upright(pose: PlanarPose) -> Transform:
-    return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
