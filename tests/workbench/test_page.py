@@ -140,7 +140,7 @@ def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: 
     page.keyboard.down("Shift")
     page.mouse.move(at["x"], at["y"])
     page.mouse.down()
-    page.mouse.move(at["x"], at["y"] - 150)
+    page.mouse.move(at["x"], at["y"] - 200)
     until(lambda: session.state().poses[2] > 0.03)  # it is lifted
     page.mouse.up()
     page.keyboard.up("Shift")

@@ -3,7 +3,9 @@ import { Vector3 } from "three";
 import type { App } from "./app";
 import type { View } from "./view/view";
 
+/** Milliseconds between pushes, and the longest one. */
 const EVERY = 50;
+const LONGEST = 500;
 /** Full force is twice the robot's weight; 200 pixels of drag ask for it. */
 const WEIGHTS = 2 * 9.81;
 const FULL = 200;
@@ -30,13 +32,18 @@ export function usePush(app: App, view: View): void {
   const hold = (link: string, from: PointerEvent): void => {
     let [dx, dy] = [0, 0];
     const mass = app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
+    let last = performance.now();
     const send = (): void => {
+      // A page that draws slowly comes here late: a push lasts as long as the one before was kept waiting.
+      const now = performance.now();
+      const seconds = Math.min(Math.max(now - last, EVERY), LONGEST) / 1000;
+      last = now;
       const { camera } = view.stage;
       const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
       const up = new Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
       const force = right.multiplyScalar(dx).addScaledVector(up, -dy).divideScalar(FULL);
       force.clampLength(0, 1).multiplyScalar(Math.min(500, WEIGHTS * mass));
-      app.send({ type: "push", link, x: force.x, y: force.y, z: force.z, seconds: EVERY / 1000 });
+      app.send({ type: "push", link, x: force.x, y: force.y, z: force.z, seconds });
     };
     const timer = setInterval(send, EVERY);
     const move = (event: PointerEvent): void => {
