@@ -112,7 +112,7 @@ def test_what_gz_and_ros2_control_declare():
     assert (remapped.topic, remapped.frame) == ("front/scan", "base_link")
     assert isinstance(imu, Imu)
     assert imu.link == "base_link"
-    assert [d.code for d in declared.diagnostics] == ["W130"]
+    assert [d.code for d in declared.diagnostics] == ["W140"]
     assert "force.x" in declared.diagnostics[0].message
 
 

@@ -45,6 +45,7 @@ _FAMILIES = {
     "D": "Differential drive and ground contact",
     "C": "Sensors and frames",
     "L": "Launch files",
+    "W": "Worlds and simulation",
     "K": "The checker itself",
 }
 

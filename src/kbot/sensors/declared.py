@@ -1,7 +1,7 @@
 """Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, and the
 sensor interfaces of ros2_control.
 
-Codes: W130 something is left out (warning), W131 a value or a link that is none (error).
+Codes: W140 something is left out (warning), W141 a value or a link that is none (error).
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def mount_declared(simulation: Simulation) -> Mounted:
             sensor.only_when_heard = isinstance(spec, Camera)
             mounted[spec.label] = sensor
         except KbotError as error:
-            said.append(Diagnostic("W130", Severity.WARNING, f"{error}: it is left out", spec.origin))
+            said.append(Diagnostic("W140", Severity.WARNING, f"{error}: it is left out", spec.origin))
     _MOUNTED[simulation] = mounted, tuple(said)
     return _MOUNTED[simulation]
 

@@ -83,10 +83,10 @@ class Values:
             return NONE
 
     def error(self, message: str, where: Element | Origin) -> None:
-        self._say("W131", Severity.ERROR, message, where)
+        self._say("W141", Severity.ERROR, message, where)
 
     def warn(self, message: str, where: Element | Origin) -> None:
-        self._say("W130", Severity.WARNING, message, where)
+        self._say("W140", Severity.WARNING, message, where)
 
     def _number(self, element: Element, default: float) -> float:
         try:
