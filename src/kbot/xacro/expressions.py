@@ -130,6 +130,11 @@ def _compile(expression: str) -> Closure:
     except (ValueError, MemoryError, RecursionError) as error:
         raise InvalidExpression(str(error) or "the expression is nested too deeply") from None
     try:
+        if "is" in source:  # equal constants of an expression are one object, as Python's compiler has it
+            known: dict[tuple[type, str], Value] = {}
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Constant):
+                    node.value = known.setdefault((type(node.value), repr(node.value)), node.value)
         return closure_of(tree.body)
     except RecursionError:
         raise InvalidExpression("the expression is nested too deeply") from None
