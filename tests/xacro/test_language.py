@@ -36,7 +36,10 @@ PROPERTIES = {
     "blanks around a number": ('<xacro:property name="p" value=" 42 "/><a x="${p + 1}"/>', '<a x="43"/>'),
     "an underscore keeps it a text": ('<xacro:property name="p" value="1_2"/>${p * 2}', "1_21_2"),
     "quotes keep it a text": ('<xacro:property name="p" value="\'12\'"/>${p * 2}', "1212"),
-    "equal constants of an expression are one": ("${0.5 is 0.5} ${1000 is not 1000} ${0.5 is 0.25}", "True False False"),
+    "equal constants of an expression are one": (
+        "${0.5 is 0.5} ${1000 is not 1000} ${0.5 is 0.25}",
+        "True False False",
+    ),
     "truth values": ('<xacro:property name="p" value="true"/>${not p}', "False"),
     "default does not replace": (
         '<xacro:property name="p" default="1"/><xacro:property name="p" default="2"/>${p}',
