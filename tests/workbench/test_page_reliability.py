@@ -23,13 +23,13 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
         page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
         page.keyboard.press("4")
         camera = page.evaluate("kbot.camera()")
-    until(lambda: page.locator(".notice.warning").is_visible())
+    until(lambda: page.get_by_text("The server does not answer.").is_visible())
     assert page.inner_text(".status") == "connection lost"
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
         until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.2")
-        assert page.locator(".notice.warning").is_hidden()
+        assert page.get_by_text("The server does not answer.").is_hidden()
         now = page.evaluate("kbot.camera()")["clipFromWorld"]
         assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)
         assert page.locator("[data-option=frames]").get_attribute("aria-pressed") == "true"
