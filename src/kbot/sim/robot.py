@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Protocol
 
-import mujoco
-import numpy as np
-
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
-from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
-from kbot.sim.inertia import held_joints
-from kbot.sim.joints import rest
 from kbot.sim.motion import Motion, WheelOdometry
-from kbot.sim.numbers import is_finite, numbers
+from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
+from kbot.sim.robot_body import RobotBody
 from kbot.sim.servo import speed_limit
 from kbot.sim.wheel_servos import WheelServos
-from kbot.sim.world_builder import body_pose
 from kbot.text import KbotError
-from kbot.text.suggest import did_you_mean
 
 
 class Host(Protocol):
@@ -42,7 +34,7 @@ class Host(Protocol):
         ...
 
 
-class SimulatedRobot:
+class SimulatedRobot(RobotBody):
     """A robot in a simulation: commands in; motion, joints and links out."""
 
     holds: JointHolds
@@ -57,17 +49,10 @@ class SimulatedRobot:
         host: Host,
     ) -> None:
         """`settings`: how the robot's own controller drives; None for one that cannot drive."""
-        self.name = name
-        self.robot = robot
+        base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
+        super().__init__(name, robot, base, host)
         self._host = host
         self.drive = drive
-        self.base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
-        self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
-        """Fixed, for the base hangs rigidly on the root."""
-        held = held_joints(robot)
-        self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
-        """Joints that stand still for what they move weighs nothing, and where (rad or m)."""
-        self._no_speed = dict.fromkeys(self.held, 0.0)
         self._is_bound = False
         self.is_slewing = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
@@ -82,36 +67,20 @@ class SimulatedRobot:
             period = self._slew_steps * timestep
             self._controller = TwistController(reckoned, settings.limits, fastest, period)
             self._odometry = WheelOdometry(reckoned)
-        self._turns = 0
-        self._is_left = True
 
     def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
         """Look up this robot's places in a compiled model; joints that are held stay so."""
         held = self.holds.engaged if self._is_bound else frozenset()
         self._is_bound = True
-        self._model, self._data = model, data
-        self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
-        self._force = numbers(data.qfrc_actuator)
-        prefix = f"{self.name}/"
-        body, joint = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
-        self._bodies: dict[str, int] = {
-            link: mujoco.mj_name2id(model, body, prefix + link) for link in self.robot.links
-        }
-        movable = [j.name for j in self.robot.movable_joints if j.name not in self.held]
-        indices = {name: mujoco.mj_name2id(model, joint, prefix + name) for name in movable}
-        self._joints = {
-            name: (int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]))
-            for name, index in indices.items()
-        }
-        root = mujoco.mj_name2id(model, joint, prefix)
-        self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
-        self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
+        super().bind(model, data)
         driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
-        self.holds = JointHolds(model, data, prefix, [name for name in self._joints if name not in driven])
+        self.holds = JointHolds(
+            model, data, self.prefix, [name for name in self._joints if name not in driven]
+        )
         self.holds.engage_only(held)
         self._servos: WheelServos | None = None
         if isinstance(self.drive, DifferentialDrive):
-            self._servos = WheelServos(model, data, self.drive, prefix)
+            self._servos = WheelServos(model, data, self.drive, self.prefix)
 
     def reset(self) -> None:
         """Forget commands and odometry; the engine's state is the simulation's to reset."""
@@ -121,7 +90,7 @@ class SimulatedRobot:
             self._odometry.reset()
         self.is_slewing, self._next_slew = False, 0
         self.holds.release_all()
-        self._turns, self._is_left = 0, self._yaw() >= 0.0
+        self._start_counting_turns()
 
     @property
     def controller(self) -> TwistController:
@@ -218,23 +187,6 @@ class SimulatedRobot:
             return self.obey(0.0, 0.0, None)
         return False
 
-    def _count_turns(self) -> None:
-        """Notice when the heading passes from half a turn left to half a turn right, or back."""
-        q, at = self._qpos, self.root_qpos
-        is_left = q[at + 3] * q[at + 6] + q[at + 4] * q[at + 5] >= 0.0
-        if is_left is not self._is_left:
-            self._is_left = is_left
-            if abs(self._yaw()) > math.pi / 2:
-                self._turns += -1 if is_left else 1
-
-    def _yaw(self) -> float:
-        """Heading of the root in rad, within half a turn."""
-        if self.root_qpos < 0:
-            return 0.0
-        q, at = self._qpos, self.root_qpos
-        w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
-        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
     # what can be read
 
     @property
@@ -252,77 +204,11 @@ class SimulatedRobot:
         pose = self.odometry.pose
         return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw)) @ self.base_from_root
 
-    @property
-    def ground_truth(self) -> Motion:
-        """Where the base truly is in the world, its yaw with full turns counted, and its twist."""
-        root, base = self.link_pose(self.robot.root), self.link_pose(self.base)
-        x, y, _ = base.translation
-        full = 2.0 * math.pi
-        counted = self._yaw() + full * self._turns + (root.inverse() @ base).yaw
-        yaw = base.yaw + full * round((counted - base.yaw) / full)
-        spin, speed = self.link_velocity(self.base)
-        return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
-
-    @property
-    def joint_positions(self) -> dict[str, float]:
-        """rad or m, of every joint with a position."""
-        return {name: self._qpos[at[0]] for name, at in self._joints.items()} | self.held
-
-    @property
-    def joint_velocities(self) -> dict[str, float]:
-        """rad/s or m/s."""
-        return {name: self._qvel[at[1]] for name, at in self._joints.items()} | self._no_speed
-
-    @property
-    def joint_efforts(self) -> dict[str, float]:
-        """What the servos exert, in N m or N."""
-        return {name: self._force[at[1]] for name, at in self._joints.items()} | self._no_speed
-
-    @property
-    def links(self) -> tuple[str, ...]:
-        return tuple(self._bodies)
-
-    def link_pose(self, link: str) -> Transform:
-        """`world_from_link`. Raises KbotError for a link that the robot does not have."""
-        self._host.refresh()
-        return body_pose(self._data, self.body(link))
-
-    def link_poses(self) -> dict[str, Transform]:
-        """`world_from_link` of every link."""
-        return {link: self.link_pose(link) for link in self._bodies}
-
-    def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
-        self._host.refresh()
-        velocity = np.zeros(6)
-        kind = mujoco.mjtObj.mjOBJ_XBODY
-        mujoco.mj_objectVelocity(self._model, self._data, kind, self.body(link), velocity, 1)
-        wx, wy, wz, x, y, z = velocity.tolist()
-        return (wx, wy, wz), (x, y, z)
-
-    def body(self, link: str) -> int:
-        """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
-        if link not in self._bodies:
-            hint = did_you_mean(link, self._bodies)
-            raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
-        return self._bodies[link]
-
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
-        `height`; commands go on. The engine's frames must be up to date."""
-        if self.root_qpos < 0:
-            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
-        root_from_base = self.base_from_root.inverse()
-        upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
-        bx, by, _ = upright.apply(root_from_base.translation).tolist()
-        qx, qy, qz, qw = upright.quaternion_xyzw
-        for index, value in enumerate((x - bx, y - by, height, qw, qx, qy, qz)):
-            self._qpos[self.root_qpos + index] = value
-        for index in range(6):
-            self._qvel[self._root_dof + index] = 0.0
+        """See `RobotBody.stand_at`; commands go on."""
+        super().stand_at(x, y, yaw, height)
         if self._servos is not None:
             self._servos.settle()
-        self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
 
     def take_over(self, other: SimulatedRobot) -> None:
         """Go on as another robot did: its odometry and what it was told. Joints have been set before."""
@@ -333,37 +219,10 @@ class SimulatedRobot:
         if mine is not None and theirs is not None:
             self.obey(*theirs.target, theirs.deadline)
 
-    def set_position(self, joint: str, position: float) -> None:
-        """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
-        self._qpos[self._joints[joint][0]] = position
-
-    def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
-        """See `Simulation.set_twist`."""
-        if self.root_qpos < 0:
-            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
-        turn = self.link_pose(self.robot.root).rotation.T
-        for index, value in enumerate((*linear, *(turn @ np.array(angular)).tolist())):
-            self._qvel[self._root_dof + index] = value
-
     def restart_odometry(self) -> None:
         """Reckon from zero, from where the robot and its wheels are now."""
         if self._odometry is not None and self._servos is not None:
             self._odometry.reset(*self._servos.angles())
-
-    def dof(self, joint: str) -> int:
-        """The engine's place of a joint's speed. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
-        return self._joints[joint][1]
-
-    def _require_joint(self, joint: str) -> None:
-        if joint in self.held:
-            raise KbotError(f"joint '{joint}' is held still: what it moves weighs nothing")
-        if joint not in self._joints:
-            hint = did_you_mean(joint, self._joints)
-            raise KbotError(
-                f"robot '{self.name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
-            )
 
     def save(self) -> tuple[Any, ...]:
         """What a saved state holds beside the engine's own."""

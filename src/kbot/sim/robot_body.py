@@ -1,0 +1,194 @@
+"""A robot's links and joints in the engine: where they are, how they move, and putting them elsewhere."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim.inertia import held_joints
+from kbot.sim.joints import rest
+from kbot.sim.motion import Motion
+from kbot.sim.numbers import numbers
+from kbot.sim.world_builder import body_pose
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+class Frames(Protocol):
+    """Who keeps the engine's frames."""
+
+    def refresh(self) -> None:
+        """Bring the engine's frames up to the positions of now."""
+        ...
+
+
+class RobotBody:
+    """What of a robot is in the engine. `base` is the link whose motion on the plane is spoken of."""
+
+    def __init__(self, name: str, robot: Robot, base: str, frames: Frames) -> None:
+        self.name = name
+        self.robot = robot
+        self.base = base
+        self._frames = frames
+        self.base_from_root = FrameTree(robot).pose(robot.root, base)
+        """Fixed, for the base hangs rigidly on the root."""
+        held = held_joints(robot)
+        self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
+        """Joints that stand still for what they move weighs nothing, and where (rad or m)."""
+        self._no_speed = dict.fromkeys(self.held, 0.0)
+        self._turns = 0
+        self._is_left = True
+
+    def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
+        """Look up this robot's places in a compiled model."""
+        self._model, self._data = model, data
+        self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
+        self._force = numbers(data.qfrc_actuator)
+        body, joint = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
+        self._bodies: dict[str, int] = {
+            link: mujoco.mj_name2id(model, body, self.prefix + link) for link in self.robot.links
+        }
+        movable = [j.name for j in self.robot.movable_joints if j.name not in self.held]
+        indices = {name: mujoco.mj_name2id(model, joint, self.prefix + name) for name in movable}
+        self._joints = {
+            name: (int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]))
+            for name, index in indices.items()
+        }
+        root = mujoco.mj_name2id(model, joint, self.prefix)
+        self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
+        self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
+
+    @property
+    def prefix(self) -> str:
+        """What the engine's names of its bodies and joints start with."""
+        return f"{self.name}/"
+
+    # what can be read
+
+    @property
+    def ground_truth(self) -> Motion:
+        """Where the base truly is in the world, its yaw with full turns counted, and its twist."""
+        root, base = self.link_pose(self.robot.root), self.link_pose(self.base)
+        x, y, _ = base.translation
+        full = 2.0 * math.pi
+        counted = self._yaw() + full * self._turns + (root.inverse() @ base).yaw
+        yaw = base.yaw + full * round((counted - base.yaw) / full)
+        spin, speed = self.link_velocity(self.base)
+        return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
+
+    @property
+    def joint_positions(self) -> dict[str, float]:
+        """rad or m, of every joint with a position."""
+        return {name: self._qpos[at[0]] for name, at in self._joints.items()} | self.held
+
+    @property
+    def joint_velocities(self) -> dict[str, float]:
+        """rad/s or m/s."""
+        return {name: self._qvel[at[1]] for name, at in self._joints.items()} | self._no_speed
+
+    @property
+    def joint_efforts(self) -> dict[str, float]:
+        """What the servos exert, in N m or N."""
+        return {name: self._force[at[1]] for name, at in self._joints.items()} | self._no_speed
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        return tuple(self._bodies)
+
+    def link_pose(self, link: str) -> Transform:
+        """`world_from_link`. Raises KbotError for a link that the robot does not have."""
+        self._frames.refresh()
+        return body_pose(self._data, self.body(link))
+
+    def link_poses(self) -> dict[str, Transform]:
+        """`world_from_link` of every link."""
+        return {link: self.link_pose(link) for link in self._bodies}
+
+    def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
+        self._frames.refresh()
+        velocity = np.zeros(6)
+        kind = mujoco.mjtObj.mjOBJ_XBODY
+        mujoco.mj_objectVelocity(self._model, self._data, kind, self.body(link), velocity, 1)
+        wx, wy, wz, x, y, z = velocity.tolist()
+        return (wx, wy, wz), (x, y, z)
+
+    def body(self, link: str) -> int:
+        """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
+        if link not in self._bodies:
+            hint = did_you_mean(link, self._bodies)
+            raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
+        return self._bodies[link]
+
+    def dof(self, joint: str) -> int:
+        """The engine's place of a joint's speed. Raises KbotError for an unknown joint."""
+        self._require_joint(joint)
+        return self._joints[joint][1]
+
+    # what can be set
+
+    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+        """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
+        `height`. The engine's frames must be up to date."""
+        self._require_free()
+        root_from_base = self.base_from_root.inverse()
+        upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
+        bx, by, _ = upright.apply(root_from_base.translation).tolist()
+        qx, qy, qz, qw = upright.quaternion_xyzw
+        for index, value in enumerate((x - bx, y - by, height, qw, qx, qy, qz)):
+            self._qpos[self.root_qpos + index] = value
+        for index in range(6):
+            self._qvel[self._root_dof + index] = 0.0
+        self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
+
+    def set_position(self, joint: str, position: float) -> None:
+        """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
+        self._require_joint(joint)
+        self._qpos[self._joints[joint][0]] = position
+
+    def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
+        """See `Simulation.set_twist`."""
+        self._require_free()
+        turn = self.link_pose(self.robot.root).rotation.T
+        for index, value in enumerate((*linear, *(turn @ np.array(angular)).tolist())):
+            self._qvel[self._root_dof + index] = value
+
+    def _start_counting_turns(self) -> None:
+        self._turns, self._is_left = 0, self._yaw() >= 0.0
+
+    def _count_turns(self) -> None:
+        """Notice when the heading passes from half a turn left to half a turn right, or back."""
+        q, at = self._qpos, self.root_qpos
+        is_left = q[at + 3] * q[at + 6] + q[at + 4] * q[at + 5] >= 0.0
+        if is_left is not self._is_left:
+            self._is_left = is_left
+            if abs(self._yaw()) > math.pi / 2:
+                self._turns += -1 if is_left else 1
+
+    def _yaw(self) -> float:
+        """Heading of the root in rad, within half a turn."""
+        if self.root_qpos < 0:
+            return 0.0
+        q, at = self._qpos, self.root_qpos
+        w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+    def _require_free(self) -> None:
+        if self.root_qpos < 0:
+            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
+
+    def _require_joint(self, joint: str) -> None:
+        if joint in self.held:
+            raise KbotError(f"joint '{joint}' is held still: what it moves weighs nothing")
+        if joint not in self._joints:
+            hint = did_you_mean(joint, self._joints)
+            raise KbotError(
+                f"robot '{self.name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
+            )
