@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
-from pathlib import Path
 
 from kbot.model._values import Values
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
@@ -164,4 +164,4 @@ def _read_shape(shape: Element, values: Values) -> Geometry:
 
 def _find_file(uri: str, values: Values) -> str | None:
     path = values.finder.resolve(uri) if values.finder and uri.strip() else None
-    return path if path is not None and Path(path).is_file() else None
+    return path if path is not None and os.path.isfile(path) else None  # noqa: PTH113 - hot

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Protocol
 
 from kbot.text import Diagnostic, Element, Origin, Related, Severity
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WORDS = re.compile(r"[^ \t\n\v\f\r]+")
+"""What stands between white space as C has it, which is what ROS reads numbers with."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_BLANKS = " \t\n\v\f\r"
-"""White space as C has it, which is what ROS reads numbers with."""
 
 
 class MeshFinder(Protocol):
@@ -95,10 +96,13 @@ class Values:
         text = self.required(element, attribute)
         if text is None:
             return (fallback,) * count
+        values = _floats(text)
+        if values is not None and len(values) == count:
+            return values
         if "${" in text:
             self._not_a_number(element, attribute, text)
             return (fallback,) * count
-        words = [word for word in re.split(f"[{_BLANKS}]", text) if word]
+        words = _WORDS.findall(text)
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
             self.error("U012", message, element.attribute_origin(attribute))
@@ -106,11 +110,9 @@ class Values:
         return tuple(self._one(element, attribute, word, fallback) for word in words)
 
     def _one(self, element: Element, attribute: str, text: str, fallback: float) -> float:
-        word = text.strip(_BLANKS)
-        if _NUMBER.fullmatch(word):
-            value = float(word)
-            if math.isfinite(value):
-                return value
+        values = _floats(text)
+        if values is not None and len(values) == 1:
+            return values[0]
         self._not_a_number(element, attribute, text.strip())
         return fallback
 
@@ -119,6 +121,17 @@ class Values:
         hint = "the expression was not expanded" if "${" in text else ""
         message = f"'{attribute}' of <{element.tag}> is not {kind}: '{text}'"
         self.error("U012", message, element.attribute_origin(attribute), hint)
+
+
+@lru_cache(maxsize=4096)
+def _floats(text: str) -> tuple[float, ...] | None:
+    """The finite numbers that a text consists of, white space between; None where a word is none."""
+    values = []
+    for word in _WORDS.findall(text):
+        if not _NUMBER.fullmatch(word) or not math.isfinite(value := float(word)):
+            return None
+        values.append(value)
+    return tuple(values)
 
 
 def _is_infinite(text: str) -> bool:

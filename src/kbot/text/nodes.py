@@ -146,12 +146,13 @@ class Element:
     @property
     def tag_end(self) -> int:
         """Offset behind the start tag."""
-        return markup_end(self.source.data, self.start)
+        match = _TAG.match(self.source.data, self.start)
+        return match.end() if match else self.start
 
     @property
     def origin(self) -> Origin:
         """The start tag's span and the calls that brought the element."""
-        return Origin(Span(self.source, self.start, self.tag_end), self.call)
+        return _LateOrigin(self, None)
 
     @property
     def whole(self) -> Span:
@@ -162,8 +163,7 @@ class Element:
         """The span of an attribute's value (without quotes); the element's own when it has none."""
         if self.moved and name in self.moved:
             return self.moved[name]
-        span = self.attribute_spans().get(name)
-        return Origin(span[1], self.call) if span else self.origin
+        return _LateOrigin(self, name)
 
     def attribute_spans(self) -> dict[str, tuple[Span, Span]]:
         """Name span and value span (without quotes) of every attribute written in the start tag."""
@@ -175,6 +175,29 @@ class Element:
                 Span(self.source, match.start(2) + 1, match.end(2) - 1),
             )
         return spans
+
+
+class _LateOrigin(Origin):
+    """The origin of an element or of its attribute's value, looked for in the text when it is asked for.
+
+    A robot has one for each of its parts, and few are ever asked.
+    """
+
+    __slots__ = ("_attribute", "_element")
+
+    def __init__(self, element: Element, attribute: str | None) -> None:
+        self._element = element
+        self._attribute = attribute
+        self.call = element.call
+
+    def __getattr__(self, name: str) -> Span:
+        """`span`, while it is not known."""
+        if name != "span":
+            raise AttributeError(name)
+        element, attribute = self._element, self._attribute
+        spans = element.attribute_spans().get(attribute) if attribute is not None else None
+        self.span = spans[1] if spans else Span(element.source, element.start, element.tag_end)
+        return self.span
 
 
 class Document:
