@@ -5,7 +5,6 @@ https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md; both subprotocol
 
 from __future__ import annotations
 
-import asyncio
 import json
 import struct
 import time
@@ -13,8 +12,8 @@ from collections.abc import Callable
 from typing import Any
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.outlets import Outlets
-from kbot.bridges.websocket import Data, WebSocketBridge, Wire
+from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
+from kbot.bridges.websocket import Data, Wire
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Packet, decode_cdr, known_type, ros2_definition
@@ -23,45 +22,35 @@ from kbot.wire.plain import from_plain
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 ORIGINS = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "https://lichtblick-suite.github.io")
 PORT = 8765
-LOOPBACK = "127.0.0.1"
 MESSAGE_DATA, TIME = 1, 2
 ERROR_LEVEL = 2
-MOST_SUBSCRIPTIONS = 1000
 
 
-class FoxgloveBridge:
+class FoxgloveBridge(TopicServer):
     """Channels in CDR with ROS 2 definitions, latched ones also for those who come late; clients may
     publish on inputs in CDR or JSON, and read parameters."""
 
     def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
         """Raises KbotError: no port is free, or the address is not this machine's."""
-        self.link = link
-        self.outlets = Outlets(link, lambda packet: packet.cdr)
         self.channels: dict[str, int] = {}
         self.session = f"{time.time_ns()}"
         self._talks: list[_Talk] = []
-        self._server = WebSocketBridge(
-            "Foxglove", host or LOOPBACK, port, self._talk, subprotocols=SUBPROTOCOLS, origins=ORIGINS
+        super().__init__(
+            "Foxglove",
+            link,
+            host,
+            port,
+            self._talk,
+            prepare=lambda packet: packet.cdr,
+            subprotocols=SUBPROTOCOLS,
+            origins=ORIGINS,
         )
-        self.outlets.start(self._server.loop)
-        link.watch(lambda: self._on_loop(self._topics_changed))
-        self._on_loop(self._topics_changed)
-
-    @property
-    def address(self) -> str:
-        return self._server.address
+        link.watch(lambda: self.later(self._topics_changed))
+        self.later(self._topics_changed)
 
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
         return f"Foxglove: open a connection to {self.address}"
-
-    def close(self) -> None:
-        self._server.close()
-
-    def _on_loop(self, work: Callable[[], None]) -> None:
-        loop: asyncio.AbstractEventLoop = self._server.loop
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(work)
 
     def _talk(self, wire: Wire) -> _Talk:
         talk = _Talk(self, wire, self._talks.remove)
@@ -75,7 +64,7 @@ class FoxgloveBridge:
             talk.tell_topics()
 
 
-class _Talk:
+class _Talk(JsonTalk):
     def __init__(self, bridge: FoxgloveBridge, wire: Wire, leave: Callable[[_Talk], None]) -> None:
         self._bridge, self._wire, self._leave = bridge, wire, leave
         self._told: dict[str, Topic] = {}
@@ -117,29 +106,9 @@ class _Talk:
         if isinstance(data, bytes):
             self._publish(data)
             return
-        try:
-            request = json.loads(data)
-        except (ValueError, RecursionError):
-            raise KbotError("that is no JSON") from None
-        if not isinstance(request, dict):
-            raise KbotError("a request is an object with an 'op'")
-        operations: dict[Any, Callable[[dict[str, Any]], None]] = {
-            "subscribe": self._subscribe,
-            "unsubscribe": self._unsubscribe,
-            "advertise": self._advertise,
-            "unadvertise": self._unadvertise,
-            "getParameters": self._get_parameters,
-        }
-        name = request.get("op")
-        operation = operations.get(name) if isinstance(name, str) else None
-        if operation is None:
-            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
-        try:
-            operation(request)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None
+        super().hear(data)
 
-    def _subscribe(self, request: dict[str, Any]) -> None:
+    def _subscribe(self, request: Request) -> None:
         names = {channel: name for name, channel in self._bridge.channels.items()}
         for item in request["subscriptions"]:
             number, topic = int(item["id"]), names.get(item["channelId"])
@@ -157,12 +126,12 @@ class _Talk:
 
         return send
 
-    def _unsubscribe(self, request: dict[str, Any]) -> None:
+    def _unsubscribe(self, request: Request) -> None:
         for number in request["subscriptionIds"]:
             if number in self._sinks:
                 self._bridge.outlets.leave(*self._sinks.pop(number))
 
-    def _advertise(self, request: dict[str, Any]) -> None:
+    def _advertise(self, request: Request) -> None:
         for item in request["channels"]:
             topic, encoding = str(item["topic"]), item["encoding"]
             known = self._bridge.link.topics
@@ -174,7 +143,7 @@ class _Talk:
                 raise KbotError(f"{topic} cannot be heard as {item['schemaName']} in {encoding}")
             self._advertised[int(item["id"])] = topic, f"{encoding} {item['schemaName']}"
 
-    def _unadvertise(self, request: dict[str, Any]) -> None:
+    def _unadvertise(self, request: Request) -> None:
         for number in request["channelIds"]:
             self._advertised.pop(number, None)
 
@@ -198,7 +167,7 @@ class _Talk:
                 raise KbotError(f"{topic}: that is no JSON") from None
         self._bridge.link.send(topic, message)
 
-    def _get_parameters(self, request: dict[str, Any]) -> None:
+    def _get_parameters(self, request: Request) -> None:
         wanted = request.get("parameterNames") or list(self._bridge.link.parameters)
         found = [
             {"name": name, "value": value}
@@ -223,3 +192,11 @@ class _Talk:
 
     def _say(self, **message: object) -> None:
         self._wire.put(json.dumps(message), keep=True)
+
+    operations = {  # noqa: RUF012 - never changed
+        "subscribe": _subscribe,
+        "unsubscribe": _unsubscribe,
+        "advertise": _advertise,
+        "unadvertise": _unadvertise,
+        "getParameters": _get_parameters,
+    }

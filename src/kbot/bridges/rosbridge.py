@@ -6,45 +6,29 @@ https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import Any
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.outlets import Outlets
 from kbot.bridges.rosapi import call_rosapi
-from kbot.bridges.websocket import Data, WebSocketBridge, Wire
+from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
+from kbot.bridges.websocket import Wire
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Packet, known_type, ros_name
 from kbot.wire.plain import from_plain, to_plain
 
 PORT = 9090
-LOOPBACK = "127.0.0.1"
-MOST_SUBSCRIPTIONS = 1000
-
-Request = dict[str, Any]
 
 
-class RosbridgeBridge:
+class RosbridgeBridge(TopicServer):
     """Topics out with throttling, inputs in, and rosapi's questions about topics and parameters."""
 
     def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
         """Raises KbotError: no port is free, or the address is not this machine's."""
-        self.link = link
-        self.outlets = Outlets(link, lambda packet: None)
-        self._server = WebSocketBridge("rosbridge", host or LOOPBACK, port, lambda wire: _Talk(self, wire))
-        self.outlets.start(self._server.loop)
-
-    @property
-    def address(self) -> str:
-        return self._server.address
+        super().__init__("rosbridge", link, host, port, lambda wire: _Talk(self, wire))
 
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
         return f"rosbridge: {self.address}"
-
-    def close(self) -> None:
-        self._server.close()
 
 
 class _Subscription:
@@ -64,7 +48,7 @@ class _Subscription:
         self._wire.put(json.dumps({"op": "publish", "topic": self.topic, "msg": message}))
 
 
-class _Talk:
+class _Talk(JsonTalk):
     def __init__(self, bridge: RosbridgeBridge, wire: Wire) -> None:
         self._bridge, self._wire = bridge, wire
         self._subscriptions: dict[tuple[str, str], _Subscription] = {}
@@ -76,32 +60,6 @@ class _Talk:
 
     def fault(self, text: str) -> None:
         self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
-
-    def hear(self, data: Data) -> None:
-        """Raises KbotError: it is not of the protocol, or cannot be done."""
-        try:
-            request = json.loads(data)
-        except (ValueError, RecursionError):
-            raise KbotError("that is no JSON") from None
-        if not isinstance(request, dict):
-            raise KbotError("a request is an object with an 'op'")
-        operations: dict[Any, Callable[[Request], None]] = {
-            "subscribe": self._subscribe,
-            "unsubscribe": self._unsubscribe,
-            "advertise": self._advertise,
-            "unadvertise": self._unadvertise,
-            "publish": self._publish,
-            "call_service": self._call_service,
-            "set_level": lambda request: None,
-        }
-        name = request.get("op")
-        operation = operations.get(name) if isinstance(name, str) else None
-        if operation is None:
-            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
-        try:
-            operation(request)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None
 
     def _subscribe(self, request: Request) -> None:
         topic = self._known(str(request["topic"]))
@@ -165,3 +123,13 @@ class _Talk:
         if not topic.is_input:
             raise KbotError(f"{name} is what the simulation says ({ros_name(topic.message_type)}), not hears")
         return topic
+
+    operations = {  # noqa: RUF012 - never changed
+        "subscribe": _subscribe,
+        "unsubscribe": _unsubscribe,
+        "advertise": _advertise,
+        "unadvertise": _unadvertise,
+        "publish": _publish,
+        "call_service": _call_service,
+        "set_level": lambda talk, request: None,
+    }

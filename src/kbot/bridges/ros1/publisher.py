@@ -9,14 +9,9 @@ import threading
 from collections import deque
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.ros1.tcpros import (
-    HANDSHAKE_SECONDS,
-    ProtocolError,
-    check_header,
-    encode_header,
-    read_header,
-)
-from kbot.wire import Packet, ros1_definition
+from kbot.bridges.ros1.tcpros import HANDSHAKE_SECONDS, ProtocolError, encode_header, read_header
+from kbot.bridges.ros1.topic import TopicEnd
+from kbot.wire import Packet
 
 QUEUE = 100
 """Messages that wait for a slow subscriber; of more the newest are kept."""
@@ -24,15 +19,11 @@ SILENT_SECONDS = 10.0
 """A subscriber that takes nothing for this long is let go."""
 
 
-class Outgoing:
+class Outgoing(TopicEnd):
     """A topic that subscribers come to. It is heard of the simulation while one is there."""
 
     def __init__(self, link: Link, topic: Topic, node: str) -> None:
-        self.topic = topic
-        self.type_name = topic.type_name.replace("/msg/", "/")
-        self.definition, self.md5 = ros1_definition(topic.type_name)
-        self._link, self._node = link, node
-        self._lock = threading.Lock()
+        super().__init__(link, topic, node)
         self._subscribers: list[_Subscriber] = []
         self._last: bytes | None = None
         self._is_closed = False
@@ -52,8 +43,8 @@ class Outgoing:
             ProtocolError: it wants another type.
             OSError: it is gone.
         """
-        check_header(header, self.topic.name, self.type_name, self.md5)
-        connection.sendall(encode_header(self._header()))
+        self.check(header)
+        connection.sendall(encode_header(self.header(latching=str(int(self.topic.is_latched)))))
         connection.settimeout(SILENT_SECONDS)
         subscriber = _Subscriber(connection, header.get("callerid", "?"))
         self._add(subscriber)
@@ -70,16 +61,6 @@ class Outgoing:
         for subscriber in subscribers:
             subscriber.close()
         self._link.close(self.topic.name, self._send)
-
-    def _header(self) -> dict[str, str]:
-        return {
-            "callerid": self._node,
-            "latching": str(int(self.topic.is_latched)),
-            "md5sum": self.md5,
-            "message_definition": self.definition,
-            "topic": self.topic.name,
-            "type": self.type_name,
-        }
 
     def _add(self, subscriber: _Subscriber) -> None:
         with self._lock:

@@ -11,27 +11,23 @@ from kbot.bridges.ros1.rpc import RpcFailed, call
 from kbot.bridges.ros1.tcpros import (
     HANDSHAKE_SECONDS,
     ProtocolError,
-    check_header,
     encode_header,
     read_block,
     read_header,
 )
+from kbot.bridges.ros1.topic import TopicEnd
 from kbot.text import KbotError
-from kbot.wire import decode_ros1, ros1_definition
+from kbot.wire import decode_ros1
 
 AGAIN_SECONDS = 1.0
 MOST_PUBLISHERS = 32
 
 
-class Incoming:
+class Incoming(TopicEnd):
     """Hears every publisher of a topic and hands on what it says."""
 
     def __init__(self, link: Link, topic: Topic, node: str) -> None:
-        self.topic = topic
-        self.type_name = topic.type_name.replace("/msg/", "/")
-        self.definition, self.md5 = ros1_definition(topic.type_name)
-        self._link, self._node = link, node
-        self._lock = threading.Lock()
+        super().__init__(link, topic, node)
         self._publishers: dict[str, _Publisher] = {}
 
     @property
@@ -88,19 +84,8 @@ class _Publisher:
             raise ProtocolError(f"it offers {answer!r} where an address should be") from None
         with socket.create_connection(address, HANDSHAKE_SECONDS) as connection:
             self._connection = connection
-            connection.sendall(
-                encode_header(
-                    {
-                        "callerid": self._node,
-                        "md5sum": self._incoming.md5,
-                        "message_definition": self._incoming.definition,
-                        "tcp_nodelay": "1",
-                        "topic": topic.name,
-                        "type": self._incoming.type_name,
-                    }
-                )
-            )
-            check_header(read_header(connection), topic.name, self._incoming.type_name, self._incoming.md5)
+            connection.sendall(encode_header(self._incoming.header(tcp_nodelay="1")))
+            self._incoming.check(read_header(connection))
             connection.settimeout(None)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
             while not self._closed.is_set():

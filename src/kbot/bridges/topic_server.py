@@ -1,0 +1,86 @@
+"""The shell of a bridge over WebSocket: the topics of a link, and conversations in JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from kbot.bridges.link import Link
+from kbot.bridges.outlets import Outlets
+from kbot.bridges.websocket import Data, Talk, WebSocketBridge, Wire
+from kbot.text import KbotError
+from kbot.wire import Packet
+
+LOOPBACK = "127.0.0.1"
+MOST_SUBSCRIPTIONS = 1000
+"""Of one client."""
+
+Request = dict[str, Any]
+
+
+class TopicServer:
+    """Serves a link to clients, each by a talk of its own."""
+
+    def __init__(
+        self,
+        name: str,
+        link: Link,
+        host: str | None,
+        port: int,
+        make_talk: Callable[[Wire], Talk],
+        *,
+        prepare: Callable[[Packet], object] = lambda packet: None,
+        subprotocols: Sequence[str] = (),
+        origins: Sequence[str] = (),
+    ) -> None:
+        """`prepare` makes the encoding that clients get, on the simulation's thread; the rest as for
+        `WebSocketBridge`.
+
+        Raises:
+            KbotError: no port is free, or the address is not this machine's.
+        """
+        self.link = link
+        self.outlets = Outlets(link, prepare)
+        self._server = WebSocketBridge(
+            name, host or LOOPBACK, port, make_talk, subprotocols=subprotocols, origins=origins
+        )
+        self.outlets.start(self._server.loop)
+
+    @property
+    def address(self) -> str:
+        return self._server.address
+
+    def close(self) -> None:
+        """Take leave of all clients."""
+        self._server.close()
+
+    def later(self, work: Callable[[], None]) -> None:
+        """Do something on the server's loop."""
+        loop = self._server.loop
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(work)
+
+
+class JsonTalk:
+    """One client's conversation of JSON objects, each with an `op` that says what is wanted."""
+
+    operations: Mapping[str, Callable[[Any, Request], None]] = {}
+    """The methods by the names of what they do."""
+
+    def hear(self, data: Data) -> None:
+        """Raises KbotError: it is not of the protocol, or cannot be done."""
+        try:
+            request = json.loads(data)
+        except (ValueError, RecursionError):
+            raise KbotError("that is no JSON") from None
+        if not isinstance(request, dict):
+            raise KbotError("a request is an object with an 'op'")
+        name = request.get("op")
+        operation = self.operations.get(name) if isinstance(name, str) else None
+        if operation is None:
+            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
+        try:
+            operation(self, request)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None
