@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,8 +10,9 @@ from kbot.checks.bodies import Body, body_of, frame_of
 from kbot.checks.config import Config
 from kbot.checks.drivers import Driver, find_drivers
 from kbot.checks.fixing import copy_as_collision, insert_child, set_value
+from kbot.checks.folders import Folders
 from kbot.checks.rig import Rig, find_rig
-from kbot.checks.sources import SourceFile, read_sources, walk
+from kbot.checks.sources import SourceFile, in_order, read_sources
 from kbot.checks.spatial import Frame
 from kbot.checks.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
@@ -47,7 +47,7 @@ class Context:
         self.packages = packages
         self.config = config
         self.arguments = arguments
-        self._listings: dict[str, tuple[str, ...]] = {}
+        self.folders = Folders()
 
     @property
     def robot(self) -> Robot:
@@ -118,9 +118,22 @@ class Context:
     @cached_property
     def elements(self) -> tuple[Element, ...]:
         """The root and every element of the result, in document order."""
-        elements: list[Element] = []
-        walk(self.root, elements, [])
-        return tuple(elements)
+        return tuple(in_order(self.root))
+
+    @cached_property
+    def _by_tag(self) -> Mapping[str, list[Element]]:
+        found: dict[str, list[Element]] = {}
+        for element in self.elements:
+            if element.tag in found:
+                found[element.tag].append(element)
+            else:
+                found[element.tag] = [element]
+        return found
+
+    def tagged(self, *tags: str) -> Iterator[Element]:
+        """The elements of the result that have one of these tags."""
+        for tag in tags:
+            yield from self._by_tag.get(tag, ())
 
     @cached_property
     def urdf(self) -> tuple[tuple[Element, Element], ...]:
@@ -175,17 +188,6 @@ class Context:
         """A fix that adds a first child to the element at a place."""
         element = self.element_at(origin)
         return insert_child(element, text, title, safe) if element is not None else None
-
-    def listing(self, folder: str) -> tuple[str, ...]:
-        """The names in a folder; none where there is no such folder."""
-        names = self._listings.get(folder)
-        if names is None:
-            try:
-                names = tuple(os.listdir(folder or "."))  # noqa: PTH208 - names alone, and much faster
-            except OSError:
-                names = ()
-            self._listings[folder] = names
-        return names
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:

@@ -39,7 +39,7 @@ def findings(context: Context) -> list[Diagnostic]:
     for rule in all_rules().values():
         if rule.needs != "below" and context.has(rule.needs):
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
-    return said_once(found, context.document, context.parameters)
+    return said_once(found, lambda: context.elements, context.parameters)
 
 
 def _not_said_before(said: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:

@@ -137,8 +137,8 @@ def color_out_of_range(context: Context) -> Found:
 
     Fix: unsafe: plain numbers of 0..255 are divided by 255.
     """
-    for element in context.elements:
-        if element.tag != "color" or "rgba" not in element.attributes:
+    for element in context.tagged("color"):
+        if "rgba" not in element.attributes:
             continue
         words = element.attributes["rgba"].split()
         try:

@@ -101,8 +101,8 @@ def angle_in_degrees(context: Context) -> Found:
 
     Fix: unsafe: plain numbers are taken for degrees and written in radians.
     """
-    for element in context.elements:
-        if element.tag != "origin" or "rpy" not in element.attributes or "$" in element.attributes["rpy"]:
+    for element in context.tagged("origin"):
+        if "rpy" not in element.attributes or "$" in element.attributes["rpy"]:
             continue
         values = _numbers(element.attributes["rpy"])
         worst = max((abs(v) for v in values), default=0.0)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from kbot.text import Call, Diagnostic, Element, Origin, Related, Span
@@ -18,9 +17,9 @@ Parameters = Mapping[str, frozenset[str]]
 
 
 def said_once(
-    found: Iterable[Diagnostic], document: Element | None, parameters: Parameters
+    found: Iterable[Diagnostic], elements: Callable[[], Iterable[Element]], parameters: Parameters
 ) -> list[Diagnostic]:
-    """Findings of one code at one place made into one.
+    """Findings of one code at one place made into one. `elements` gives those of the whole result.
 
     A value that a macro passes on as it was given (`${m}`) is its caller's, and is found there.
 
@@ -39,7 +38,7 @@ def said_once(
             span = origin.span
             groups[diagnostic.code, span.file, span.start, span.end].append(diagnostic)
     if groups:
-        copies = _Copies(document)
+        copies = _Copies(elements(), groups.values())
         moved: dict[tuple[str, str, int], list[Diagnostic]] = defaultdict(list)
         for group in groups.values():
             for diagnostic in copies.placed(group):
@@ -70,31 +69,36 @@ def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
 
 
 class _Copies:
-    """How often, and by which calls, each place of a source was expanded."""
+    """By which calls each element that has a finding was brought."""
 
-    def __init__(self, document: Element | None) -> None:
-        self._calls: dict[tuple[str, int], list[Call | None]] = defaultdict(list)
-        starts: dict[str, set[int]] = defaultdict(set)
-        for element in document.descendants() if document else ():
-            if element.call is not None:
-                path = element.source.path
-                self._calls[path, element.start].append(element.call)
-                starts[path].add(element.start)
-        self._starts = {path: sorted(found) for path, found in starts.items()}
+    def __init__(self, elements: Iterable[Element], groups: Iterable[list[Diagnostic]]) -> None:
+        spans = [g[0].origin.span for g in groups if g[0].origin]
+        self._calls: dict[tuple[str, int], list[Call]] = {(s.file, _tag_at(s)): [] for s in spans}
+        starts = {start for _, start in self._calls}
+        for element in elements:
+            if element.start in starts and element.call is not None:
+                calls = self._calls.get((element.source.path, element.start))
+                if calls is not None:
+                    calls.append(element.call)
 
     def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
         """Findings of one place: as they are when all its copies have them, else at their calls."""
         by_calls = {_chain(d.origin): d for d in group if d.origin}
         span = group[0].origin.span if group[0].origin else None
-        others = [c for c in self._at(span) if _spans(c) not in by_calls] if span else []
+        calls = self._calls[span.file, _tag_at(span)] if span else []
+        others = [c for c in calls if _spans(c) not in by_calls]
         if not others:
             return list(by_calls.values())
         return [_at_call(d, [_macros(c) for c in others]) for d in by_calls.values()]
 
-    def _at(self, span: Span) -> list[Call | None]:
-        starts = self._starts.get(span.file, [])
-        at = bisect_right(starts, span.start) - 1
-        return self._calls[span.file, starts[at]] if at >= 0 else []
+
+def _tag_at(span: Span) -> int:
+    """Where the start tag begins that a span is in or comes behind."""
+    data = span.source.data
+    at = data.rfind(b"<", 0, span.start + 1)
+    while at > 0 and data[at + 1 : at + 2] in (b"/", b"!"):
+        at = data.rfind(b"<", 0, at)
+    return at
 
 
 def _macros(call: Call | None) -> list[Call]:

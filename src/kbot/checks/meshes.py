@@ -55,9 +55,9 @@ def mesh_missing(context: Context) -> Found:
         except KbotError as error:
             yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}")
             continue
-        if expected and _same_but_case(context, expected) is None:
+        if expected and context.folders.but_for_case(expected) is None:
             folder, name = os.path.split(expected)
-            hint = did_you_mean(name, context.listing(folder))
+            hint = did_you_mean(name, context.folders.names(folder))
             message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there"
             yield Finding(mesh.origin, message, hint)
 
@@ -75,18 +75,6 @@ def _expected(context: Context, uri: str) -> str:
         name, _, inner = rest.partition("/")
         return os.path.join(context.packages.find(name), inner)  # noqa: PTH118 - strings: this is hot
     return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)  # noqa: PTH118, PTH120
-
-
-def _same_but_case(context: Context, path: str) -> str | None:
-    """A file whose path differs from this one by case only."""
-    folder, name = os.path.split(path)
-    if not context.listing(folder):
-        inner = _same_but_case(context, folder) if folder not in ("", path) else None
-        if inner is None or inner == folder:  # not there, or there and empty
-            return None
-        return _same_but_case(context, os.path.join(inner, name))  # noqa: PTH118
-    match = next((n for n in context.listing(folder) if n.lower() == name.lower()), None)
-    return os.path.join(folder, match) if match else None  # noqa: PTH118
 
 
 @rule("G102", "mesh-case", Severity.ERROR, "robot")
@@ -111,9 +99,9 @@ def mesh_case(context: Context) -> Found:
         except KbotError:
             continue
         folder, name = os.path.split(expected)
-        if not expected or name in context.listing(folder):
+        if not expected or name in context.folders.names(folder):
             continue
-        found = os.path.basename(_same_but_case(context, expected) or "")  # noqa: PTH119
+        found = os.path.basename(context.folders.but_for_case(expected) or "")  # noqa: PTH119
         if found.lower() == name.lower():
             yield Finding(
                 mesh.origin,
@@ -135,14 +123,12 @@ def mesh_path_absolute(context: Context) -> Found:
 
     Fix: none.
     """
-    for element in context.elements:
-        if element.tag not in ("mesh", "texture") or "filename" not in element.attributes:
+    for element in context.tagged("mesh", "texture"):
+        uri = element.attributes.get("filename", "")
+        if not re.match(r"(file://)?(/|[A-Za-z]:[\\/])", uri):
             continue
         origin = element.attribute_origin("filename")
-        uri = element.attributes["filename"]
-        if "$" in origin.span.text:
-            continue
-        if re.match(r"(file://)?(/|[A-Za-z]:[\\/])", uri):
+        if "$" not in origin.span.text:
             yield Finding(
                 origin,
                 f"{uri} is an absolute path: it is there on one machine only",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 from kbot.checks.spatial import Vector
 from kbot.text import KbotError
@@ -33,7 +33,7 @@ def unreadable(path: str) -> str:
 
 def _facts_of(path: str) -> MeshFacts | str:
     try:
-        stat = Path(path).stat()
+        stat = os.stat(path)  # noqa: PTH116 - hot
     except OSError as error:
         return f"{path}: {error.strerror}"
     return _read(path, stat.st_mtime_ns, stat.st_size)

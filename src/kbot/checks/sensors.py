@@ -10,7 +10,7 @@ from kbot.checks.context import Context
 from kbot.checks.rays import distance_along
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import held
-from kbot.checks.spatial import Frame, dot, subtract
+from kbot.checks.spatial import Frame, add, dot, norm, scale, subtract
 from kbot.model import JointType
 from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -150,20 +150,30 @@ def _own_body(
             return None
         frame = Frame(frame.rotation, frame.point((x, y, z)))
     cut = _in_plane(context, frame, set(held(context.robot, link)))
+    # each beam's nearest hit: distance, link, place
+    nearest_hits: dict[int, tuple[float, str, Origin]] = {}
+    for name, part, shape in cut:
+        start = shape.local(frame.translation)
+        ahead = shape.local_direction(frame.direction((1.0, 0.0, 0.0)))
+        left = shape.local_direction(frame.direction((0.0, 1.0, 0.0)))
+        reach = norm(part.half)
+        if norm(start) - reach > ranges[1]:
+            continue
+        for i in range(_BEAMS):
+            angle = angles[0] + (angles[1] - angles[0]) * i / _BEAMS
+            direction = add(scale(ahead, math.cos(angle)), scale(left, math.sin(angle)))
+            if dot(start, direction) > reach:
+                continue  # it looks away
+            t = distance_along(start, direction, part.geometry, part.half)
+            if t is not None and ranges[0] < t < ranges[1]:
+                known = nearest_hits.get(i)
+                if known is None or t < known[0]:
+                    nearest_hits[i] = (t, name, part.origin)
     hits: dict[str, tuple[int, float, Origin]] = {}
-    for i in range(_BEAMS if cut else 0):
-        angle = angles[0] + (angles[1] - angles[0]) * i / _BEAMS
-        direction = frame.direction((math.cos(angle), math.sin(angle), 0.0))
-        best: tuple[float, str, Origin] | None = None
-        for name, part, shape in cut:
-            t = distance_along(
-                shape.local(frame.translation), shape.local_direction(direction), part.geometry, part.half
-            )
-            if t is not None and ranges[0] < t < ranges[1] and (best is None or t < best[0]):
-                best = (t, name, part.origin)
-        if best is not None:
-            count, nearest, origin = hits.get(best[1], (0, math.inf, best[2]))
-            hits[best[1]] = (count + 1, min(nearest, best[0]), origin)
+    for i in sorted(nearest_hits):
+        distance, name, place = nearest_hits[i]
+        count, nearest, origin = hits.get(name, (0, math.inf, place))
+        hits[name] = (count + 1, min(nearest, distance), origin)
     if not hits:
         return None
     name, (count, nearest, origin) = max(hits.items(), key=lambda item: item[1][0])

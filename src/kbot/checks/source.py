@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from kbot.checks.context import Context
 from kbot.checks.fixing import rename_tag, replace_value
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.sources import SourceFile, named
+from kbot.checks.sources import named
 from kbot.checks.vocabulary import ATTRIBUTES
 from kbot.text import Comment, Element, Related, Severity
 
@@ -67,8 +67,8 @@ def macro_without_prefix(context: Context) -> Found:
     Fix: safe: the prefix is added.
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
-    for file in context.sources:
-        for element in _outside_extensions(file):
+    for file in context.sources if macros else ():
+        for element in _outside_extensions(file.root):
             macro = macros.get(element.tag)
             if macro is None or element.tag in ATTRIBUTES or ":" in element.tag:
                 continue
@@ -82,15 +82,14 @@ def macro_without_prefix(context: Context) -> Found:
                 )
 
 
-def _outside_extensions(file: SourceFile) -> Iterator[Element]:
-    at = 1
-    while at < len(file.elements):
-        element = file.elements[at]
-        if element.tag in _EXTENSIONS:
-            at = file.ends[at]
-        else:
+def _outside_extensions(root: Element) -> Iterator[Element]:
+    waiting = list(root.elements())[::-1]
+    while waiting:
+        element = waiting.pop()
+        if element.tag not in _EXTENSIONS:
             yield element
-            at += 1
+            if element.children:
+                waiting += [child for child in reversed(element.children) if type(child) is Element]
 
 
 @rule("S112", "argument-before-default", Severity.ERROR, "source")
@@ -134,7 +133,7 @@ def odd_boolean(context: Context) -> Found:
     Fix: safe: the blank is removed, capitals are made small.
     """
     for file in context.sources:
-        for element in file.elements:
+        for element in file.xacro:
             if not element.tag.startswith("xacro:") or element.tag in (
                 "xacro:if",
                 "xacro:unless",
@@ -168,7 +167,7 @@ def leftover(context: Context) -> Found:
     """
     errors = [d for d in context.problems if d.is_error and d.origin]
     failed = {o.span.start for d in errors for o in (d.origin, *(r.origin for r in d.related)) if o}
-    for element in context.elements:
+    for element in _not_plain(context.root):
         if element.tag.startswith("xacro:"):
             if element.start not in failed and not _failed_in(element, failed):
                 yield Finding(element.origin, f"<{element.tag}> is left in the result")
@@ -191,6 +190,15 @@ def leftover(context: Context) -> Found:
             if not _failed_in(element, failed):
                 text = child.value.strip()[:60]
                 yield Finding(element.origin, f"'{text}' is left in the result as it stands")
+
+
+def _not_plain(root: Element) -> Iterator[Element]:
+    """The elements that were written with something of xacro's in them, in document order."""
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        yield element
+        waiting += [c for c in reversed(element.children) if type(c) is Element and not c.is_plain]
 
 
 def _failed_in(element: Element, failed: set[int]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 from kbot.text import Comment, DescriptionError, Element, KbotError, Source, read_source
@@ -26,21 +26,47 @@ class MacroText:
 
 @dataclass(frozen=True, eq=False)
 class SourceFile:
-    """One file: its text, its root element, all its elements in order."""
+    """One file: its text and its root element; what the rules ask of it is found when it is asked for."""
 
     source: Source
     root: Element
-    elements: tuple[Element, ...] = field(repr=False)
-    ends: tuple[int, ...] = field(repr=False)
-    """For each element, how many elements there are up to the end of its own subtree."""
 
     @property
     def path(self) -> str:
         return self.source.path
 
     @cached_property
+    def elements(self) -> tuple[Element, ...]:
+        """All elements in document order."""
+        return tuple(in_order(self.root))
+
+    @cached_property
+    def xacro(self) -> tuple[Element, ...]:
+        """The elements that xacro may have to do with, in document order."""
+        return tuple(e for e in self._walked[0] if not e.is_plain)
+
+    @cached_property
+    def _walked(self) -> tuple[tuple[Element, ...], tuple[int, ...]]:
+        """Elements in document order, what is within plain ones left out; and for each of them, how many
+        there are up to the end of its own subtree."""
+        elements: list[Element] = []
+        ends: list[int] = []
+        waiting = [(self.root, -1)]
+        while waiting:
+            element, at = waiting.pop()
+            if at >= 0:
+                ends[at] = len(elements)
+                continue
+            elements.append(element)
+            ends.append(len(elements))
+            if not element.is_plain and element.children:
+                waiting.append((element, len(elements) - 1))
+                waiting += [(child, -1) for child in reversed(element.children) if type(child) is Element]
+        return tuple(elements), tuple(ends)
+
+    @cached_property
     def _words(self) -> tuple[tuple[str, ...], ...]:
-        return tuple(tuple(words_of(element)) for element in self.elements)
+        return tuple(() if e.is_plain else tuple(words_of(e)) for e in self._walked[0])
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -53,19 +79,21 @@ class SourceFile:
     @cached_property
     def top(self) -> tuple[tuple[Element, frozenset[str]], ...]:
         """The root's own children, each with the words used in it; macros use none until they are called."""
+        elements, ends = self._walked
         found, at = [], 1
-        while at < len(self.elements):
-            element = self.elements[at]
+        while at < len(elements):
+            element = elements[at]
             if element.tag not in ("xacro:macro", "xacro:arg"):
-                found.append((element, self._words_in(at, self.ends[at])))
-            at = self.ends[at]
+                found.append((element, self._words_in(at, ends[at])))
+            at = ends[at]
         return tuple(found)
 
     @cached_property
     def macros(self) -> tuple[MacroText, ...]:
+        elements, ends = self._walked
         return tuple(
-            MacroText(e, tuple(parameters_of(e)), self._words_in(i + 1, self.ends[i]))
-            for i, e in enumerate(self.elements)
+            MacroText(e, tuple(parameters_of(e)), self._words_in(i + 1, ends[i]))
+            for i, e in enumerate(elements)
             if e.tag == "xacro:macro" and "name" in e.attributes
         )
 
@@ -96,25 +124,24 @@ def _source_file(root: Element) -> SourceFile:
     if known is None or known.root is not root:
         if len(_files) >= _CACHE_SIZE:
             del _files[next(iter(_files))]
-        elements: list[Element] = []
-        ends: list[int] = []
-        walk(root, elements, ends)
-        known = _files[path] = SourceFile(root.source, root, tuple(elements), tuple(ends))
+        known = _files[path] = SourceFile(root.source, root)
     return known
 
 
-def walk(root: Element, elements: list[Element], ends: list[int]) -> None:
-    """An element and all beneath it in document order, and where each one's subtree ends."""
-    waiting = [(root, -1)]
-    while waiting:
-        element, at = waiting.pop()
-        if at >= 0:
-            ends[at] = len(elements)
-            continue
-        waiting.append((element, len(elements)))
-        elements.append(element)
-        ends.append(0)
-        waiting += [(child, -1) for child in reversed(element.children) if type(child) is Element]
+def in_order(root: Element) -> list[Element]:
+    """An element and all beneath it in document order."""
+    found = [root]
+    inner = [iter(root.children)]
+    while inner:
+        for child in inner[-1]:
+            if type(child) is Element:
+                found.append(child)
+                if child.children:
+                    inner.append(iter(child.children))
+                    break
+        else:
+            inner.pop()
+    return found
 
 
 def words_of(element: Element) -> Iterator[str]:
@@ -151,7 +178,7 @@ def parameters_of(macro: Element) -> dict[str, str]:
 
 
 def named(file: SourceFile, tag: str) -> Iterator[tuple[str, Element]]:
-    """The elements of a tag that are named without an expression, each with its name."""
-    for element in file.elements:
+    """The elements of one of xacro's tags that are named without an expression, each with its name."""
+    for element in file.xacro:
         if element.tag == tag and "name" in element.attributes and "$" not in element.attributes["name"]:
             yield element.attributes["name"], element

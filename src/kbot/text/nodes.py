@@ -114,13 +114,16 @@ class Element:
 
     def elements(self, tag: str | None = None) -> Iterator[Element]:
         """Child elements in order, all or those of one name."""
-        for child in self.children:
-            if isinstance(child, Element) and (tag is None or child.tag == tag):
-                yield child
+        if tag is None:
+            return iter([c for c in self.children if type(c) is Element])
+        return iter([c for c in self.children if type(c) is Element and c.tag == tag])
 
     def find(self, tag: str) -> Element | None:
         """The first child element of a name."""
-        return next(self.elements(tag), None)
+        for child in self.children:
+            if type(child) is Element and child.tag == tag:
+                return child
+        return None
 
     def descendants(self) -> Iterator[Element]:
         """Every element beneath this one, in document order."""
