@@ -14,36 +14,42 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 Convert = Callable[[Any], Any]
+ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
+"""What ROS 1 has in headers, and ROS 2 in what is empty."""
 
 
-def encode_cdr(message: object) -> bytes:
-    """Little-endian CDR with its four bytes of header. Raises KbotError where ROS has no such message."""
+def encode_cdr(message: object, name: str = "") -> bytes:
+    """Little-endian CDR with its four bytes of header; `name` is that of the type, where it is not a
+    message's. Raises KbotError where ROS has no such message."""
     kind: type = type(message)
-    convert, name, store = _outward(kind, False), ros_name(kind), ros2_types()
+    name = name or ros_name(kind)
+    convert, store = _outward(kind, False, name), ros2_types()
     return bytes(store.serialize_cdr(convert(message) if convert else message, name, little_endian=True))
 
 
-def encode_ros1(message: object) -> bytes:
-    """As TCPROS and bags of ROS 1 carry it. Raises KbotError where ROS has no such message."""
+def encode_ros1(message: object, name: str = "") -> bytes:
+    """As TCPROS and bags of ROS 1 carry it; `name` as for `encode_cdr`. Raises KbotError where ROS has no
+    such message."""
     kind: type = type(message)
-    convert, name, store = _outward(kind, True), ros_name(kind), ros1_types()
+    name = name or ros_name(kind)
+    convert, store = _outward(kind, True, name), ros1_types()
     return bytes(store.serialize_ros1(convert(message) if convert else message, name))
 
 
-def decode_cdr(data: bytes, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+def decode_cdr(data: bytes, message_type: type, name: str = "") -> Any:  # noqa: ANN401 - an instance of message_type
     """Raises KbotError: the bytes are no such message."""
-    return _decoded(ros2_types().deserialize_cdr, data, message_type)
+    return _decoded(ros2_types().deserialize_cdr, data, message_type, name)
 
 
-def decode_ros1(data: bytes, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+def decode_ros1(data: bytes, message_type: type, name: str = "") -> Any:  # noqa: ANN401 - an instance of message_type
     """Raises KbotError: the bytes are no such message."""
-    return _decoded(ros1_types().deserialize_ros1, data, message_type)
+    return _decoded(ros1_types().deserialize_ros1, data, message_type, name)
 
 
-def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: type) -> object:
+def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: type, name: str) -> object:
     from rosbags.serde import SerdeError
 
-    name = ros_name(message_type)
+    name = name or ros_name(message_type)
     try:
         return _inward(message_type)(decode(data, name))
     except (SerdeError, IndexError, ValueError, MemoryError) as error:
@@ -51,16 +57,15 @@ def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: 
 
 
 @cache
-def _outward(message_type: type, ros1: bool) -> Convert | None:
+def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
     """What turns a message into one the library can write; None where it can write it as it is.
 
     The library wants arrays of numbers as numpy arrays, and ROS 1 a sequence number in the header; all
     else it reads by name from our own objects.
     """
     store = ros1_types() if ros1 else ros2_types()
-    name = ros_name(message_type)
     known = dict(store.fielddefs[name][1])
-    given = {"seq": 0} if "seq" in known and not hasattr(message_type, "seq") else {}
+    given = {field: 0 for field in ONLY_ON_THE_WIRE if field in known and not hasattr(message_type, field)}
     parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}
     if not given and not any(parts.values()):
         return None
@@ -95,7 +100,7 @@ def _convert_field(store: Typestore, kind: Any, ros1: bool) -> Convert | None:  
 
 def _outward_by_name(name: str, ros1: bool) -> Convert | None:
     message_type = known_type(name)
-    return _outward(message_type, ros1) if message_type else None
+    return _outward(message_type, ros1, name) if message_type else None
 
 
 def _same(value: object) -> object:

@@ -47,14 +47,22 @@ def from_plain(value: Plain, message_type: type) -> Any:  # noqa: ANN401 - an in
     try:
         return _maker(message_type)(value)
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise KbotError(f"no {ros_name(message_type)}: {error}") from None
+        raise KbotError(f"no {_name(message_type)}: {error}") from None
+
+
+def _name(message_type: type) -> str:
+    """What ROS calls it; a part of a service has no name of its own."""
+    try:
+        return ros_name(message_type)
+    except KbotError:
+        return message_type.__name__
 
 
 @cache
 def _maker(message_type: type) -> Callable[[Plain], Any]:
     hints = get_type_hints(message_type)
     makers = {field.name: _value(hints[field.name]) for field in dataclasses.fields(message_type)}
-    name = ros_name(message_type)
+    name = _name(message_type)
 
     def make(value: Plain) -> object:
         if not isinstance(value, dict):

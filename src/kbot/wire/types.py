@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from kbot.messages import navigation, sensing
 from kbot.messages import types as messages
 from kbot.text import KbotError
+from kbot.wire.services import PARTS, own_definitions
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -19,6 +20,7 @@ PACKAGES = (
     "sensor_msgs",
     "tf2_msgs",
     "rosgraph_msgs",
+    "actionlib_msgs",
     "builtin_interfaces",
 )
 """Where a message's namesake is looked for."""
@@ -29,7 +31,12 @@ TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 
 @cache
 def ros2_types() -> Typestore:
-    """The message types of ROS 2."""
+    """The message types of ROS 2, and those of the services that are offered."""
+    return _with_own(_shipped())
+
+
+@cache
+def _shipped() -> Typestore:
     from rosbags.typesys import Stores, get_typestore
 
     return get_typestore(Stores.ROS2_JAZZY)
@@ -37,11 +44,21 @@ def ros2_types() -> Typestore:
 
 @cache
 def ros1_types() -> Typestore:
-    """The message types of ROS 1; tf2's are not among those that the library ships."""
+    """The same of ROS 1; tf2's are not among those that the library ships."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC)
     store.register(get_types_from_msg(TF_MESSAGE, "tf2_msgs/msg/TFMessage"))
+    return _with_own(store)
+
+
+def _with_own(store: Typestore) -> Typestore:
+    from rosbags.typesys import get_types_from_msg
+
+    types = {}
+    for name, text in own_definitions():
+        types.update(get_types_from_msg(text, name))
+    store.register(types)
     return store
 
 
@@ -52,8 +69,10 @@ def ros_name(message_type: type) -> str:
     Raises:
         KbotError: ROS has no such message.
     """
+    if message_type in PARTS:
+        return PARTS[message_type]
     name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
-    known = ros2_types().fielddefs
+    known = _shipped().fielddefs
     found = next((full for package in PACKAGES if (full := f"{package}/msg/{name}") in known), None)
     if found is None:
         raise KbotError(f"ROS has no message {name}, so it can neither be recorded nor sent")
@@ -63,8 +82,9 @@ def ros_name(message_type: type) -> str:
 @cache
 def _known() -> dict[str, type]:
     homes = (messages, sensing, navigation)
+    own = {name: message_type for message_type, name in PARTS.items()}
     found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
-    return {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
+    return own | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
 
 
 def known_type(name: str) -> type | None:

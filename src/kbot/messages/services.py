@@ -1,0 +1,233 @@
+"""What services are asked and answer: std_srvs, and gazebo_msgs as Gazebo's plugins for ROS have them.
+
+Poses and twists are in the world unless a frame is named; an empty name, `world` and `map` mean the world.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
+
+ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
+
+
+@dataclass(frozen=True, slots=True)
+class Duration:
+    sec: int = 0
+    nanosec: int = 0
+
+    @property
+    def seconds(self) -> float:
+        return self.sec + self.nanosec * 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Wrench:
+    """Newtons and newton metres."""
+
+    force: Vector3 = NOTHING
+    torque: Vector3 = NOTHING
+
+
+@dataclass(frozen=True, slots=True)
+class ModelState:
+    model_name: str = ""
+    pose: Pose = ORIGIN
+    twist: Twist = STILL
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkState:
+    link_name: str = ""
+    pose: Pose = ORIGIN
+    twist: Twist = STILL
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class EntityState:
+    name: str = ""
+    pose: Pose = ORIGIN
+    twist: Twist = STILL
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelStates:
+    """Every model of the world; what stands fast too."""
+
+    name: tuple[str, ...] = ()
+    pose: tuple[Pose, ...] = ()
+    twist: tuple[Twist, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LinkStates:
+    """Every link of the robots, as `robot::link`."""
+
+    name: tuple[str, ...] = ()
+    pose: tuple[Pose, ...] = ()
+    twist: tuple[Twist, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class EmptyRequest:
+    """Nothing is asked but that it be done."""
+
+
+@dataclass(frozen=True, slots=True)
+class EmptyResponse:
+    """It is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatusResponse:
+    """How most of Gazebo's services answer: SpawnModel, DeleteModel, SetModelState, ApplyBodyWrench…"""
+
+    success: bool = False
+    status_message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnModelRequest:
+    """`model_xml` is a URDF, or an SDF where the service is for those."""
+
+    model_name: str = ""
+    model_xml: str = ""
+    robot_namespace: str = ""
+    initial_pose: Pose = ORIGIN
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnEntityRequest:
+    name: str = ""
+    xml: str = ""
+    robot_namespace: str = ""
+    initial_pose: Pose = ORIGIN
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteModelRequest:
+    model_name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteEntityRequest:
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetModelStateRequest:
+    model_name: str = ""
+    relative_entity_name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetModelStateResponse:
+    header: Header = HEADER
+    pose: Pose = ORIGIN
+    twist: Twist = STILL
+    success: bool = False
+    status_message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetEntityStateRequest:
+    name: str = ""
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetEntityStateResponse:
+    header: Header = HEADER
+    state: EntityState = EntityState()
+    success: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SetModelStateRequest:
+    model_state: ModelState = ModelState()
+
+
+@dataclass(frozen=True, slots=True)
+class SetEntityStateRequest:
+    state: EntityState = EntityState()
+
+
+@dataclass(frozen=True, slots=True)
+class SuccessResponse:
+    success: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GetLinkStateRequest:
+    link_name: str = ""
+    reference_frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetLinkStateResponse:
+    link_state: LinkState = LinkState()
+    success: bool = False
+    status_message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyBodyWrenchRequest:
+    """`reference_point` is in the reference frame; a negative `duration` is for good."""
+
+    body_name: str = ""
+    reference_frame: str = ""
+    reference_point: Point = HERE
+    wrench: Wrench = Wrench()
+    start_time: Time = START
+    duration: Duration = Duration()
+
+
+@dataclass(frozen=True, slots=True)
+class GetWorldPropertiesResponse:
+    sim_time: float = 0.0
+    model_names: tuple[str, ...] = ()
+    rendering_enabled: bool = True
+    success: bool = False
+    status_message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetModelPropertiesRequest:
+    model_name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GetModelPropertiesResponse:
+    parent_model_name: str = ""
+    canonical_body_name: str = ""
+    body_names: tuple[str, ...] = ()
+    geom_names: tuple[str, ...] = ()
+    joint_names: tuple[str, ...] = ()
+    child_model_names: tuple[str, ...] = ()
+    is_static: bool = False
+    success: bool = False
+    status_message: str = ""
+
+
+SERVICES: dict[str, tuple[type, type]] = {
+    "std_srvs/Empty": (EmptyRequest, EmptyResponse),
+    "gazebo_msgs/SpawnModel": (SpawnModelRequest, StatusResponse),
+    "gazebo_msgs/DeleteModel": (DeleteModelRequest, StatusResponse),
+    "gazebo_msgs/GetModelState": (GetModelStateRequest, GetModelStateResponse),
+    "gazebo_msgs/SetModelState": (SetModelStateRequest, StatusResponse),
+    "gazebo_msgs/GetLinkState": (GetLinkStateRequest, GetLinkStateResponse),
+    "gazebo_msgs/ApplyBodyWrench": (ApplyBodyWrenchRequest, StatusResponse),
+    "gazebo_msgs/GetWorldProperties": (EmptyRequest, GetWorldPropertiesResponse),
+    "gazebo_msgs/GetModelProperties": (GetModelPropertiesRequest, GetModelPropertiesResponse),
+    "gazebo_msgs/SpawnEntity": (SpawnEntityRequest, StatusResponse),
+    "gazebo_msgs/DeleteEntity": (DeleteEntityRequest, StatusResponse),
+    "gazebo_msgs/GetEntityState": (GetEntityStateRequest, GetEntityStateResponse),
+    "gazebo_msgs/SetEntityState": (SetEntityStateRequest, SuccessResponse),
+}
+"""The types of services by name, with what each is asked and answers."""
