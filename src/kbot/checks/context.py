@@ -81,6 +81,11 @@ class Context:
         return read_sources(self.entry, self.expansion.dependencies)
 
     @cached_property
+    def words(self) -> frozenset[str]:
+        """Every name that one of the files uses."""
+        return frozenset().union(*(file.words for file in self.sources))
+
+    @cached_property
     def is_part(self) -> bool:
         """Whether the file is there to be included: xacro without a robot's name and without a link."""
         root = self.document
@@ -250,14 +255,17 @@ class Context:
 
 
 def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
-    waiting = [(root, child) for child in reversed(list(root.elements()))]
-    while waiting:
-        parent, child = waiting.pop()
-        if ":" in child.tag:
-            continue
-        yield parent, child
-        if child.tag in CHILDREN and child.children:
-            waiting += [(child, inner) for inner in reversed(list(child.elements()))]
+    inner = [(root, iter(root.children))]
+    while inner:
+        parent, children = inner[-1]
+        for child in children:
+            if type(child) is Element and ":" not in child.tag:
+                yield parent, child
+                if child.children and child.tag in CHILDREN:
+                    inner.append((child, iter(child.children)))
+                    break
+        else:
+            inner.pop()
 
 
 def _touches(element: Element, origin: Origin) -> bool:

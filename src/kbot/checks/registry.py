@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from kbot.checks.context import Context
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
+NEEDS: tuple[Needs, ...] = ("source", "document", "robot", "drive")
+"""What a rule's function may need; rules of the floors below have none."""
 
 
 @dataclass(frozen=True, slots=True)

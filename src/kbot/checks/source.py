@@ -9,7 +9,7 @@ from kbot.checks.fixing import rename_tag, replace_value
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.sources import named
 from kbot.checks.vocabulary import ATTRIBUTES
-from kbot.text import Comment, Element, Related, Severity
+from kbot.text import Comment, Element, Related, Severity, Text
 
 _TRUTHS = ("true", "True", "false", "False")
 _EXTENSIONS = frozenset({"gazebo", "transmission", "ros2_control", "sensor", "plugin", "hardware", "param"})
@@ -67,7 +67,9 @@ def macro_without_prefix(context: Context) -> Found:
     Fix: safe: the prefix is added.
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
-    for file in context.sources if macros else ():
+    for file in context.sources:
+        if not any(f"<{name}" in file.source.text for name in macros):
+            continue
         for element in _outside_extensions(file.root):
             macro = macros.get(element.tag)
             if macro is None or element.tag in ATTRIBUTES or ":" in element.tag:
@@ -172,10 +174,6 @@ def leftover(context: Context) -> Found:
             if element.start not in failed and not _failed_in(element, failed):
                 yield Finding(element.origin, f"<{element.tag}> is left in the result")
             continue
-        if not any("$" in v for v in element.attributes.values()) and not any(
-            "$" in c.value for c in element.children if not isinstance(c, Element)
-        ):
-            continue
         for name, value in element.attributes.items():
             if "$" in value and ("${" in value or "$(" in value):
                 origin = element.attribute_origin(name)
@@ -185,7 +183,9 @@ def leftover(context: Context) -> Found:
                 ):
                     yield Finding(origin, f"'{value}' is left in the result as it stands")
         for child in element.children:
-            if isinstance(child, Element | Comment) or not ("${" in child.value or "$(" in child.value):
+            if not isinstance(child, Text) or type(child) is Comment or "$" not in child.value:
+                continue
+            if "${" not in child.value and "$(" not in child.value:
                 continue
             if not _failed_in(element, failed):
                 text = child.value.strip()[:60]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from kbot.text import Comment, DescriptionError, Element, KbotError, Source, read_source
+from kbot.text import Comment, DescriptionError, Element, KbotError, Source, Text, read_source
 from kbot.xacro.files import parsed
 
 XACRO = "xacro:"
@@ -49,24 +49,25 @@ class SourceFile:
     def _walked(self) -> tuple[tuple[Element, ...], tuple[int, ...]]:
         """Elements in document order, what is within plain ones left out; and for each of them, how many
         there are up to the end of its own subtree."""
-        elements: list[Element] = []
-        ends: list[int] = []
-        waiting = [(self.root, -1)]
-        while waiting:
-            element, at = waiting.pop()
-            if at >= 0:
+        elements, ends = [self.root], [1]
+        inner = [(0, iter(() if self.root.is_plain else self.root.children))]
+        while inner:
+            at, children = inner[-1]
+            for child in children:
+                if type(child) is Element:
+                    elements.append(child)
+                    ends.append(len(elements))
+                    if child.children and not child.is_plain:
+                        inner.append((len(elements) - 1, iter(child.children)))
+                        break
+            else:
                 ends[at] = len(elements)
-                continue
-            elements.append(element)
-            ends.append(len(elements))
-            if not element.is_plain and element.children:
-                waiting.append((element, len(elements) - 1))
-                waiting += [(child, -1) for child in reversed(element.children) if type(child) is Element]
+                inner.pop()
         return tuple(elements), tuple(ends)
 
     @cached_property
     def _words(self) -> tuple[tuple[str, ...], ...]:
-        return tuple(() if e.is_plain else tuple(words_of(e)) for e in self._walked[0])
+        return tuple(() if e.is_plain else words_of(e) for e in self._walked[0])
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -144,27 +145,30 @@ def in_order(root: Element) -> list[Element]:
     return found
 
 
-def words_of(element: Element) -> Iterator[str]:
+def words_of(element: Element) -> tuple[str, ...]:
     """Names that an element's own tag and text use."""
-    tag = element.tag
+    words: list[str] = []
+    tag, attributes = element.tag, element.attributes
     if tag.startswith(XACRO):
         if tag == "xacro:insert_block":
-            yield element.attributes.get("name", "")
+            words.append(attributes.get("name", ""))
         elif tag == "xacro:call":
-            yield element.attributes.get("macro", "")
+            words.append(attributes.get("macro", ""))
         elif tag in ("xacro:if", "xacro:unless"):
-            yield from identifiers(element.attributes.get("value", ""))
+            words += identifiers(attributes.get("value", ""))
         else:
-            yield tag[len(XACRO) :]
-    for key, value in element.attributes.items():
+            words.append(tag[len(XACRO) :])
+    for value in attributes.values():
         if "$" in value:
-            yield from identifiers(value)
-        if key == "params" and "^" in value:
-            yield from (m[1] for m in re.finditer(r"([\w-]+)\s*:?=\s*\^", value))
-            yield from identifiers(value)
+            words += identifiers(value)
+    params = attributes.get("params")
+    if params is not None and "^" in params:  # it takes its caller's property of that name
+        words += (m[1] for m in re.finditer(r"([\w-]+)\s*:?=\s*\^", params))
+        words += identifiers(params)
     for child in element.children:
-        if not isinstance(child, Element | Comment) and "$" in child.value:
-            yield from identifiers(child.value)
+        if isinstance(child, Text) and type(child) is not Comment and "$" in child.value:
+            words += identifiers(child.value)
+    return tuple(words)
 
 
 def identifiers(expression: str) -> list[str]:

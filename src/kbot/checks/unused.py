@@ -22,10 +22,6 @@ def _entry(context: Context) -> SourceFile | None:
     return first if first and first.path == context.entry.path else None
 
 
-def _used(context: Context) -> frozenset[str]:
-    return frozenset().union(*(file.words for file in context.sources))
-
-
 @rule("S101", "unused-property", Severity.WARNING, "source")
 def unused_property(context: Context) -> Found:
     """A property that nothing uses.
@@ -42,9 +38,8 @@ def unused_property(context: Context) -> Found:
     file = _entry(context)
     if file is None:
         return
-    used = _used(context)
     for name, element in named(file, "xacro:property"):
-        if name not in used:
+        if name not in context.words:
             yield Finding(
                 element.attribute_origin("name"),
                 f"the property '{name}' is never used: changing it changes nothing",
@@ -68,9 +63,8 @@ def unused_macro(context: Context) -> Found:
     file = _entry(context)
     if file is None:
         return
-    used = _used(context)
     for name, element in named(file, "xacro:macro"):
-        if name.removeprefix("xacro:") not in used:
+        if name.removeprefix("xacro:") not in context.words:
             yield Finding(
                 element.attribute_origin("name"),
                 f"the macro '{name}' is never called",
@@ -94,9 +88,8 @@ def unused_argument(context: Context) -> Found:
     file = _entry(context)
     if file is None:
         return
-    used = _used(context)
     for name, element in named(file, "xacro:arg"):
-        if name not in used and "${" not in name:
+        if name not in context.words and "${" not in name:
             yield Finding(
                 element.attribute_origin("name"),
                 f"the argument '{name}' is never read: passing it changes nothing",

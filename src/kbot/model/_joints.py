@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.model._links import read_pose
-from kbot.model._values import Values
+from kbot.model._values import Values, parts
 from kbot.model.joint import Dynamics, Joint, JointType, Limit, Mimic, SafetyController
 from kbot.text import Element, Origin
 from kbot.text.suggest import did_you_mean
@@ -14,11 +14,12 @@ _TYPES = [str(t) for t in JointType]
 def read_joint(element: Element, name: str, values: Values) -> Joint | None:
     """A joint; None and errors when its type or one of its links is missing or unknown."""
     kind = _read_type(element, name, values)
-    parent, child = (_read_end(element, name, tag, values) for tag in ("parent", "child"))
-    axis = element.find("axis")
-    limit, dynamics = element.find("limit"), element.find("dynamics")
-    mimic, safety = element.find("mimic"), element.find("safety_controller")
-    pose = read_pose(element, values)
+    inner = parts(element)
+    parent, child = (_read_end(element, inner.get(tag), name, tag, values) for tag in ("parent", "child"))
+    axis = inner.get("axis")
+    limit, dynamics = inner.get("limit"), inner.get("dynamics")
+    mimic, safety = inner.get("mimic"), inner.get("safety_controller")
+    pose = read_pose(inner.get("origin"), values)
     x_axis = (1.0, 0.0, 0.0)
     direction = x_axis if axis is None else values.vector(axis, "xyz", x_axis)
     read_limit = _read_limit(limit, values) if limit is not None else None
@@ -58,8 +59,9 @@ def _read_type(element: Element, name: str, values: Values) -> JointType | None:
         return None
 
 
-def _read_end(element: Element, name: str, tag: str, values: Values) -> tuple[str, Origin] | None:
-    end = element.find(tag)
+def _read_end(
+    element: Element, end: Element | None, name: str, tag: str, values: Values
+) -> tuple[str, Origin] | None:
     if end is None:
         values.error("U014", f"joint '{name}' lacks <{tag}>", element.origin)
         return None

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
-from kbot.model._values import Values
+from kbot.model._values import Values, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
 from kbot.text import Element
@@ -28,13 +27,15 @@ def read_link(element: Element, name: str, values: Values) -> Link:
     )
 
 
-def read_pose(element: Element, values: Values) -> Pose:
-    """The `<origin>` within an element; the identity where there is none."""
-    origin = element.find("origin")
+_ZERO = (0.0, 0.0, 0.0)
+_IDENTITY = Pose()
+
+
+def read_pose(origin: Element | None, values: Values) -> Pose:
+    """An `<origin>`; the identity where there is none."""
     if origin is None:
-        return Pose()
-    zero = (0.0, 0.0, 0.0)
-    return Pose(values.vector(origin, "xyz", zero), values.vector(origin, "rpy", zero), origin.origin)
+        return _IDENTITY
+    return Pose(values.vector(origin, "xyz", _ZERO), values.vector(origin, "rpy", _ZERO), origin.origin)
 
 
 def read_material(element: Element, values: Values) -> Material:
@@ -79,7 +80,8 @@ def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
 
 def _read_inertial(element: Element, values: Values) -> Inertial | None:
     """None when the mass or the tensor is missing; a number that cannot be read is NaN."""
-    mass, inertia = element.find("mass"), element.find("inertia")
+    inner = parts(element)
+    mass, inertia = inner.get("mass"), inner.get("inertia")
     for part, tag in ((mass, "mass"), (inertia, "inertia")):
         if part is None:
             values.error("U014", f"<inertial> lacks <{tag}>", element.origin)
@@ -96,7 +98,7 @@ def _read_inertial(element: Element, values: Values) -> Inertial | None:
         iyy=iyy,
         iyz=iyz,
         izz=izz,
-        pose=read_pose(element, values),
+        pose=read_pose(inner.get("origin"), values),
         origin=element.origin,
         mass_origin=mass.attribute_origin("value"),
         inertia_origin=inertia.origin,
@@ -104,13 +106,14 @@ def _read_inertial(element: Element, values: Values) -> Inertial | None:
 
 
 def _read_visual(element: Element, values: Values) -> Visual | None:
-    geometry = _read_geometry(element, values)
+    inner = parts(element)
+    geometry = _read_geometry(element, inner.get("geometry"), values)
     if geometry is None:
         return None
-    material = element.find("material")
+    material = inner.get("material")
     return Visual(
         element.attributes.get("name", ""),
-        read_pose(element, values),
+        read_pose(inner.get("origin"), values),
         geometry,
         read_material(material, values) if material is not None else None,
         element.origin,
@@ -118,16 +121,16 @@ def _read_visual(element: Element, values: Values) -> Visual | None:
 
 
 def _read_collision(element: Element, values: Values) -> Collision | None:
-    geometry = _read_geometry(element, values)
+    inner = parts(element)
+    geometry = _read_geometry(element, inner.get("geometry"), values)
     if geometry is None:
         return None
     name = element.attributes.get("name", "")
-    return Collision(name, read_pose(element, values), geometry, element.origin)
+    return Collision(name, read_pose(inner.get("origin"), values), geometry, element.origin)
 
 
-def _read_geometry(parent: Element, values: Values) -> Geometry | None:
+def _read_geometry(parent: Element, element: Element | None, values: Values) -> Geometry | None:
     """The shape, or None and errors when there is none or one of its sizes cannot be read."""
-    element = parent.find("geometry")
     if element is None:
         values.error("U014", f"<{parent.tag}> lacks <geometry>", parent.origin)
         return None
@@ -155,13 +158,8 @@ def _read_shape(shape: Element, values: Values) -> Geometry:
         case "mesh":
             uri = values.required(shape, "filename") or ""
             scale = values.vector(shape, "scale", (1.0, 1.0, 1.0), 1.0)
-            return Mesh(uri, _find_file(uri, values), scale, origin)
+            return Mesh(uri, values.file(uri), scale, origin)
         case tag:
             radius = values.number(shape, "radius", None)
             length = values.number(shape, "length", None)
             return (Capsule if tag == "capsule" else Cylinder)(radius, length, origin)
-
-
-def _find_file(uri: str, values: Values) -> str | None:
-    path = values.finder.resolve(uri) if values.finder and uri.strip() else None
-    return path if path is not None and os.path.isfile(path) else None  # noqa: PTH113 - hot

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from functools import lru_cache
 from typing import Protocol
@@ -31,6 +32,7 @@ class Values:
     def __init__(self, finder: MeshFinder | None = None) -> None:
         self.finder = finder
         self.diagnostics: list[Diagnostic] = []
+        self._files: dict[str, str | None] = {}
 
     def error(
         self, code: str, message: str, origin: Origin, hint: str = "", related: tuple[Related, ...] = ()
@@ -47,6 +49,14 @@ class Values:
         else:
             return name
         return None
+
+    def file(self, uri: str) -> str | None:
+        """The file that a mesh's URI names; None where there is none."""
+        if uri not in self._files:
+            path = self.finder.resolve(uri) if self.finder and uri.strip() else None
+            there = path is not None and os.path.isfile(path)  # noqa: PTH113 - hot
+            self._files[uri] = path if there else None
+        return self._files[uri]
 
     def required(self, element: Element, attribute: str) -> str | None:
         """An attribute's text; None and an error (U013) when it is missing."""
@@ -121,6 +131,15 @@ class Values:
         hint = "the expression was not expanded" if "${" in text else ""
         message = f"'{attribute}' of <{element.tag}> is not {kind}: '{text}'"
         self.error("U012", message, element.attribute_origin(attribute), hint)
+
+
+def parts(element: Element) -> dict[str, Element]:
+    """The first child element of each name."""
+    found: dict[str, Element] = {}
+    for child in element.children:
+        if type(child) is Element and child.tag not in found:
+            found[child.tag] = child
+    return found
 
 
 @lru_cache(maxsize=4096)

@@ -92,25 +92,26 @@ class Packages:
         `package://NAME/…`, `model://NAME/…`, `file://…`, an absolute path, or a path relative to
         the folder of `beside` (or of the file around which packages are searched).
         """
-        from urllib.parse import unquote
-
         scheme, separator, rest = uri.partition("://")
+        if separator and "%" in rest:
+            from urllib.parse import unquote
+
+            rest = unquote(rest)
         if separator and scheme in ("package", "model"):
-            name, _, inner = unquote(rest).partition("/")
+            name, _, inner = rest.partition("/")
             try:
-                path = Path(self.find(name)) / inner
+                path = os.path.join(self.find(name), inner)  # noqa: PTH118 - no pathlib: this is hot
             except PackageNotFound:
                 return None
         elif separator and scheme == "file":
-            path = Path(unquote(rest))
+            path = rest
         elif separator:
             return None
         else:
-            path = Path(uri)
-            if not path.is_absolute():
-                anchor = Path(beside or self.around or ".")
-                path = (anchor if anchor.is_dir() else anchor.parent) / path
-        return str(path) if path.exists() else None
+            anchor = os.fspath(beside or self.around or ".")
+            folder = anchor if os.path.isdir(anchor) else os.path.dirname(anchor)  # noqa: PTH112, PTH120
+            path = os.path.join(folder, uri)  # noqa: PTH118
+        return str(Path(path)) if os.path.exists(path) else None  # noqa: PTH110
 
     def names(self) -> list[str]:
         """Every package name that can be found, sorted."""
