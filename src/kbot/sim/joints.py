@@ -10,6 +10,7 @@ import numpy as np
 from kbot.kinematics.frames import unit_axis
 from kbot.kinematics.transform import Transform, rotations_about
 from kbot.model import Joint, JointType, Robot
+from kbot.sim.world_joints import set_friction, stiffen
 from kbot.world.findings import Findings
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
@@ -46,7 +47,7 @@ def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
     added = body.add_joint(name=name, type=kind, axis=axis)
     if joint.dynamics is not None:
         added.damping[0] = max(joint.dynamics.damping, 0.0)
-        added.frictionloss = max(joint.dynamics.friction, 0.0)
+        set_friction(added, max(joint.dynamics.friction, 0.0))
     _limit(added, joint, findings)
 
 
@@ -122,5 +123,4 @@ def add_mimics(
         else:
             equality.name2 = prefix + leader.name
             equality.data[:5] = (offset, multiplier, 0.0, 0.0, 0.0)
-        equality.solref = (0.004, 1.0)
-        equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)
+        stiffen(equality)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi
 from typing import Any
 
@@ -11,9 +12,11 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.sim import contacts as touch
 from kbot.sim.geometry import add_shape, wxyz
+from kbot.sim.world_joints import add_world_joint, stiffen
 from kbot.text import KbotError
 from kbot.world import world as w
 from kbot.world.findings import Findings
+from kbot.world.joints import Loop
 
 PREFIX = "/"
 """A robot has a name before the slash, the world has none."""
@@ -22,24 +25,74 @@ PREFIX = "/"
 def add_world(spec: Any, world: w.World, findings: Findings) -> None:  # noqa: ANN401
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
+    moving_models = {body.model for body in world.bodies if not body.is_static}
+    added: dict[str, tuple[Any, w.Body]] = {}
     for body in world.bodies:
-        # what stands still is part of one body: a thousand bodies would be looked at every step
-        added, place = spec.worldbody, body.pose
-        if not body.is_static:
-            added = spec.worldbody.add_body(
-                name=PREFIX + body.name, pos=body.pose.translation, quat=wxyz(body.pose)
-            )
-            added.add_freejoint(name=PREFIX + body.name)
-            place = Transform.identity()
+        own = _own_body(spec, body, moving_models, added)
+        if own is not None:
+            added[body.name] = own, body
+        place = body.pose if own is None else Transform.identity()
         geoms = []
         for index, part in enumerate(body.parts):
             if part.solid:
-                geom = _add_part(spec, added, body, part, place @ part.pose, findings)
+                geom = _add_part(spec, own or spec.worldbody, body, part, place @ part.pose, findings)
                 if geom is not None:
                     geom.name = f"{PREFIX}{body.name}#{index}"
                     geoms.append((part, geom))
         if body.mass is not None:
-            _weigh(added, body, body.mass, geoms)
+            _weigh(own, body, body.mass, geoms)
+    _keep_apart(spec, [body for _, body in added.values()])
+    for loop in world.loops:
+        _close(spec, loop, added)
+
+
+def _own_body(
+    spec: Any,  # noqa: ANN401
+    body: w.Body,
+    moving_models: set[str],
+    added: Mapping[str, tuple[Any, w.Body]],
+) -> Any:  # noqa: ANN401
+    """The engine's body for one of the world; None for what stands still among itself, which is part of one
+    body: a thousand bodies would be looked at every step."""
+    if body.is_static and (not body.model or body.model not in moving_models):
+        return None
+    parent, place = spec.worldbody, body.pose
+    if body.joint is not None and body.joint.parent in added:
+        parent, on = added[body.joint.parent]
+        place = on.pose.inverse() @ body.pose
+    own = parent.add_body(name=PREFIX + body.name, pos=place.translation, quat=wxyz(place))
+    if body.joint is not None:
+        add_world_joint(spec, own, body.name, body.joint)
+    elif not body.is_static:
+        own.add_freejoint(name=PREFIX + body.name)
+    own.gravcomp = body.weightless
+    return own
+
+
+def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:  # noqa: ANN401
+    """The bodies of one model do not touch each other, as in Gazebo."""
+    mates: dict[str, list[w.Body]] = {}
+    for body in bodies:
+        if body.model and any(part.solid for part in body.parts):
+            mates.setdefault(body.model, []).append(body)
+    for model in mates.values():
+        for index, one in enumerate(model):
+            for other in model[index + 1 :]:
+                spec.add_exclude(bodyname1=PREFIX + one.name, bodyname2=PREFIX + other.name)
+
+
+def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> None:  # noqa: ANN401
+    """Hold two bodies together at each of a loop's points; what has no body of its own is the world."""
+    poses = {name: body.pose for name, (_, body) in added.items()}
+    first, second = (name if name in added else "" for name in (loop.first, loop.second))
+    if not first:
+        first, second = second, first
+    for point in loop.points:
+        equality = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, name1=PREFIX + first)
+        equality.objtype = mujoco.mjtObj.mjOBJ_BODY
+        equality.name2 = PREFIX + second if second else "world"
+        equality.data[:3] = poses[first].inverse().apply(point)
+        stiffen(equality)
 
 
 def owner(model: Any, geom: int) -> str:  # noqa: ANN401

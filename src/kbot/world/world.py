@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Diagnostic, Origin
+from kbot.world.joints import Joint, Loop
 
 Rgba = tuple[float, float, float, float]
 
@@ -100,6 +101,9 @@ class Part:
 class Body:
     """Parts that move together. `mass` in kg is None for what stands still.
 
+    A body that moves does so freely, or as its `joint` lets it. Bodies of one `model` do not touch each
+    other. `weightless`: the share of its weight that does not pull it down.
+
     The mass is spread over the solid parts evenly by volume, unless `inertia` (xx, yy, zz, xy, xz,
     yz in kg m^2 about `centre_of_mass` in the body's axes) says otherwise.
     """
@@ -111,6 +115,9 @@ class Body:
     centre_of_mass: tuple[float, float, float] | None = None
     inertia: tuple[float, float, float, float, float, float] | None = None
     origin: Origin | None = None
+    joint: Joint | None = None
+    model: str = ""
+    weightless: float = 0.0
 
     @property
     def is_static(self) -> bool:
@@ -119,10 +126,11 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Bodies by name, and gravity in m/s^2; a robot starts at the origin. `diagnostics` are what was said
-    while it was read."""
+    """Bodies, those that hang on another after that one, and gravity in m/s^2; a robot starts at the origin.
+    `diagnostics` are what was said while it was read."""
 
     name: str
     bodies: tuple[Body, ...]
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     diagnostics: tuple[Diagnostic, ...] = ()
+    loops: tuple[Loop, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
@@ -15,6 +15,8 @@ class _Frame:
     pose: Transform
     relative_to: str
     element: Element
+    attached_to: str
+    """What it moves with; empty for a link."""
 
 
 @dataclass
@@ -24,6 +26,8 @@ class Frames:
     root: str
     values: Values
     nested: dict[str, Frames] = field(default_factory=dict)
+    canonical: str = ""
+    """The link that the model's own frame moves with."""
     _frames: dict[str, _Frame] = field(default_factory=dict)
 
     def add(
@@ -33,16 +37,58 @@ class Frames:
         default: str,
         pose: Element | None = None,
         offset: Transform | None = None,
+        attached_to: str = "",
     ) -> None:
         """Add a frame: the element's own `<pose>` (or `pose`), relative to what it says or to `default`;
-        where another frame is what the pose places, `offset` leads from that one to this."""
+        where another frame is what the pose places, `offset` leads from that one to this. What is no link
+        moves with what it is `attached_to`."""
         if name in self._frames:
             self.values.findings.error("W208", f"'{name}' comes twice", element.origin)
             return
         written = pose if pose is not None else element.find("pose")
         relative = (written.attributes.get("relative_to", "") if written is not None else "") or default
         place = self.values.pose(written)
-        self._frames[name] = _Frame(place @ offset if offset else place, relative, element)
+        self._frames[name] = _Frame(place @ offset if offset else place, relative, element, attached_to)
+
+    def add_joint(self, joint: Element) -> None:
+        """Add the frame of a joint, which stands in its child's."""
+        child = joint.find("child")
+        name = child.text.strip() if child is not None else ""
+        self.add(joint.attributes.get("name", ""), joint, name, attached_to=name or self.root)
+
+    def merge(self, inner: Frames, proxy: str) -> None:
+        """Take in the frames of a model that becomes part of this one, standing where `proxy` does."""
+        for name, frame in inner._frames.items():
+            if name in self._frames:
+                self.values.findings.error("W208", f"'{name}' comes twice", frame.element.origin)
+                continue
+            is_direct = frame.relative_to in (inner.root, "")
+            self._frames[name] = replace(frame, relative_to=proxy if is_direct else frame.relative_to)
+        self.nested.update(inner.nested)
+        self.canonical = self.canonical or inner.canonical
+
+    def names(self) -> list[str]:
+        return [*self._frames]
+
+    def link(self, name: str) -> str | None:
+        """The link, `model::link` for one of a nested model, that a frame moves with; None where there is
+        none of that name."""
+        seen: set[str] = set()
+        while name not in seen:
+            seen.add(name)
+            if name in (self.root, ""):
+                name = self.canonical
+                if "::" in name:
+                    return name
+            outer, _, inner = name.partition("::")
+            if outer in self.nested:
+                found = self.nested[outer].link(inner)
+                return None if found is None else f"{outer}::{found}"
+            frame = self._frames.get(name)
+            if frame is None or not frame.attached_to:
+                return None if frame is None else name
+            name = frame.attached_to
+        return None
 
     def pose(self, name: str, element: Element) -> Transform:
         """`root_from_name`; a frame that is not there, or a ring of them, is a finding at `element`."""

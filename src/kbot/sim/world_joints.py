@@ -1,0 +1,59 @@
+"""Joints of a world's bodies in the engine's model."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+import mujoco
+
+from kbot.sim.recipe import SOLIMP, SOLREF
+from kbot.world.joints import Freedom, Joint, Motion
+
+_TYPES = {
+    Motion.TURN: mujoco.mjtJoint.mjJNT_HINGE,
+    Motion.SLIDE: mujoco.mjtJoint.mjJNT_SLIDE,
+    Motion.BALL: mujoco.mjtJoint.mjJNT_BALL,
+}
+_SHUT = 1e-6
+"""Rad or m that a joint moves whose limits are one number."""
+
+
+def add_world_joint(spec: Any, body: Any, owner: str, joint: Joint) -> None:  # noqa: ANN401
+    """Let an engine's body move as the joint says; `owner` is the name of the world's body."""
+    names = [f"/{owner}~{index}" for index in range(len(joint.freedoms))]
+    for name, freedom in zip(names, joint.freedoms, strict=True):
+        _add(body, name, freedom, joint.anchor)
+    if joint.lead is not None:
+        turn, slide = names
+        nut = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=slide, name2=turn)
+        nut.data[:5] = (0.0, joint.lead, 0.0, 0.0, 0.0)
+        stiffen(nut)
+
+
+def stiffen(equality: Any) -> None:  # noqa: ANN401
+    """Let an equality hold as stiffly as the step allows."""
+    equality.solref = (0.004, 1.0)
+    equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)
+
+
+def set_friction(joint: Any, friction: float) -> None:  # noqa: ANN401
+    """Dry friction in N m or N that creeps by micrometres, as contacts do; the engine's own creeps by cm."""
+    joint.frictionloss = friction
+    joint.solref_friction = SOLREF
+    joint.solimp_friction = SOLIMP
+
+
+def _add(body: Any, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:  # noqa: ANN401
+    added = body.add_joint(name=name, type=_TYPES[freedom.motion], pos=anchor)
+    if freedom.motion is not Motion.BALL:
+        added.axis = freedom.axis
+    added.damping[0] = freedom.damping
+    set_friction(added, freedom.friction)
+    if freedom.stiffness:
+        added.stiffness[0] = freedom.stiffness
+        added.springref = freedom.spring_reference
+    if isfinite(freedom.lower) or isfinite(freedom.upper):
+        lower, upper = max(freedom.lower, -1e10), min(freedom.upper, 1e10)
+        added.limited = True
+        added.range = (lower, upper) if lower < upper else (lower - _SHUT, upper + _SHUT)

@@ -1,0 +1,279 @@
+"""Models taken apart into bodies that move as one, and the joints by which they hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kbot.kinematics.transform import Transform
+from kbot.text import Element
+from kbot.text.suggest import did_you_mean
+from kbot.world.joints import Freedom, Joint, Loop, Motion
+from kbot.world.sdf.entries import Context, Entry
+from kbot.world.sdf.files import Files
+from kbot.world.sdf.frames import Frames
+from kbot.world.sdf.geometry import Shapes
+from kbot.world.sdf.joints import Joints
+from kbot.world.sdf.links import Links, together
+from kbot.world.sdf.values import Values
+from kbot.world.world import Body, Part
+
+WORLD = ""
+"""Stands for the world among links."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Link:
+    entry: Entry
+    element: Element
+    context: Context
+    world_from_link: Transform
+    model: str
+    """The outermost model it is of."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Hinge:
+    """A joint that moves, between links by full name; directions in the world."""
+
+    name: str
+    parent: str
+    child: str
+    world_from_joint: Transform
+    freedoms: tuple[Freedom, ...]
+    lead: float | None
+    element: Element
+
+    def turned_round(self) -> _Hinge:
+        freedoms = tuple(_reversed(freedom) for freedom in reversed(self.freedoms))
+        return replace(self, parent=self.child, child=self.parent, freedoms=freedoms)
+
+
+class Articulation:
+    """The `bodies` of a world's models, those that hang on another after that one, and the `loops` that their
+    joints close."""
+
+    def __init__(
+        self,
+        values: Values,
+        files: Files,
+        entries: list[Entry],
+        frames: Frames,
+        world: Element,
+        context: Context,
+    ) -> None:
+        self.values = values
+        self._files = files
+        self._joints = Joints(values)
+        self._links: dict[str, _Link] = {}
+        self._head: dict[str, str] = {WORLD: WORLD}
+        """A link among those that move as one with each."""
+        self._hinges: list[_Hinge] = []
+        for entry in entries:
+            self._collect(entry, frames.pose(entry.name, entry.placed_by), entry.name)
+        for joint in world.elements("joint"):
+            self._connect(joint, frames, "", Transform.identity(), context)
+        self.loops: list[Loop] = []
+        self.bodies = self._in_order(list(self._bodies()))
+
+    def _collect(self, entry: Entry, world_from_model: Transform, outermost: str) -> None:
+        """Note the links and joints of a model and of those within it."""
+        prefix, frames = entry.context.prefix, entry.frames
+        for element, context in entry.elements("link"):
+            name = element.attributes.get("name", "")
+            pose = world_from_model @ frames.pose(name, element)
+            self._links[prefix + name] = _Link(entry, element, context, pose, outermost)
+            self._head[prefix + name] = WORLD if entry.context.static else prefix + name
+        for inner in entry.nested:
+            pose = frames.pose(inner.name, inner.placed_by)
+            self._collect(inner, world_from_model @ pose, outermost)
+        for joint, context in entry.elements("joint"):
+            self._connect(joint, frames, prefix, world_from_model, context)
+
+    def _connect(
+        self, joint: Element, frames: Frames, prefix: str, world_from_model: Transform, context: Context
+    ) -> None:
+        parent, child = (self._end(joint, tag, frames, prefix) for tag in ("parent", "child"))
+        freedoms = self._joints.freedoms(joint, frames, context)
+        if parent is None or child is None:
+            return
+        if parent == child:
+            message = f"joint '{joint.attributes.get('name', '')}' holds a link to itself"
+            self.values.findings.error("W205", message, joint.origin)
+            return
+        if not freedoms:
+            one, other = self._top(parent), self._top(child)
+            # the world stays the head of what is fixed to it
+            self._head[other if one == WORLD else one] = one if one == WORLD else other
+            return
+        turn = world_from_model.rotation
+        turned = tuple(replace(f, axis=_vector(turn @ np.array(f.axis))) for f in freedoms)
+        name = joint.attributes.get("name", "")
+        place = world_from_model @ frames.pose(name, joint)
+        lead = self._joints.lead(joint)
+        self._hinges.append(_Hinge(prefix + name, parent, child, place, turned, lead, joint))
+
+    def _end(self, joint: Element, tag: str, frames: Frames, prefix: str) -> str | None:
+        """Full name of the link at an end of a joint, None with a finding where there is none."""
+        element = joint.find(tag)
+        name = element.text.strip() if element is not None else ""
+        if element is None or not name:
+            message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
+            self.values.findings.error("W205", message, (element or joint).origin)
+            return None
+        if name == "world":
+            return WORLD
+        found = frames.link(name)
+        if found is None or prefix + found not in self._links:
+            message = f"joint '{joint.attributes.get('name', '')}' has the {tag} '{name}', which is no link"
+            hint = did_you_mean(name, frames.names())
+            self.values.findings.error("W207", message, element.origin, hint)
+            return None
+        return prefix + found
+
+    def _top(self, link: str) -> str:
+        while self._head[link] != link:
+            link = self._head[link]
+        return link
+
+    def _bodies(self) -> Iterator[Body]:
+        groups: dict[tuple[str, str], list[str]] = {}
+        for link in self._links:
+            top = self._top(link)
+            # what stands still is one body a model
+            key = (self._links[link].entry.context.prefix, WORLD) if top == WORLD else (WORLD, top)
+            groups.setdefault(key, []).append(link)
+        names: dict[str, str] = {WORLD: WORLD}
+        named: dict[str, list[str]] = {}
+        for group in groups.values():
+            own = self._links[group[0]].entry.context.prefix.removesuffix("::")
+            name = own if own not in named else group[0]
+            named[name] = group
+            names |= dict.fromkeys(group, name)
+        hung = self._hang(names)
+        for name, group in named.items():
+            yield self._body(name, group, hung.get(name))
+
+    def _hang(self, names: dict[str, str]) -> dict[str, tuple[str, _Hinge]]:
+        """What each body hangs on, and by which joint; joints that are left over close loops."""
+        hung: dict[str, tuple[str, _Hinge]] = {}
+
+        def is_fixed(body: str, link: str) -> bool:
+            return body == WORLD or self._top(link) == WORLD
+
+        def can_hang(body: str, on: str, link: str) -> bool:
+            if body in hung or is_fixed(body, link):
+                return False
+            while on in hung:
+                on = hung[on][0]
+            return on != body
+
+        for hinge in self._hinges:
+            parent, child = names[hinge.parent], names[hinge.child]
+            if parent == child or (is_fixed(parent, hinge.parent) and is_fixed(child, hinge.child)):
+                continue
+            if can_hang(child, parent, hinge.child):
+                hung[child] = (parent, hinge)
+            elif can_hang(parent, child, hinge.parent):
+                hung[parent] = (child, hinge.turned_round())
+            else:
+                self._close(hinge, parent, child)
+        return hung
+
+    def _close(self, hinge: _Hinge, parent: str, child: str) -> None:
+        motions = [freedom.motion for freedom in hinge.freedoms]
+        anchor = hinge.world_from_joint.translation
+        points = [anchor]
+        if motions == [Motion.TURN]:
+            axis = np.array(hinge.freedoms[0].axis)
+            points = [anchor - 0.1 * axis, anchor + 0.1 * axis]
+        elif motions != [Motion.BALL]:
+            what = f"joint '{hinge.name}' closes a ring of joints and is not revolute or ball: it is left out"
+            self.values.unsupported(hinge.element, what)
+            return
+        where = tuple(_vector(point) for point in points)
+        self.loops.append(Loop(hinge.name, parent, child, where, hinge.element.origin))
+
+    def _body(self, name: str, group: list[str], hung: tuple[str, _Hinge] | None) -> Body:
+        """Links that move as one, in the frame of the first."""
+        first = self._links[group[0]]
+        pose = first.world_from_link
+        is_static = self._top(group[0]) == WORLD
+        parts: list[Part] = []
+        masses = []
+        falling = 0.0
+        for link in (self._links[full] for full in group):
+            reader = self._reader(link)
+            first_from_link = pose.inverse() @ link.world_from_link
+            for part in reader.parts(link.element, link.entry.frames, link.world_from_link):
+                parts.append(replace(part, pose=first_from_link @ part.pose))
+            if not is_static:
+                mass = reader.mass(link.element).seen_from(first_from_link)
+                masses.append(mass)
+                falling += mass.mass * self.values.truth(link.element, "gravity", default=True)
+        origin = first.entry.placed_by.origin
+        if is_static:
+            return Body(name, tuple(parts), pose, origin=origin, model=self._model(first))
+        whole = together(masses)
+        t, centre = whole.tensor, _vector(whole.centre)
+        inertia = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
+        return Body(
+            name,
+            tuple(parts),
+            pose,
+            whole.mass,
+            centre,
+            inertia,
+            origin,
+            self._joint(pose, *hung) if hung else None,
+            self._model(first),
+            1.0 - falling / whole.mass,
+        )
+
+    def _reader(self, link: _Link) -> Links:
+        file = link.context.file
+        return Links(self.values, Shapes(self.values, lambda uri: self._files.find(uri, file, needed=False)))
+
+    @staticmethod
+    def _model(link: _Link) -> str:
+        """What its links keep off each other by: nothing where the model says that they touch."""
+        said = link.element.find("self_collide")
+        touches = link.entry.truth("self_collide") or (
+            said is not None and said.text.strip() in ("1", "true")
+        )
+        return "" if touches else link.model
+
+    @staticmethod
+    def _joint(world_from_body: Transform, parent: str, hinge: _Hinge) -> Joint:
+        body_from_world = world_from_body.inverse()
+        anchor = body_from_world.apply(hinge.world_from_joint.translation)
+        freedoms = tuple(
+            replace(f, axis=_vector(body_from_world.rotation @ np.array(f.axis))) for f in hinge.freedoms
+        )
+        return Joint(hinge.name, parent, _vector(anchor), freedoms, hinge.lead, hinge.element.origin)
+
+    @staticmethod
+    def _in_order(bodies: list[Body]) -> list[Body]:
+        """Those that hang on another after it, else as they were written."""
+        waiting = {body.name: body for body in bodies}
+        ordered: list[Body] = []
+        for body in bodies:
+            chain = []
+            current: Body | None = body
+            while current is not None and current.name in waiting:
+                chain.append(waiting.pop(current.name))
+                current = waiting.get(current.joint.parent) if current.joint else None
+            ordered += reversed(chain)
+        return ordered
+
+
+def _reversed(freedom: Freedom) -> Freedom:
+    """As it is seen from the other end: the same angle about the opposite axis."""
+    return replace(freedom, axis=_vector(-np.array(freedom.axis)))
+
+
+def _vector(values: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -1,0 +1,47 @@
+"""The models of a file as they stand in a world or in one another, not yet taken apart into bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from kbot.kinematics.transform import Transform
+from kbot.text import Element
+from kbot.world.sdf.frames import Frames
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """The file that is read and its SDF version, the files that include it, and the models around."""
+
+    file: str
+    files: tuple[str, ...]
+    version: tuple[int, ...]
+    static: bool = False
+    prefix: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A model. `merged` are the models that an include made part of it, each with the file it is in."""
+
+    name: str
+    model: Element
+    placed_by: Element
+    pose: Element | None
+    offset: Transform
+    frames: Frames
+    nested: list[Entry]
+    context: Context
+    merged: list[tuple[Element, Context]] = field(default_factory=list)
+
+    def elements(self, tag: str) -> Iterator[tuple[Element, Context]]:
+        """Its own children of a tag and those of the models merged into it."""
+        for model, context in ((self.model, self.context), *self.merged):
+            for element in model.elements(tag):
+                yield element, context
+
+    def truth(self, tag: str) -> bool:
+        """Whether a flag of the model is set."""
+        said = self.model.find(tag)
+        return said is not None and said.text.strip().lower() in ("1", "true")

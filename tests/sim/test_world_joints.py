@@ -1,0 +1,173 @@
+"""Bodies of a world that hang on joints move as theory has it."""
+
+from math import pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from kbot.sim import Simulation
+from kbot.world import load_world
+
+GRAVITY = 9.81
+
+
+def link(name, pose="0 0 0 0 0 0", mass=1.0, moment=1e-6, inner=""):
+    inertia = "".join(f"<i{a}{a}>{moment}</i{a}{a}>" for a in "xyz")
+    return (
+        f"<link name='{name}'><pose>{pose}</pose><inertial><mass>{mass}</mass>"
+        f"<inertia>{inertia}</inertia></inertial>{inner}</link>"
+    )
+
+
+def joint(kind, parent, child, inner, name="j"):
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    return f"<joint name='{name}' type='{kind}'>{ends}{inner}</joint>"
+
+
+@pytest.fixture
+def sim(tmp_path, kbot_robot):
+    def build(inner: str, gravity: str = "0 0 -9.81") -> Simulation:
+        file = tmp_path / "test.world"
+        file.write_text(
+            f"<sdf version='1.7'><world name='w'><gravity>{gravity}</gravity>"
+            "<include><uri>model://ground_plane</uri></include>"
+            f"<model name='m'><pose>3 0 2 0 0 0</pose>{inner}</model></world></sdf>"
+        )
+        return Simulation(kbot_robot, load_world(file))
+
+    return build
+
+
+def test_a_pendulum_swings_with_its_period(sim):
+    """T = 2 pi sqrt(l / g) (1 + a^2/16) for a swing of 0.1 rad."""
+    length, swing = 0.5, 0.1
+    x, z = length * sin(swing), -length * (1 - swing**2 / 2 + swing**4 / 24)
+    world = link("bob", f"{x} 0 {z} 0 0 0") + joint(
+        "revolute", "world", "bob", f"<pose>{-x} 0 {-z} 0 0 0</pose><axis><xyz>0 1 0</xyz></axis>"
+    )
+    run = sim(world)
+    period = 2 * pi * sqrt(length / GRAVITY) * (1 + swing**2 / 16)
+    run.run(10 * period)
+    bob = run.body_poses()["m"].translation
+    assert bob[0] - 3.0 == pytest.approx(x, abs=0.01 * x)
+
+
+def test_a_slide_falls_to_its_limit_and_stays(sim):
+    world = link("block") + joint(
+        "prismatic", "world", "block",
+        "<axis><xyz>0 0 1</xyz><limit><lower>-0.4</lower><upper>0</upper></limit></axis>",
+    )  # fmt: skip
+    run = sim(world)
+    run.run(0.2)
+    assert run.body_poses()["m"].translation[2] == pytest.approx(2 - GRAVITY * 0.2**2 / 2, abs=0.003)
+    run.run(3.0)
+    assert run.body_poses()["m"].translation[2] == pytest.approx(1.6, abs=0.002)
+
+
+def test_a_damped_slide_reaches_its_final_speed(sim):
+    """m g / d of 1 * 9.81 / 20 m/s."""
+    inner = "<axis><xyz>0 0 1</xyz><dynamics><damping>20</damping></dynamics></axis>"
+    run = sim(link("block") + joint("prismatic", "world", "block", inner))
+    run.run(1.0)
+    before = run.body_poses()["m"].translation[2]
+    run.run(1.0)
+    assert before - run.body_poses()["m"].translation[2] == pytest.approx(GRAVITY / 20, rel=1e-3)
+
+
+def test_friction_holds_what_weighs_less(sim):
+    inner = "<axis><xyz>0 0 1</xyz><dynamics><friction>{}</friction></dynamics></axis>"
+    held = sim(link("block") + joint("prismatic", "world", "block", inner.format(11)))
+    held.run(1.0)
+    assert held.body_poses()["m"].translation[2] == pytest.approx(2, abs=1e-3)
+    falls = sim(link("block") + joint("prismatic", "world", "block", inner.format(5)))
+    falls.run(0.5)
+    assert falls.body_poses()["m"].translation[2] == pytest.approx(2 - (GRAVITY - 5) / 8, abs=0.01)
+
+
+def test_a_spring_stretches_by_weight_over_stiffness(sim):
+    inner = (
+        "<axis><xyz>0 0 1</xyz><dynamics><damping>20</damping><spring_stiffness>100</spring_stiffness>"
+        "<spring_reference>0.1</spring_reference></dynamics></axis>"
+    )
+    run = sim(link("block") + joint("prismatic", "world", "block", inner))
+    run.run(10.0)
+    assert run.body_poses()["m"].translation[2] == pytest.approx(2 + 0.1 - GRAVITY / 100, abs=2e-4)
+
+
+def test_a_ball_joint_swings_both_ways(sim):
+    """Half a period after it is let go at (a, a) a spherical pendulum is at (-a, -a)."""
+    offset, length = 0.03, 0.5
+    world = link("bob", f"{offset} {offset} {-length} 0 0 0") + joint(
+        "ball", "world", "bob", f"<pose>{-offset} {-offset} {length} 0 0 0</pose>"
+    )
+    run = sim(world)
+    run.run(pi * sqrt(length / GRAVITY))
+    where = run.body_poses()["m"].translation - (3, 0, 2)
+    assert where[:2] == pytest.approx((-offset, -offset), abs=1e-3)
+
+
+def test_a_screw_sinks_as_it_turns(sim):
+    """m g lead turns it: lead (I + m lead^2) is what is accelerated, a = g m lead^2 / (I + m lead^2)."""
+    lead, moment = 0.05, 0.01
+    inner = f"<axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>{2 * pi * lead}</screw_thread_pitch>"
+    run = sim(link("nut", moment=moment) + joint("screw", "world", "nut", inner))
+    run.run(0.5)
+    pose = run.body_poses()["m"]
+    fallen = pose.translation[2] - 2
+    assert fallen == pytest.approx(-GRAVITY * lead**2 / (moment + lead**2) * 0.5**2 / 2, rel=0.02)
+    turn = np.unwrap([0.0, pose.yaw])[1]
+    assert (fallen / lead - turn) % (2 * pi) == pytest.approx(0.0, abs=0.02) or (fallen / lead - turn) % (
+        2 * pi
+    ) == pytest.approx(2 * pi, abs=0.02)
+
+
+def test_a_four_bar_linkage_keeps_its_coupler_level(sim):
+    """A parallelogram: two cranks of one length, let go off the plumb line, carry a bar that never tilts."""
+    turn = "<axis><xyz>0 1 0</xyz></axis>"
+    world = (
+        link("left", "0.1 0 -0.3 0 0 0") + link("right", "0.6 0 -0.3 0 0 0")
+        + link("bar", "0.35 0 -0.3 0 0 0", moment=0.02)
+        + joint("revolute", "world", "left", f"<pose>-0.1 0 0.3 0 0 0</pose>{turn}", "a")
+        + joint("revolute", "world", "right", f"<pose>-0.1 0 0.3 0 0 0</pose>{turn}", "b")
+        + joint("revolute", "left", "bar", f"<pose>-0.25 0 0 0 0 0</pose>{turn}", "c")
+        + joint("revolute", "right", "bar", f"<pose>0.25 0 0 0 0 0</pose>{turn}", "d")
+    )  # fmt: skip
+    run = sim(world)
+    lowest = 2.0
+    for _ in range(50):
+        run.run(0.02)
+        bar = run.body_poses()["m::bar"]
+        assert bar.rpy == pytest.approx((0, 0, 0), abs=2e-3)
+        lowest = min(lowest, float(bar.translation[2]))
+    assert lowest == pytest.approx(2 - sqrt(0.1**2 + 0.3**2), abs=2e-3)
+
+
+def test_links_of_one_model_pass_through_each_other_unless_it_says_not(sim):
+    box = "<collision name='c'><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision>"
+    world = (
+        link("shelf", inner=box) + link("block", "0 0 0.3 0 0 0", moment=0.01, inner=box)
+        + joint("fixed", "world", "shelf", "", "f")
+    )  # fmt: skip
+    through = sim(world)
+    through.run(2.0)
+    assert through.body_poses()["m::block"].translation[2] < 0.2
+    stopped = sim("<self_collide>true</self_collide>" + world)
+    stopped.run(2.0)
+    assert stopped.body_poses()["m::block"].translation[2] == pytest.approx(2.2, abs=2e-3)
+
+
+def test_a_link_without_gravity_does_not_fall(sim):
+    run = sim(link("block", inner="<gravity>false</gravity>"))
+    run.run(1.0)
+    assert run.body_poses()["m"].translation[2] == pytest.approx(2.0, abs=1e-9)
+
+
+def test_a_state_with_joints_is_restored_bit_for_bit(sim):
+    run = sim(link("bob", "0.3 0 0 0 0 0") + joint("ball", "world", "bob", "<pose>-0.3 0 0 0 0 0</pose>"))
+    run.run(0.4)
+    saved = run.state()
+    run.run(0.4)
+    once = run.state_sha256()
+    run.restore(saved)
+    run.run(0.4)
+    assert run.state_sha256() == once
