@@ -28,6 +28,7 @@ VERBS = {
     "where": ("kbot.cli.where:command", "Say which lines made a link, a joint or a line of the result."),
     "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
     "launch": ("kbot.cli.launch:command", "Carry out a ROS launch file, without ROS."),
+    "new": ("kbot.cli.new:command", "Make a robot package to start from."),
     "bag": ("kbot.cli.bag:command", "Look into recordings, cut and convert them, run them again."),
     "rule": ("kbot.cli.rule:command", "What a code of kbot check means, and how to mend it."),
 }

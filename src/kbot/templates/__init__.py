@@ -1,0 +1,5 @@
+"""What a new robot package is made of."""
+
+from kbot.templates.package import Sizes, check_name, make_package
+
+__all__ = ["Sizes", "check_name", "make_package"]
