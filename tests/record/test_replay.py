@@ -5,11 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from kbot.kinematics.transform import Transform
 from kbot.messages import String
 from kbot.record import Recording, open_writer
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import replay
 from kbot.sim import Simulation
+from kbot.sim.faults import Kick, Slip
 from kbot.text import KbotError
 from kbot.wire import Packet
 
@@ -32,7 +34,7 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
         sim.set_pose(0.5, -0.25, 1.0)
         sim.cmd_vel(0.2, 0.0)
         sim.run(0.333)
-        sim.apply_force("base_link", (0.0, 3.0, 0.0), 0.25)
+        sim.apply_body_wrench("base_link", (0.0, 3.0, 0.0), 0.25)
         sim.run(0.5)
         sim.set_twist((0.5, 0.0, 0.2))
         sim.run(0.5)
@@ -44,6 +46,46 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
     record(tmp_path / "run.bag", drive)
     with pytest.raises(KbotError, match=r"the run was reset.*record it as \.mcap"):
         replay(str(tmp_path / "run.bag"))
+
+
+def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        sim.schedule(Slip("left_wheel", 0.2), at=0.1, duration=0.5)
+        sim.schedule(Kick((0.0, 0.2, 0.0)), at=0.3)
+        sim.cmd_vel(0.2, 0.1)
+        sim.run(0.333)
+        other = sim.spawn_model(sim.robot, "b", x=-0.6, yaw=0.1)
+        other.cmd_vel(0.1, 0.0)
+        sim.attach("base_link", "base_link", to_robot="b")
+        sim.run(0.5)
+        sim.detach("base_link")
+        sim.set_model_state("b", Transform.from_xyz_rpy((1.0, 1.0, 0.05), (0.1, 0.0, 1.0)), (0.1, 0.0, 0.0))
+        sim.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.5, robot="b")
+        sim.run(0.2)
+        sim.clear_body_wrenches("base_link", "b")
+        sim.set_pose(0.4, 0.4, 0.4, "b")
+        sim.reset_world()
+        other.command(0.3, 0.5)
+        sim.run(0.7)
+        sim.delete_model("b")
+        sim.run(0.2)
+
+    record(tmp_path / "run.mcap", drive)
+    again = replay(str(tmp_path / "run.mcap"))
+    assert again.difference == ""
+    assert again.same_state is True
+
+
+def test_time_set_back_is_done_again(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        sim.cmd_vel(0.2, 0.1)
+        sim.run(0.333)
+        sim.reset_time()
+        sim.cmd_vel(0.1, 0.0)
+        sim.run(0.5)
+
+    record(tmp_path / "run.mcap", drive)
+    assert replay(str(tmp_path / "run.mcap")).is_same
 
 
 def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Path) -> None:

@@ -220,7 +220,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     low = Transform.from_xyz_rpy((0.0, 0.0, 0.04), (0.0, 0.0, 0.0))
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=low, samples=1, angle_min=0.0))
     assert lidar.distances().tolist() == [math.inf]
-    simulation.spawn(robot, "other", 1.0)
+    simulation.spawn_model(robot, "other", 1.0)
     # its plate reaches 0.10 m behind its axle
     assert lidar.distances() == pytest.approx([0.90], abs=1e-3)
     theirs = simulation.add_sensor(
@@ -229,7 +229,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     # our plate's front is 0.06 m ahead of our axle
     assert theirs.distances() == pytest.approx([0.94], abs=1e-3)
     assert (theirs.topic, theirs.measure().header.frame_id) == ("/other/theirs", "other/base_footprint")
-    simulation.delete("other")
+    simulation.delete_model("other")
     assert lidar.distances().tolist() == [math.inf]
     with pytest.raises(KbotError):
         theirs.measure()

@@ -116,7 +116,7 @@ def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
     sim.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(0.5)
-    sim.spawn(kbot_robot, "b", x=2.0)
+    sim.spawn_model(kbot_robot, "b", x=2.0)
     before = sim.joint_positions["left_wheel_joint"]
     sim.run(0.5)
     assert sim.joint_positions["left_wheel_joint"] == pytest.approx(before, abs=0.01)
@@ -129,7 +129,7 @@ def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
         (lambda: BlockedJoint("lef_wheel_joint"), 1.0, None, "did you mean 'left_wheel_joint'"),
         (lambda: Slip("nothing", 0.1), 1.0, None, "has no link 'nothing'"),
         (lambda: Slip("left_wheel", -1.0), 1.0, None, "coefficient of friction"),
-        (lambda: Payload("base_link", float("nan")), 1.0, None, "mass above zero"),
+        (lambda: Payload("base_link", float("nan")), 1.0, None, "mass of a payload"),
         (lambda: LostCommands(2.0), 1.0, None, "from 0 to 1"),
         (lambda: SilentTopic("/odon"), 1.0, None, "did you mean '/odom'"),
         (lambda: BlockedJoint("left_wheel_joint", "b"), 1.0, None, "no robot 'b'"),

@@ -11,7 +11,7 @@ from kbot.text import KbotError
 
 
 def test_two_robots_drive_on_their_own(sim, kbot_robot):
-    other = sim.spawn(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
+    other = sim.spawn_model(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
     assert list(sim.robots) == ["kbot", "b"]
     start = other.ground_truth.pose
     assert (start.x, start.y, start.yaw) == pytest.approx((1.0, 0.5, 1.0))
@@ -30,10 +30,10 @@ def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
     for sim in (alone, joined):
         sim.cmd_vel(0.2, 0.3)
         sim.run(1.01)
-    joined.spawn(kbot_robot, "b", x=2.0)
-    joined.spawn(kbot_robot, "c", x=-2.0)
+    joined.spawn_model(kbot_robot, "b", x=2.0)
+    joined.spawn_model(kbot_robot, "c", x=-2.0)
     joined.run(1.0)
-    joined.delete("b")
+    joined.delete_model("b")
     joined.run(1.0)
     alone.run(2.0)
     for a, b in ((alone.ground_truth, joined.ground_truth), (alone.odometry, joined.odometry)):
@@ -43,7 +43,7 @@ def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
 
 
 def test_robots_run_into_each_other(sim, kbot_robot):
-    other = sim.spawn(kbot_robot, "b", x=0.5)
+    other = sim.spawn_model(kbot_robot, "b", x=0.5)
     sim.cmd_vel(0.3, 0.0)
     sim.run(3.0)
     assert other.ground_truth.pose.x > 0.501
@@ -52,7 +52,7 @@ def test_robots_run_into_each_other(sim, kbot_robot):
 
 
 def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
-    sim.spawn(kbot_robot, "b", x=1.0)
+    sim.spawn_model(kbot_robot, "b", x=1.0)
     odometry, frames = [], []
     sim.bus.subscribe("/b/odom", Odometry, odometry.append)
     sim.bus.subscribe("/tf", TFMessage, lambda m: frames.extend(t.child_frame_id for t in m.transforms))
@@ -62,7 +62,7 @@ def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
     assert odometry[-1].child_frame_id == "b/base_footprint"
     assert set(frames) == {"base_footprint", "b/base_footprint"}
     assert sim.ground_truth.pose.x == pytest.approx(0.0, abs=1e-6)
-    sim.delete("b")
+    sim.delete_model("b")
     count = len(odometry)
     sim.run(0.1)
     assert len(odometry) == count
@@ -73,7 +73,7 @@ def test_many_runs_are_equal(kbot_robot):
     for _ in range(2):
         sim = Simulation(kbot_robot)
         for index in range(5):
-            robot = sim.spawn(kbot_robot, f"r{index}", x=0.5 * (index + 1))
+            robot = sim.spawn_model(kbot_robot, f"r{index}", x=0.5 * (index + 1))
             robot.cmd_vel(0.1, 0.2 * index)
         sim.run(0.5)
         saved = sim.state()
@@ -86,7 +86,7 @@ def test_many_runs_are_equal(kbot_robot):
 
 
 def test_a_reset_puts_every_robot_back(sim, kbot_robot):
-    other = sim.spawn(kbot_robot, "b", x=1.0)
+    other = sim.spawn_model(kbot_robot, "b", x=1.0)
     other.cmd_vel(0.2, 0.0)
     sim.run(1.0)
     sim.reset()
@@ -97,7 +97,7 @@ def test_a_reset_puts_every_robot_back(sim, kbot_robot):
 
 
 def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
-    sim.spawn(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
+    sim.spawn_model(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
     sim.run(1.0)
     other = sim.with_robot(load_robot("kbot", {"wheel_radius": "0.04"}).require())
     assert list(other.robots) == ["kbot", "b"]
@@ -122,7 +122,7 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
     sim.run(0.1)
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.spawn(kbot_robot, name, x=x)
+        sim.spawn_model(kbot_robot, name, x=x)
     assert sim.state_sha256() == before
     sim.reset()
     assert list(sim.robots) == ["kbot"]
@@ -131,14 +131,14 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
 def test_a_robot_is_not_put_into_a_wall(kbot_robot):
     sim = Simulation(kbot_robot, world="corridor:width=0.8")
     with pytest.raises(KbotError, match="inside 'left_wall'"):
-        sim.spawn(kbot_robot, "b", x=1.0, y=0.4)
+        sim.spawn_model(kbot_robot, "b", x=1.0, y=0.4)
 
 
 def test_the_first_robot_stays_and_unknown_ones_are_named(sim):
     with pytest.raises(KbotError, match="it stays"):
-        sim.delete("kbot")
+        sim.delete_model("kbot")
     with pytest.raises(KbotError, match="did you mean 'kbot'"):
-        sim.delete("kbt")
+        sim.delete_model("kbt")
 
 
 def test_a_push_gives_its_impulse(urdf):
@@ -146,7 +146,7 @@ def test_a_push_gives_its_impulse(urdf):
     inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
     sim = Simulation(urdf(f'<robot name="r">{link}</robot>'))
-    sim.apply_force("base", (2.0, 0.0, 0.0), 0.5, torque=(0.0, 0.0, 0.02))
+    sim.apply_body_wrench("base", (2.0, 0.0, 0.0), 0.5, torque=(0.0, 0.0, 0.02))
     sim.run(1.0)
     twist = sim.robots["r"].link_velocity("base")
     assert twist[0][2] == pytest.approx(0.02 * 0.5 / 0.1, rel=1e-6)
@@ -154,7 +154,7 @@ def test_a_push_gives_its_impulse(urdf):
 
 
 def test_a_push_is_part_of_the_state(sim):
-    sim.apply_force("base_link", (1.0, 0.5, 0.0), 0.3)
+    sim.apply_body_wrench("base_link", (1.0, 0.5, 0.0), 0.3)
     sim.run(0.1)
     saved = sim.state()
     sim.run(0.5)
@@ -185,7 +185,7 @@ def test_a_kick_tips_nothing_but_moves_it(sim):
 def test_a_push_that_is_none_is_refused(sim, arguments, message):
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.apply_force(*arguments)
+        sim.apply_body_wrench(*arguments)
     assert sim.state_sha256() == before
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.kinematics.odometry import PlanarPose
 from kbot.model.load import load_robot_text
 from kbot.nodes import RobotStatePublisher
+from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
@@ -20,6 +19,7 @@ from kbot.wire import Feed, Packet
 from kbot.xacro import Packages
 
 MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states", "/tf_static"})
+TURNS_TIME_BACK = frozenset({"reset", "reset_time"})
 NODES = "nodes"
 STATE_PUBLISHER = "robot_state_publisher"
 """What a recording's facts say of nodes that ran beside the simulation."""
@@ -95,46 +95,18 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
 def _refuse_resets(recording: Recording, summary: Summary) -> None:
     """ROS sorts its recordings by time, and a reset starts it anew."""
     for entry in recording.entries():
-        if entry.topic == COMMANDS_TOPIC and json.loads(entry.message().data)["do"] == "reset":
+        if entry.topic == COMMANDS_TOPIC and json.loads(entry.message().data)["do"] in TURNS_TIME_BACK:
             kind = summary.kind
             raise KbotError(f"the run was reset, and a {kind} does not keep the order: record it as .mcap")
 
 
 def _obey(simulation: Simulation, command: dict[str, Any], last_step: int) -> None:
     """Do what was done, at the step at which it was done."""
-    what, step = command["do"], command["step"]
-    if what == "reset":
-        simulation.step(max(0, last_step - simulation.steps))
-        simulation.reset()
-        return
+    what, step = command.pop("do"), command.pop("step")
+    if what in TURNS_TIME_BACK:
+        step = command.pop("after", last_step)
     simulation.step(max(0, step - simulation.steps))
-    actions: dict[str, Callable[[], None]] = {
-        "twist": lambda: _drive(simulation, command),
-        "hold": lambda: simulation.set_joint(command["joint"], command["position"]),
-        "release": lambda: simulation.release_joint(command["joint"]),
-        "set_twist": lambda: simulation.set_twist(command["linear"], command["angular"]),
-        "force": lambda: _push(simulation, command),
-        "set_pose": lambda: simulation.set_pose(command["x"], command["y"], command["yaw"]),
-        "place": lambda: simulation.place(
-            PlanarPose(command["x"], command["y"], command["yaw"]), command["joints"]
-        ),
-    }
-    if what not in actions:
-        raise KbotError(f"at step {step} something was done to the run that cannot be done again: {what}")
-    actions[what]()
-
-
-def _drive(simulation: Simulation, command: dict[str, Any]) -> None:
-    linear, angular, deadline = command["linear"], command["angular"], command["deadline"]
-    if deadline is None:
-        simulation.cmd_vel(linear, angular)
-    else:
-        simulation.command(linear, angular, (deadline - command["step"]) * simulation.timestep)
-
-
-def _push(simulation: Simulation, command: dict[str, Any]) -> None:
-    duration = (command["until"] - command["step"]) * simulation.timestep
-    simulation.apply_force(command["link"], tuple(command["force"]), duration, tuple(command["torque"]))
+    do_again(simulation, what, command)
 
 
 class _Comparison:

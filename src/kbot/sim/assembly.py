@@ -19,6 +19,7 @@ from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.placing import lowest_point, terrain_height
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot_builder import RobotPlan
+from kbot.sim.welds import Weld
 from kbot.sim.world_builder import owner
 from kbot.text import Diagnostic, KbotError
 from kbot.world import World
@@ -29,7 +30,7 @@ DEEP = 0.002
 
 @dataclasses.dataclass(frozen=True)
 class Assembly:
-    """A world and the robots in it by name, compiled."""
+    """A world and the robots in it by name, compiled; `welds` are what is attached to what."""
 
     world: World
     contacts: Contacts
@@ -38,10 +39,16 @@ class Assembly:
     model: Any
     data: Any
     diagnostics: tuple[Diagnostic, ...]
+    welds: tuple[Weld, ...] = ()
 
     @classmethod
     def of(
-        cls, world: World, contacts: Contacts, timestep: float, plans: Mapping[str, RobotPlan]
+        cls,
+        world: World,
+        contacts: Contacts,
+        timestep: float,
+        plans: Mapping[str, RobotPlan],
+        welds: tuple[Weld, ...] = (),
     ) -> Assembly:
         """Build it, every robot with its lowest point on the ground at its place.
 
@@ -49,7 +56,7 @@ class Assembly:
             DescriptionError: the world or a robot cannot be simulated; every reason at its line.
         """
         met = {name: dataclasses.replace(plan, others=len(plans) > 1) for name, plan in plans.items()}
-        model, diagnostics = compile_model(world, tuple(met.values()), timestep)
+        model, diagnostics = compile_model(world, tuple(met.values()), timestep, welds)
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         geoms: dict[str, list[int]] = {name: [] for name in met}
@@ -58,7 +65,7 @@ class Assembly:
         for name, plan in met.items():
             _put_on_ground(model, data, plan, geoms[name])
         mujoco.mj_resetData(model, data)
-        return cls(world, contacts, timestep, met, model, data, diagnostics)
+        return cls(world, contacts, timestep, met, model, data, diagnostics, welds)
 
     def with_robot(self, plan: RobotPlan) -> Assembly:
         """The same with one more robot, everything else as it stands now.
@@ -67,8 +74,7 @@ class Assembly:
             DescriptionError: the robot cannot be simulated.
             KbotError: it would stand inside something; this assembly is left as it is.
         """
-        other = Assembly.of(self.world, self.contacts, self.timestep, {**self.plans, plan.name: plan})
-        _carry_over(self.model, self.data, other.model, other.data)
+        other = self._with({**self.plans, plan.name: plan}, self.welds)
         inside = other.what_it_is_inside(plan)
         if inside:
             raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{inside}'")
@@ -77,7 +83,16 @@ class Assembly:
     def without_robot(self, name: str) -> Assembly:
         """The same without a robot, everything else as it stands now."""
         plans = {key: plan for key, plan in self.plans.items() if key != name}
-        other = Assembly.of(self.world, self.contacts, self.timestep, plans)
+        gone = f"{name}/"
+        welds = (w for w in self.welds if not (w.first.startswith(gone) or w.second.startswith(gone)))
+        return self._with(plans, tuple(welds))
+
+    def with_welds(self, welds: tuple[Weld, ...]) -> Assembly:
+        """The same with just these attached to each other, everything else as it stands now."""
+        return self._with(self.plans, welds)
+
+    def _with(self, plans: Mapping[str, RobotPlan], welds: tuple[Weld, ...]) -> Assembly:
+        other = Assembly.of(self.world, self.contacts, self.timestep, plans, welds)
         _carry_over(self.model, self.data, other.model, other.data)
         return other
 

@@ -10,6 +10,7 @@ import mujoco
 
 from kbot.sim.recipe import IMPRATIO
 from kbot.sim.robot_builder import RobotPlan, add_robot
+from kbot.sim.welds import Weld, add_weld
 from kbot.sim.world_builder import add_world
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity
 from kbot.world import World
@@ -19,7 +20,7 @@ _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
 
 
 def compile_model(
-    world: World, plans: Sequence[RobotPlan], timestep: float
+    world: World, plans: Sequence[RobotPlan], timestep: float, welds: Sequence[Weld] = ()
 ) -> tuple[Any, tuple[Diagnostic, ...]]:
     """The engine's model (MjModel) and what there is to warn of.
 
@@ -33,6 +34,8 @@ def compile_model(
     add_world(spec, world, findings)
     for plan in plans:
         add_robot(spec, plan, findings)
+    for weld in welds:
+        add_weld(spec, weld, timestep)
     findings.require()
     try:
         model = spec.compile()

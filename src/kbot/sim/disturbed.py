@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.drive import DriveLimits
-from kbot.sim.faults import Fault, Kick
-from kbot.sim.population import Population, require_finite
-from kbot.sim.pushes import Push, Vector, apply
+from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
+from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
+from kbot.sim.population import Population
+from kbot.sim.pushes import Push, apply
 from kbot.sim.recipe import Contacts
 from kbot.sim.schedule import FOREVER, Schedule
+from kbot.sim.welds import STANDING
+from kbot.sim.world_builder import PREFIX
 from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
 from kbot.world import World
 
 
@@ -39,12 +41,14 @@ class Disturbed(Population):
         Raises:
             KbotError: a number is not finite, no such robot, or it is fixed to the world.
         """
-        require_finite("a twist", (*linear, *angular))
-        self.named(robot).set_twist(linear, angular)
-        self._fresh = -1
-        self._note("set_twist", robot=self.named(robot).name, linear=linear, angular=angular)
+        linear = vector("a speed in m/s", linear, FASTEST)
+        angular = vector("a turning speed in rad/s", angular, FASTEST)
+        moved = self.named(robot)
+        moved.set_twist(linear, angular)
+        self.frames_are_old()
+        self._note("set_twist", robot=moved.name, linear=linear, angular=angular)
 
-    def apply_force(
+    def apply_body_wrench(
         self,
         link: str,
         force: Vector,
@@ -52,23 +56,32 @@ class Disturbed(Population):
         torque: Vector = (0.0, 0.0, 0.0),
         robot: str | None = None,
     ) -> None:
-        """Push a link with a force (N) and a torque (N m) along the world's axes, at its centre of mass,
-        for `duration` seconds.
+        """Push a link, or a body of the world where none is called so, with a force (N) and a torque (N m)
+        along the world's axes, at its centre of mass, for `duration` seconds.
 
         Raises:
-            KbotError: a number is not finite, no such robot or link, or a duration that is none.
+            KbotError: a number is not finite, no such robot, link or body, or a duration that is none.
         """
-        require_finite("a force", (*force, *torque))
-        if not (math.isfinite(duration) and duration > 0.0):
-            raise KbotError(f"a push lasts a finite number of seconds above zero, not {duration}")
-        pushed = self.named(robot)
-        pushed.body(link)
+        force, torque = vector("a force in N", force, STRONGEST), vector("a torque in N m", torque, STRONGEST)
+        duration = positive("the time of a push in seconds", duration, LONGEST)
+        body = self._body_called(link, robot)
+        if body == STANDING:
+            raise KbotError(f"'{link}' stands still for good: nothing pushes it")
         until = self._steps + max(1, round(duration / self.timestep))
-        self._pushes.append(Push(f"{pushed.name}/{link}", force, torque, until))
-        apply(self._model, self._data, self._pushes)
-        self._find_due()
-        self._plan_stop()
-        self._note("force", robot=pushed.name, link=link, force=force, torque=torque, until=until)
+        self._pushes.append(Push(body, force, torque, until))
+        self._pushes_are_new()
+        self._note("apply_body_wrench", link=link, robot=robot, force=force, torque=torque, until=until)
+
+    def clear_body_wrenches(self, link: str, robot: str | None = None) -> None:
+        """Push a link or body no longer.
+
+        Raises:
+            KbotError: no such robot, link or body.
+        """
+        body = self._body_called(link, robot)
+        self._pushes[:] = [push for push in self._pushes if push.body != body]
+        self._pushes_are_new()
+        self._note("clear_body_wrenches", link=link, robot=robot)
 
     def schedule(self, fault: Fault, at: float, duration: float | None = None) -> None:
         """Let something go wrong `at` seconds of simulated time, for `duration` seconds (None is for good).
@@ -77,13 +90,18 @@ class Disturbed(Population):
         Raises:
             KbotError: a time that is none or is past, or a fault of something that is not there.
         """
-        start = round(at / self.timestep) if math.isfinite(at) else -1
+        if not isinstance(fault, Fault):
+            known = ", ".join(FAULTS)
+            raise KbotError(f"a fault is one of kbot.sim.faults ({known}), not {shortened(fault)}")
+        start = round(at / self.timestep) if is_within(at, LONGEST) else -1
         if start < self._steps:
-            raise KbotError(f"a fault is placed at a time from now ({self.time:g} s) on, not at {at} s")
-        if duration is not None and not (math.isfinite(duration) and duration > 0.0):
-            raise KbotError(f"a fault lasts a finite number of seconds above zero, not {duration}")
+            told = f"from now ({self.time:g} s) to {LONGEST:g} s, not at {shortened(at)} s"
+            raise KbotError(f"a fault is placed at a time {told}")
+        if duration is not None:
+            duration = positive("the time of a fault in seconds", duration, LONGEST)
         stop = FOREVER if duration is None else start + max(1, round(duration / self.timestep))
         if isinstance(fault, Kick):
+            self.named(fault.robot).require_free()
             stop = start + 1
         elif (end := fault.begin(self)) is not None:
             end()  # begun on trial: what it speaks of is there
@@ -91,7 +109,28 @@ class Disturbed(Population):
         self._schedule.bring_to(self, self._steps)
         self._find_due()
         self._plan_stop()
-        self._note("schedule", fault=repr(fault), at=at, duration=duration)
+        if self.journal is not None:
+            self._note("schedule", **to_journal(fault), at=float(at), duration=duration)
+
+    def _body_called(self, link: str, robot: str | None) -> str:
+        """The engine's name of a robot's link, or where no robot is named also of a body of the world."""
+        if not isinstance(link, str):
+            raise KbotError(f"a link or a body is spoken of by its name, not {shortened(link)}")
+        owner = self.named(robot)
+        if robot is None and link not in owner.links:
+            for body in self.world.bodies:
+                if body.name == link:
+                    return STANDING if body.is_static else PREFIX + body.name
+            hint = did_you_mean(link, (*owner.links, *(body.name for body in self.world.bodies)))
+            told = f"'{owner.name}' has no link, and the world no body, {shortened(link)}"
+            raise KbotError(told + (f": {hint}" if hint else ""))
+        owner.body(link)
+        return owner.prefix + link
+
+    def _pushes_are_new(self) -> None:
+        apply(self._model, self._data, self._pushes)
+        self._find_due()
+        self._plan_stop()
 
     def _find_due(self) -> None:
         ends = [push.until for push in self._pushes]

@@ -5,16 +5,16 @@ Each `begin`s to act in a simulation and says how to end it; one that is over at
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from math import isfinite
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, is_dataclass
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
 
+from kbot.sim.bounds import HEAVIEST
 from kbot.sim.contacts import rank
-from kbot.sim.pushes import Vector
+from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.text import KbotError
 
@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 End = Callable[[], None]
 STUCK = 1e6
 """N m or N of friction that nothing turns against."""
+ROUGHEST = 1e3
+"""Coefficient of friction: hundreds of times that of rubber."""
 
 
+@runtime_checkable
 class Fault(Protocol):
     def begin(self, simulation: Disturbed) -> End | None:
         """Start to act; what ends it again, None where there is nothing to end.
@@ -63,8 +66,9 @@ class Slip:
     robot: str | None = None
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.friction) and self.friction >= 0.0):
-            raise KbotError(f"a coefficient of friction is a number from 0 on, not {self.friction}")
+        if not (is_within(self.friction, ROUGHEST) and self.friction >= 0.0):
+            told = shortened(self.friction)
+            raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
 
     def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
@@ -88,8 +92,8 @@ class Payload:
     robot: str | None = None
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.mass) and self.mass > 0.0 and all(isfinite(v) for v in self.at)):
-            raise KbotError(f"a payload has a mass above zero and a place, not {self.mass} kg at {self.at}")
+        positive("the mass of a payload in kg", self.mass, HEAVIEST)
+        vector("the place of a payload in m", self.at, FURTHEST)
 
     def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
@@ -130,8 +134,8 @@ class LostCommands:
     share: float = 1.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.share <= 1.0:
-            raise KbotError(f"a share of commands is a number from 0 to 1, not {self.share}")
+        if not (is_within(self.share, 1.0) and self.share >= 0.0):
+            raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
 
     def begin(self, simulation: Disturbed) -> End:
         simulation.lost_commands = self.share
@@ -148,6 +152,10 @@ class SilentTopic:
 
     topic: str
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.topic, str):
+            raise KbotError(f"a topic is spoken of by its name, not {shortened(self.topic)}")
+
     def begin(self, simulation: Disturbed) -> End:
         simulation.bus.require(self.topic)
         simulation.bus.mute(self.topic)
@@ -162,8 +170,34 @@ class Kick:
     angular: Vector = (0.0, 0.0, 0.0)
     robot: str | None = None
 
+    def __post_init__(self) -> None:
+        vector("a speed in m/s", self.linear, FASTEST)
+        vector("a turning speed in rad/s", self.angular, FASTEST)
+
     def begin(self, simulation: Disturbed) -> None:
-        simulation.set_twist(self.linear, self.angular, self.robot)
+        simulation.named(self.robot).set_twist(self.linear, self.angular)
+        simulation.frames_are_old()
+
+
+FAULTS: Mapping[str, type] = {
+    kind.__name__: kind for kind in (BlockedJoint, Slip, Payload, LostCommands, SilentTopic, Kick)
+}
+
+
+def to_journal(fault: Fault) -> dict[str, Any]:
+    """What `from_journal` makes it of again; one of a user's own making is known by its words alone."""
+    values = asdict(fault) if is_dataclass(fault) and not isinstance(fault, type) else repr(fault)
+    return {"fault": type(fault).__name__, "values": values}
+
+
+def from_journal(note: Mapping[str, Any]) -> Fault:
+    """A fault as it was written down. Raises KbotError for one that is not KBot's."""
+    kind = FAULTS.get(note["fault"])
+    if kind is None:
+        raise KbotError(f"the fault '{note['fault']}' is not one of KBot's own")
+    values = {name: tuple(v) if isinstance(v, list) else v for name, v in note["values"].items()}
+    fault: Fault = kind(**values)
+    return fault
 
 
 def _changed(simulation: Disturbed, name: str, places: list[Any], value: float) -> End:

@@ -7,8 +7,9 @@ from typing import Any
 
 import mujoco
 
-from kbot.sim.numbers import numbers
+from kbot.sim.numbers import FURTHEST, is_within, numbers, shortened
 from kbot.sim.servo import engage_hold, release_hold
+from kbot.text import KbotError
 
 
 class JointHolds:
@@ -36,6 +37,11 @@ class JointHolds:
         return frozenset(self._engaged)
 
     def hold(self, joint: str, position: float) -> None:
+        """Hold a joint at a position in rad or m. Raises KbotError where that is none."""
+        if not is_within(position, FURTHEST):
+            raise KbotError(
+                f"a joint's position is a finite number up to {FURTHEST:g}, not {shortened(position)}"
+            )
         self._engage(joint)
         self._ctrl[self._actuators[joint]] = position
 

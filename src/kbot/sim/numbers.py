@@ -3,7 +3,23 @@
 from __future__ import annotations
 
 import math
+import reprlib
+from numbers import Real
 from typing import Any, Protocol, cast
+
+from kbot.text import KbotError
+
+Vector = tuple[float, float, float]
+"""Along x, y, z."""
+
+FURTHEST = 1e6
+"""Metres (or radians) from the world's origin; beyond, the engine's numbers mean nothing."""
+FASTEST = 1e4
+"""m/s or rad/s; nothing on wheels goes so fast, a run that blows up does at once."""
+STRONGEST = 1e6
+"""N or N m: the weight of a hundred tonnes."""
+LONGEST = 1e9
+"""Seconds: thirty years."""
 
 
 class Numbers(Protocol):
@@ -18,9 +34,39 @@ def numbers(array: Any) -> Numbers:  # noqa: ANN401 - a float64 array of the eng
     return cast(Numbers, memoryview(array))
 
 
+def shortened(value: Any) -> str:  # noqa: ANN401
+    """What somebody gave, for a message."""
+    return reprlib.repr(value)
+
+
 def is_finite(value: Any) -> bool:  # noqa: ANN401 - whatever a caller gives
     """Whether it is a finite number, and a number at all."""
-    try:
+    if type(value) is float:
         return math.isfinite(value)
-    except (TypeError, ValueError, OverflowError):
+    try:
+        return isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:
         return False
+
+
+def is_within(value: Any, most: float) -> bool:  # noqa: ANN401
+    """Whether it is a number from `-most` to `most`."""
+    return is_finite(value) and -most <= value <= most
+
+
+def positive(what: str, value: Any, most: float) -> float:  # noqa: ANN401
+    """The number, which is above zero and at most `most`. Raises KbotError where it is not."""
+    if not (is_within(value, most) and value > 0.0):
+        raise KbotError(f"{what} is a finite number above zero and at most {most:g}, not {shortened(value)}")
+    return float(value)
+
+
+def vector(what: str, values: Any, most: float) -> Vector:  # noqa: ANN401
+    """The three numbers, each from `-most` to `most`. Raises KbotError where they are not."""
+    try:
+        x, y, z = values
+    except (TypeError, ValueError):
+        raise KbotError(f"{what} is three numbers, along x, y and z, not {shortened(values)}") from None
+    if not all(is_within(value, most) for value in (x, y, z)):
+        raise KbotError(f"{what} is three finite numbers up to {most:g} either way, not {shortened(values)}")
+    return float(x), float(y), float(z)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import re
 
 from kbot.kinematics.differential_drive import DifferentialDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
+from kbot.model.load import load_robot
+from kbot.model.writer import to_urdf
 from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.inertia import drive_with_masses
 from kbot.sim.joints import rest
-from kbot.sim.numbers import is_finite
+from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robot_builder import RobotPlan
@@ -41,7 +44,11 @@ class Population(Running):
         drive_limits: DriveLimits | None,
         start: PlanarPose,
     ) -> None:
-        require_finite("a start", (start.x, start.y, start.yaw))
+        if not isinstance(start, PlanarPose):
+            raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
+        if not (drive_limits is None or isinstance(drive_limits, DriveLimits)):
+            raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {shortened(drive_limits)}")
+        vector("a start", (start.x, start.y, start.yaw), FURTHEST)
         super().__init__(world, seed, timestep)
         self.contacts = contacts
         self.lost_commands = 0.0
@@ -65,15 +72,20 @@ class Population(Running):
         """A robot by name, the first for None. Raises KbotError when there is no such robot."""
         if name is None:
             return self._robot
-        if name not in self.robots:
-            hint = did_you_mean(name, self.robots) or f"there are {', '.join(self.robots)}"
-            raise KbotError(f"there is no robot '{name}': {hint}")
+        if not isinstance(name, str) or name not in self.robots:
+            hint = did_you_mean(str(name), self.robots) or f"there are {', '.join(self.robots)}"
+            raise KbotError(f"there is no robot {shortened(name)}: {hint}")
         return self.robots[name]
 
-    def spawn(
-        self, robot: Robot, name: str | None = None, x: float = 0.0, y: float = 0.0, yaw: float = 0.0
+    def spawn_model(
+        self,
+        robot: Robot | str | os.PathLike[str],
+        name: str | None = None,
+        x: float = 0.0,
+        y: float = 0.0,
+        yaw: float = 0.0,
     ) -> SimulatedRobot:
-        """Put one more robot into the running world, at a place on the ground (m, rad).
+        """Put one more robot, or that of a file, into the running world, at a place on the ground (m, rad).
 
         Its topics and frames are in the namespace of its name. What runs goes on as it was.
 
@@ -82,12 +94,15 @@ class Population(Running):
             KbotError: the name is taken or is none, a number is not finite, or the robot would stand
                 inside something.
         """
+        robot = read_robot(robot)
         name = robot.name if name is None else name
-        if not _NAME.fullmatch(name):
-            raise KbotError(f"'{name}' is no robot's name: letters, digits and _ only, a letter first")
+        if not (isinstance(name, str) and _NAME.fullmatch(name)):
+            raise KbotError(
+                f"{shortened(name)} is no robot's name: letters, digits and _ only, a letter first"
+            )
         if name in self.robots:
             raise KbotError(f"there is a robot '{name}' already; give this one another name")
-        require_finite("a pose", (x, y, yaw))
+        x, y, yaw = vector("a pose", (x, y, yaw), FURTHEST)
         simulated, plan, findings = self._prepare(robot, name, PlanarPose(x, y, yaw), None)
         assembly = self._assembly.with_robot(plan)
         self.robots[name] = simulated
@@ -96,10 +111,11 @@ class Population(Running):
         self._put_joints(simulated)
         simulated.reset()
         self._topics[name] = RobotTopics(self.bus, simulated, namespace=name)
-        self._note("spawn", robot=name, x=x, y=y, yaw=yaw)
+        if self.journal is not None:
+            self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, description=to_urdf(robot))
         return simulated
 
-    def delete(self, name: str) -> None:
+    def delete_model(self, name: str) -> None:
         """Take a robot out of the running world; the first one stays.
 
         Raises:
@@ -113,12 +129,17 @@ class Population(Running):
         self._slewing = [robot for robot in self._slewing if robot is not gone]
         self._forget(name)
         self._use(self._assembly.without_robot(name))
-        self._note("delete", robot=name)
+        self._note("delete_model", robot=name)
 
     def take_command(
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
     ) -> None:
         """See `SimulatedRobot.cmd_vel` and `SimulatedRobot.command`."""
+        if not (is_finite(linear) and is_finite(angular)):
+            told = f"{shortened(linear)}, {shortened(angular)}"
+            raise KbotError(f"a speed command is two finite numbers, not {told}")
+        if watchdog is not None:
+            watchdog = positive("a watchdog's time in seconds", watchdog, LONGEST)
         if watchdog is not None and self.lost_commands and self.random.random() < self.lost_commands:
             return
         deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
@@ -179,7 +200,12 @@ def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...
     return tuple(findings.diagnostics)
 
 
-def require_finite(what: str, values: tuple[float, ...]) -> None:
-    """Raises KbotError when one of the values is not finite."""
-    if not all(is_finite(value) for value in values):
-        raise KbotError(f"{what} is made of finite numbers, not {values}")
+def read_robot(robot: object) -> Robot:
+    """A robot, or that of a file. Raises KbotError, or DescriptionError with all that is wrong in it."""
+    if isinstance(robot, Robot):
+        return robot
+    if isinstance(robot, str | os.PathLike):
+        return load_robot(robot).require()
+    raise KbotError(
+        f"a robot, or the file of one, is simulated, not {shortened(robot)}: kbot.load(FILE) reads one"
+    )

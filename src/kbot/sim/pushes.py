@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-Vector = tuple[float, float, float]
+from kbot.sim.numbers import Vector
 
 
 class Push(NamedTuple):

@@ -12,7 +12,6 @@ from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.holds import JointHolds
 from kbot.sim.motion import Motion, WheelOdometry
-from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.servo import speed_limit
@@ -163,8 +162,6 @@ class SimulatedRobot(RobotBody):
             drives = isinstance(self.drive, DifferentialDrive) and joint in self.drive.forward
             why = "drives the robot" if drives else "follows another joint"
             raise KbotError(f"joint '{joint}' {why} and cannot be held")
-        if not is_finite(position):
-            raise KbotError(f"a joint's position is a finite number, not {position!r}")
         self.holds.hold(joint, position)
 
     def release(self, joint: str) -> None:
@@ -218,6 +215,12 @@ class SimulatedRobot(RobotBody):
         mine, theirs = self._controller, other._controller
         if mine is not None and theirs is not None:
             self.obey(*theirs.target, theirs.deadline)
+
+    def set_back(self, steps: int) -> None:
+        """Let what is due come so many steps earlier, for time itself was set back by as much."""
+        self._next_slew -= steps
+        if self._controller is not None and self._controller.deadline is not None:
+            self._controller.deadline -= steps
 
     def restart_odometry(self) -> None:
         """Reckon from zero, from where the robot and its wheels are now."""

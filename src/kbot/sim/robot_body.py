@@ -122,8 +122,8 @@ class RobotBody:
 
     def body(self, link: str) -> int:
         """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
-        if link not in self._bodies:
-            hint = did_you_mean(link, self._bodies)
+        if not isinstance(link, str) or link not in self._bodies:
+            hint = did_you_mean(str(link), self._bodies)
             raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
         return self._bodies[link]
 
@@ -137,7 +137,7 @@ class RobotBody:
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
         """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
         `height`. The engine's frames must be up to date."""
-        self._require_free()
+        self.require_free()
         root_from_base = self.base_from_root.inverse()
         upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
         bx, by, _ = upright.apply(root_from_base.translation).tolist()
@@ -155,7 +155,7 @@ class RobotBody:
 
     def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
         """See `Simulation.set_twist`."""
-        self._require_free()
+        self.require_free()
         turn = self.link_pose(self.robot.root).rotation.T
         for index, value in enumerate((*linear, *(turn @ np.array(angular)).tolist())):
             self._qvel[self._root_dof + index] = value
@@ -180,11 +180,14 @@ class RobotBody:
         w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
         return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
-    def _require_free(self) -> None:
+    def require_free(self) -> None:
+        """Raises KbotError for a robot that is fixed to the world."""
         if self.root_qpos < 0:
             raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
 
     def _require_joint(self, joint: str) -> None:
+        if not isinstance(joint, str):
+            raise KbotError(f"a joint is spoken of by its name, not {joint!r}")
         if joint in self.held:
             raise KbotError(f"joint '{joint}' is held still: what it moves weighs nothing")
         if joint not in self._joints:

@@ -12,11 +12,11 @@ import numpy as np
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
-from kbot.sim.numbers import is_finite
+from kbot.sim.numbers import FASTEST, LONGEST, is_finite, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.schedule import FOREVER
 from kbot.sim.topics import RobotTopics
-from kbot.sim.watch import FASTEST, SimulationDiverged, diverged
+from kbot.sim.watch import SimulationDiverged, diverged
 from kbot.text import KbotError
 from kbot.world import World
 
@@ -48,6 +48,10 @@ class Running:
         self.random = np.random.default_rng(seed)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self.paused = False
+        """Whether those that let time pass by the wall's clock, the page and bridges, wait."""
+        self.errands: list[Callable[[], None]] = []
+        """What `run_errands` does."""
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
         self._step_ns = timestep * 1e9
         self._slewing: list[SimulatedRobot] = []
@@ -72,7 +76,7 @@ class Running:
             SimulationDiverged: the run left the physical; says when, which link, and the likely cause.
         """
         if not isinstance(n, int | np.integer) or n < 0:
-            raise KbotError(f"steps are a whole number from 0 on, not {n!r}")
+            raise KbotError(f"steps are a whole number from 0 on, not {shortened(n)}")
         if self._failure is not None:
             raise self._failure
         if self.clock.next_due != self._planned_due:
@@ -98,9 +102,26 @@ class Running:
             KbotError: the time is negative or not finite.
             SimulationDiverged: as for `step`.
         """
-        if not (is_finite(seconds) and seconds >= 0.0):
-            raise KbotError(f"a time to run is a finite number of seconds from 0 on, not {seconds!r}")
+        if not (is_within(seconds, LONGEST) and seconds >= 0.0):
+            raise KbotError(
+                f"a time to run is a finite number of seconds from 0 to {LONGEST:g}, not {shortened(seconds)}"
+            )
         self.step(round(seconds / self.timestep))
+
+    def run_errands(self) -> None:
+        """Do what others have asked for. Whoever lets time pass by the wall's clock calls this between
+        steps, also while it is paused: an errand may reset the run, or change who is in it."""
+        for errand in tuple(self.errands):
+            errand()
+
+    def pause_physics(self) -> None:
+        """Let no time pass by itself: the page and bridges wait. `step` and `run` go on as they are told,
+        as Gazebo's single step does, and commands are taken."""
+        self.paused = True
+
+    def unpause_physics(self) -> None:
+        """Let time pass again."""
+        self.paused = False
 
     def engine(self) -> tuple[Any, Any]:
         """The engine's model and data with frames as of now, for what measures in them; not to be changed."""
@@ -114,6 +135,10 @@ class Running:
             mujoco.mj_comPos(self._model, self._data)
             mujoco.mj_comVel(self._model, self._data)
             self._fresh = self._steps
+
+    def frames_are_old(self) -> None:
+        """To be called when something was moved other than by a step."""
+        self._fresh = -1
 
     def _disturb(self) -> None:
         """Begin and end the disturbances that are due, and find out when the next is."""

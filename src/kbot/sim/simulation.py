@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Mapping
 from typing import Protocol, TypeVar
 
 import mujoco
@@ -16,13 +14,13 @@ from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
-from kbot.model.load import load_robot
 from kbot.sim import recipe
-from kbot.sim.disturbed import Disturbed
 from kbot.sim.drive import DriveLimits
 from kbot.sim.joints import limits
+from kbot.sim.models import Models
 from kbot.sim.motion import Motion
-from kbot.sim.numbers import is_finite
+from kbot.sim.numbers import shortened
+from kbot.sim.population import read_robot
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
@@ -31,7 +29,6 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 
-_NAME = re.compile(r"[A-Za-z]\w*")
 ORIGIN = PlanarPose()
 S = TypeVar("S")
 S_co = TypeVar("S_co", covariant=True)
@@ -43,7 +40,7 @@ class Mountable(Protocol[S_co]):
     def mount(self, simulation: Simulation) -> S_co: ...
 
 
-class Simulation(Disturbed):
+class Simulation(Models):
     """A robot in a world, and others that may join it.
 
     Time passes only in `step` and `run`; the same robot, world, seed and commands give the same bytes.
@@ -69,38 +66,39 @@ class Simulation(Disturbed):
             DescriptionError: the robot cannot be simulated; every reason at its line.
             KbotError: no such world, a step or a seed that is none.
         """
-        super().__init__(_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start)
+        super().__init__(
+            read_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start
+        )
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start: the same robot and world at time 0, without commands."""
-        mujoco.mj_resetData(self._model, self._data)
-        self._pushes.clear()
-        for robot in self.robots.values():
-            self._put_joints(robot)
-            robot.reset()
+        """Back to the start: the same robots and world at time 0, nothing attached, without commands."""
+        self._back_to_start()
         self.random = np.random.default_rng(self.seed)
         self._start_at(0)
         self._note("reset")
 
-    def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
-        """After a reset: stand elsewhere, at rest, the base at `pose` in the world at the height it starts
-        at, and joints at positions in rad or m. Odometry still starts from zero there.
+    def reset_world(self) -> None:
+        """As `reset`, but time and what is random go on."""
+        time = self._data.time
+        self._back_to_start()
+        self._data.time = time
+        self._start_at(self._steps)
+        self._note("reset_world")
 
-        Raises:
-            KbotError: an unknown joint.
-        """
-        for joint, position in (joints or {}).items():
-            self._robot.set_position(joint, position)
-        if self._robot.root_qpos >= 0:
-            self.set_pose(pose.x, pose.y, pose.yaw)
-        self._robot.restart_odometry()
-        self._fresh = -1
-        self._note("place", x=pose.x, y=pose.y, yaw=pose.yaw, joints=dict(joints or {}))
+    def reset_time(self) -> None:
+        """Time is 0 again and everything else goes on as it was; faults come again at their times."""
+        steps = self._steps
+        self._data.time = 0.0
+        self._pushes[:] = [push._replace(until=push.until - steps) for push in self._pushes]
+        for robot in self.robots.values():
+            robot.set_back(steps)
+        self._start_at(0)
+        self._note("reset_time", after=steps)
 
     def with_robot(self, robot: Robot) -> Simulation:
         """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
-        positions, odometry and command, and the other robots with theirs.
+        positions, odometry and command, and the other robots with theirs. What was attached is not any more.
 
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
@@ -111,7 +109,7 @@ class Simulation(Disturbed):
         _put_as(other._robot, self._robot, other)
         for old in list(self.robots.values())[1:]:
             pose = old.ground_truth.pose
-            _put_as(other.spawn(old.robot, old.name, pose.x, pose.y, pose.yaw), old, other)
+            _put_as(other.spawn_model(old.robot, old.name, pose.x, pose.y, pose.yaw), old, other)
         other._start_at(self._steps)
         return other
 
@@ -131,33 +129,20 @@ class Simulation(Disturbed):
         that come from outside, by topic or page."""
         self._robot.command(linear, angular, watchdog)
 
-    def set_joint(self, joint: str, position: float) -> None:
+    def set_joint(self, joint: str, position: float, robot: str | None = None) -> None:
         """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.
 
         Raises:
-            KbotError: no such joint, one that drives or follows another, or a number that is not finite.
+            KbotError: no such robot or joint, one that drives or follows another, or a number that is not
+                finite.
         """
-        self._robot.hold(joint, position)
-        self._note("hold", joint=joint, position=position)
+        self.named(robot).hold(joint, position)
+        self._note("set_joint", joint=joint, position=float(position), robot=robot)
 
-    def release_joint(self, joint: str) -> None:
-        """Let a held joint move freely again. Raises KbotError for an unknown joint."""
-        self._robot.release(joint)
-        self._note("release", joint=joint)
-
-    def set_pose(self, x: float, y: float, yaw: float, robot: str | None = None) -> None:
-        """Put the robot somewhere else, standing still on level ground: metres and radians in the world.
-        Its odometry does not learn of it.
-
-        Raises:
-            KbotError: a number is not finite, no such robot, or it is fixed to the world.
-        """
-        if not all(is_finite(value) for value in (x, y, yaw)):
-            raise KbotError(f"a pose is three finite numbers, not {x!r}, {y!r}, {yaw!r}")
-        moved = self.named(robot)
-        moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
-        self._fresh = -1
-        self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
+    def release_joint(self, joint: str, robot: str | None = None) -> None:
+        """Let a held joint move freely again. Raises KbotError for an unknown robot or joint."""
+        self.named(robot).release(joint)
+        self._note("release_joint", joint=joint, robot=robot)
 
     # what can be read
 
@@ -227,6 +212,8 @@ class Simulation(Disturbed):
         Raises:
             KbotError: it cannot be mounted; the reason is said.
         """
+        if not hasattr(sensor, "mount"):
+            raise KbotError(f"a sensor is one of kbot.sensors, not {shortened(sensor)}")
         return sensor.mount(self)
 
     # state
@@ -239,6 +226,7 @@ class Simulation(Disturbed):
             copy_engine(self._model, self._data),
             {name: robot.save() for name, robot in self.robots.items()},
             tuple(self._pushes),
+            self._assembly.welds,
             dict(self.random.bit_generator.state),
         )
 
@@ -248,8 +236,16 @@ class Simulation(Disturbed):
         Raises:
             KbotError: the state is another simulation's, or robots came or went since.
         """
-        if set(state.robots) != set(self.robots) or len(state.vector) != len(self._vector()):
+        if not isinstance(state, State):
+            raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
+        assembly = self._assembly
+        if state.welds != assembly.welds:
+            assembly = assembly.with_welds(state.welds)
+        size = len(read_engine(assembly.model, assembly.data))
+        if set(state.robots) != set(self.robots) or len(state.vector) != size:
             raise KbotError("the state is that of another robot or world")
+        if assembly is not self._assembly:
+            self._use(assembly)
         restore_engine(self._model, self._data, state.engine)
         for name, robot in self.robots.items():
             robot.restore(state.robots[name])
@@ -261,6 +257,14 @@ class Simulation(Disturbed):
     def state_sha256(self) -> str:
         """Digest of the engine's state; equal runs have equal ones."""
         return digest(self._vector())
+
+    def _back_to_start(self) -> None:
+        self._take_apart()
+        mujoco.mj_resetData(self._model, self._data)
+        self._pushes.clear()
+        for robot in self.robots.values():
+            self._put_joints(robot)
+            robot.reset()
 
     def _vector(self) -> NDArray[np.float64]:
         return read_engine(self._model, self._data)
@@ -277,14 +281,6 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation) ->
         pose = old.ground_truth.pose
         simulation.set_pose(pose.x, pose.y, pose.yaw, new.name)
     new.take_over(old)
-
-
-def _robot(robot: object) -> Robot:
-    if isinstance(robot, Robot):
-        return robot
-    if isinstance(robot, str | os.PathLike):
-        return load_robot(robot).require()
-    raise KbotError(f"a robot, or the file of one, is simulated, not {robot!r}: kbot.load(FILE) reads one")
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

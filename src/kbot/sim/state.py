@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.sim.pushes import Push
+from kbot.sim.welds import Weld
 
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on; the smaller sets differ in the last bits after a restore."""
@@ -19,13 +20,15 @@ _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 @dataclass(frozen=True, eq=False)
 class State:
     """`vector`: the engine's state; `engine`: a copy of all the engine holds, for what lies asleep is not
-    in the vector; `robots`: what each robot's controllers hold, by name; `pushes` that still act."""
+    in the vector; `robots`: what each robot's controllers hold, by name; `pushes` that still act and `welds`
+    that hold."""
 
     steps: int
     vector: NDArray[np.float64]
     engine: Any
     robots: dict[str, tuple[Any, ...]]
     pushes: tuple[Push, ...]
+    welds: tuple[Weld, ...]
     random: dict[str, Any]
 
 

@@ -13,9 +13,6 @@ from kbot.model.shapes import tensor
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Severity
 
-FASTEST = 1e4
-"""m/s or rad/s; nothing on wheels goes so fast, a run that blows up does at once."""
-
 _MASS_RATIO = 1000.0
 _SMALL_RADIUS = 1e-3
 """Radius of gyration in m below which a moment of inertia is suspect."""

@@ -24,6 +24,8 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     """
     if isinstance(world, World):
         return world
+    if not isinstance(world, str | os.PathLike):
+        raise KbotError(f"a world is a World, a name such as 'empty' or 'maze:size=8', or a file, not {world!r}")
     text = os.fspath(world)
     suffix = Path(text).suffix.lower()
     if suffix in SDF_SUFFIXES:

@@ -1,0 +1,188 @@
+"""Models of a running world, robots and things alike: where they are, put elsewhere, and attached."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.sim.disturbed import Disturbed
+from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
+from kbot.sim.welds import STANDING, weld_as_it_stands
+from kbot.sim.world_builder import PREFIX, body_pose
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+_STILL = (0.0, 0.0, 0.0)
+
+
+class ModelState(NamedTuple):
+    """`world_from_model`, of a robot's root link, and its speed along the world's axes: m/s and rad/s."""
+
+    pose: Transform
+    linear: Vector
+    angular: Vector
+
+
+class _Place(NamedTuple):
+    """Where a model is in the engine; `position` and `speed` are below zero for one that cannot move."""
+
+    body: int
+    position: int
+    speed: int
+
+
+class Models(Disturbed):
+    """A running world whose models are moved by hand."""
+
+    def get_model_state(self, model: str) -> ModelState:
+        """Where a robot, or a body of the world that can move, is and how fast.
+
+        Raises:
+            KbotError: there is no such model, or it stands still for good.
+        """
+        self.refresh()
+        body, _, speed = self._place_of(model)
+        pose = body_pose(self._data, body)
+        if speed < 0:
+            return ModelState(pose, _STILL, _STILL)
+        x, y, z, *turning = self._data.qvel[speed : speed + 6].tolist()
+        wx, wy, wz = (pose.rotation @ np.array(turning)).tolist()
+        return ModelState(pose, (x, y, z), (wx, wy, wz))
+
+    def set_model_state(
+        self, model: str, pose: Transform, linear: Vector = _STILL, angular: Vector = _STILL
+    ) -> None:
+        """Put a robot, by its root link, or a body of the world somewhere else, in any attitude, at a speed
+        along the world's axes (m/s, rad/s). Odometry does not learn of it; what is attached is drawn along.
+
+        Raises:
+            KbotError: there is no such model, it cannot move, or a number is beyond reason.
+        """
+        if not isinstance(pose, Transform):
+            raise KbotError(f"a pose is a Transform, as Transform.from_xyz_rpy makes, not {shortened(pose)}")
+        x, y, z = vector("a place in m", pose.translation.tolist(), FURTHEST)
+        linear = vector("a speed in m/s", linear, FASTEST)
+        angular = vector("a turning speed in rad/s", angular, FASTEST)
+        _, position, speed = self._place_of(model)
+        if position < 0:
+            raise KbotError(f"'{model}' is fixed to the world and cannot be moved")
+        if model in self.robots:
+            robot = self.robots[model]
+            base = pose @ robot.base_from_root.inverse()
+            robot.stand_at(float(base.translation[0]), float(base.translation[1]), base.yaw, z)
+        qx, qy, qz, qw = pose.quaternion_xyzw
+        self._data.qpos[position : position + 7] = (x, y, z, qw, qx, qy, qz)
+        self._data.qvel[speed : speed + 3] = linear
+        self._data.qvel[speed + 3 : speed + 6] = pose.rotation.T @ np.array(angular)
+        self._fresh = -1
+        self._note(
+            "set_model_state", model=model, matrix=pose.matrix.tolist(), linear=linear, angular=angular
+        )
+
+    def set_pose(self, x: float, y: float, yaw: float, robot: str | None = None) -> None:
+        """Put the robot somewhere else, standing still on level ground: metres and radians in the world.
+        Its odometry does not learn of it.
+
+        Raises:
+            KbotError: a number is not finite, no such robot, or it is fixed to the world.
+        """
+        x, y, yaw = vector("a pose", (x, y, yaw), FURTHEST)
+        moved = self.named(robot)
+        moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
+        self._fresh = -1
+        self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
+
+    def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
+        """After a reset: stand elsewhere, at rest, the base at `pose` in the world at the height it starts
+        at, and joints at positions in rad or m. Odometry still starts from zero there.
+
+        Raises:
+            KbotError: an unknown joint, or a number that is none.
+        """
+        if not isinstance(pose, PlanarPose):
+            raise KbotError(f"a place is a PlanarPose(x, y, yaw) in m and rad, not {shortened(pose)}")
+        x, y, yaw = vector("a pose", (pose.x, pose.y, pose.yaw), FURTHEST)
+        if not isinstance(joints, Mapping | None):
+            raise KbotError(f"joints are positions by name, not {shortened(joints)}")
+        wanted = dict(joints or {})
+        for joint, position in wanted.items():
+            self._robot.dof(joint)
+            if not is_within(position, FURTHEST):
+                told = f"up to {FURTHEST:g}, not {shortened(position)}"
+                raise KbotError(f"a joint's position is a finite number {told}")
+        for joint, position in wanted.items():
+            self._robot.set_position(joint, position)
+        if self._robot.root_qpos >= 0:
+            self.set_pose(x, y, yaw)
+        self._robot.restart_odometry()
+        self._fresh = -1
+        numbers = {joint: float(position) for joint, position in wanted.items()}
+        self._note("place", x=x, y=y, yaw=yaw, joints=numbers)
+
+    def attach(self, link: str, to: str, robot: str | None = None, to_robot: str | None = None) -> None:
+        """Weld a robot's link, as it stands now, to something: another robot's link where `to_robot` is
+        given, else a body of the world or a link of the first robot. A gripper holds what it carries, a
+        tug its trailer, a dock its robot. The two do not touch each other any longer.
+
+        A reset takes it apart; `state` and `restore` keep it.
+
+        Raises:
+            KbotError: no such robot, link or body, the two are one, or are attached already.
+        """
+        first, second = self._body_called(link, robot), self._body_called(to, to_robot)
+        if first == second == STANDING:
+            raise KbotError(f"'{link}' and '{to}' stand still for good")
+        if first == second:
+            raise KbotError(f"'{link}' cannot be attached to itself")
+        if self._model.body(first).weldid == self._model.body(second).weldid:
+            raise KbotError(f"'{link}' and '{to}' are one rigid piece already")
+        if any({first, second} == {weld.first, weld.second} for weld in self._assembly.welds):
+            raise KbotError(f"'{link}' is attached to '{to}' already")
+        self.refresh()
+        weld = weld_as_it_stands(self._model, self._data, first, second)
+        self._use(self._assembly.with_welds((*self._assembly.welds, weld)))
+        self._note("attach", link=link, to=to, robot=robot, to_robot=to_robot)
+
+    def detach(self, link: str, robot: str | None = None) -> None:
+        """Let go whatever a link, or a body of the world that can move, is attached to.
+
+        Raises:
+            KbotError: no such robot, link or body, or it is attached to nothing.
+        """
+        body = self._body_called(link, robot)
+        if body == STANDING:
+            raise KbotError(f"'{link}' stands still for good: detach what is attached to it")
+        kept = tuple(weld for weld in self._assembly.welds if body not in (weld.first, weld.second))
+        if len(kept) == len(self._assembly.welds):
+            raise KbotError(f"'{link}' is attached to nothing")
+        self._use(self._assembly.with_welds(kept))
+        self._note("detach", link=link, robot=robot)
+
+    def _take_apart(self) -> None:
+        """Detach all."""
+        if self._assembly.welds:
+            self._use(self._assembly.with_welds(()))
+
+    def _place_of(self, model: str) -> _Place:
+        if not isinstance(model, str):
+            raise KbotError(f"a model is spoken of by its name, not {shortened(model)}")
+        if model in self.robots:
+            robot = self.robots[model]
+            body, joint = robot.body(robot.robot.root), robot.prefix
+        elif model in self._moving:
+            body, joint = self._moving[model], PREFIX + model
+        else:
+            if any(body.name == model for body in self.world.bodies):
+                raise KbotError(f"'{model}' stands still for good")
+            known = (*self.robots, *self._moving)
+            hint = did_you_mean(model, known) or f"there are {', '.join(known)}"
+            raise KbotError(f"there is no model '{model}': {hint}")
+        index = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_JOINT, joint)
+        if index < 0:
+            return _Place(body, -1, -1)
+        return _Place(body, int(self._model.jnt_qposadr[index]), int(self._model.jnt_dofadr[index]))

@@ -1,0 +1,103 @@
+"""Whatever a program gives: a sentence, and the running world as it was."""
+
+import inspect
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from kbot.sim import Simulation, faults
+from kbot.text import KbotError
+
+HOSTILE = [
+    None, "", "a", "base_lnk", -1, 3, 10**400, True, float("nan"), float("inf"), -1e308, 1e308, 1j, b"x",
+    object(), (), (1.0,), (1.0, 2.0), (0.0, float("nan"), 0.0), (1e308, 0.0, 0.0), ("a", "b", "c"),
+    [[1.0], [2.0], [3.0]], {}, {"a": 1}, {"left_wheel_joint": float("nan")}, {"left_wheel_joint": 1e308},
+    np.zeros((3, 3)), np.array([]), np.array([1.0, 2.0, 3.0]), np.float64("nan"),
+]  # fmt: skip
+BETWEEN_PARTS = {"take_command"}
+"""What a robot calls, not a user."""
+METHODS = [
+    name
+    for name, value in inspect.getmembers(Simulation, inspect.isfunction)
+    if not name.startswith("_") and name not in BETWEEN_PARTS and len(inspect.signature(value).parameters) > 1
+]
+GOOD = {
+    "link": "base_link", "force": (1.0, 0.0, 0.0), "duration": 0.1, "torque": (0.0, 0.0, 0.1), "to": "crate",
+    "x": 0.1, "y": 0.2, "yaw": 0.3, "joint": "left_wheel_joint", "at": 1e6, "name": "b", "model": "kbot",
+    "linear": 0.1, "angular": 0.1, "seconds": 0.01, "n": 1, "position": 0.1,
+}  # fmt: skip
+QUIET = settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def everything(sim: Simulation) -> tuple[object, ...]:
+    """All that what follows depends on, the engine's own model too."""
+    state = sim.state()
+    model, _ = sim.engine()
+    arrays = [getattr(model, name) for name in ("body_mass", "geom_friction", "actuator_gainprm", "qpos0")]
+    parts = (state.vector, state.engine.xfrc_applied, *arrays)
+    told = (state.steps, state.robots, state.pushes, state.welds, state.random, sim.time, sim.paused)
+    return (*(part.tobytes() for part in parts), told, list(sim.robots), sim.lost_commands, sim.twist)
+
+
+def is_refused(call: Callable[[], object]) -> bool:
+    """Whether a sentence says why not; any other error is a failure."""
+    try:
+        call()
+    except KbotError as error:
+        return bool(str(error).strip())
+    return False
+
+
+@pytest.fixture(scope="module")
+def running(kbot_robot) -> Simulation:
+    sim = Simulation(kbot_robot, world="boxes")
+    sim.cmd_vel(0.2, 0.3)
+    sim.run(0.11)
+    return sim
+
+
+@QUIET
+@given(data=st.data())
+def test_a_method_either_does_it_or_says_why_not_and_does_nothing(running, data):
+    name = data.draw(st.sampled_from(METHODS))
+    parameters = list(inspect.signature(getattr(running, name)).parameters.values())
+    given_ = {}
+    for parameter in parameters:
+        choices = [st.sampled_from(HOSTILE)]
+        if parameter.name in GOOD:
+            choices.append(st.just(GOOD[parameter.name]))
+        if parameter.default is parameter.empty or data.draw(st.booleans()):
+            given_[parameter.name] = data.draw(st.one_of(choices))
+    saved, before = running.state(), everything(running)
+    if is_refused(lambda: getattr(running, name)(**given_)):
+        assert everything(running) == before
+    else:
+        running.step(3)
+        assert np.isfinite(running.state().vector).all()
+        for robot in list(running.robots)[1:]:
+            running.delete_model(robot)
+        running.unpause_physics()
+        running.restore(saved)
+
+
+FAULTS = list(faults.FAULTS.values())
+
+
+@QUIET
+@given(data=st.data())
+def test_a_fault_of_anything_is_refused_or_acts(running, data):
+    kind = data.draw(st.sampled_from(FAULTS))
+    values = [data.draw(st.sampled_from(HOSTILE)) for _ in inspect.signature(kind).parameters]
+    at = data.draw(st.sampled_from([*HOSTILE, 1e6]))
+    before = everything(running)
+    is_refused(lambda: running.schedule(kind(*values), at))
+    assert everything(running) == before
+
+
+@pytest.mark.parametrize("what", ["robot", "world", "seed", "timestep", "contacts", "limits", "start"])
+@pytest.mark.parametrize("value", HOSTILE, ids=repr)
+def test_a_simulation_is_made_or_refused(kbot_robot, what, value):
+    is_refused(lambda: Simulation(**{"robot": kbot_robot, what: value}).step())
