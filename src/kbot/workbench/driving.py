@@ -119,7 +119,7 @@ class Driving:
         self._command = (linear, angular)
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
-        self._sim.apply_force(link, force, seconds)
+        self._sim.apply_body_wrench(link, force, seconds)
 
     def set_joint(self, name: str, position: float) -> None:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
