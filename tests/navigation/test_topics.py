@@ -38,7 +38,7 @@ def test_a_goal_is_driven_to_and_told_of(simulation, topic):
     assert (end.x, end.y) == pytest.approx((0.6, 0.6))
     pose = simulation.ground_truth.pose
     assert math.hypot(pose.x - 0.6, pose.y - 0.6) < 0.015
-    assert not navigation.is_driving
+    assert not navigation.goals.is_driving
     # it is free to be driven by hand again
     simulation.cmd_vel(0.0, 1.0)
     simulation.run(1.0)
@@ -48,7 +48,7 @@ def test_a_goal_is_driven_to_and_told_of(simulation, topic):
 def test_the_map_is_there_for_who_comes_late(simulation):
     NavigationTopics(simulation)
     (grid,) = _listen(simulation, "/map", OccupancyGrid)
-    assert grid.header.frame_id == "map"
+    assert grid.header.frame_id == "odom"
     assert grid.data.size == grid.info.width * grid.info.height
     assert (grid.data == 100).any()
 
@@ -68,7 +68,7 @@ def test_cancelling_stops_it(simulation):
     states = _listen(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(2.0)
-    navigation.cancel("enough")
+    navigation.goals.cancel("enough")
     simulation.run(1.0)
     assert states[-1].data == "cancelled: enough"
     assert abs(simulation.ground_truth.twist.x) < 1e-3
@@ -81,7 +81,7 @@ def test_cancelling_stops_it(simulation):
     ("goal", "words"),
     [
         (_goal(0.3, 0.0), "refused: the goal is inside an obstacle"),
-        (_goal(0.5, 0.0, frame="camera_link"), "refused: the goal is in the frame 'camera_link'"),
+        (_goal(0.5, 0.0, frame="camera_lnk"), "refused: the goal is in the frame 'camera_lnk'"),
         (_goal(math.nan, 0.0), "refused: a goal is a finite"),
     ],
 )

@@ -6,9 +6,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
+from kbot.bridges.gazebo import gazebo_services
+from kbot.bridges.gazebo_states import GazeboTopics
 from kbot.bridges.link import Link
 from kbot.bridges.wishes import Wishes
 from kbot.model.writer import to_urdf
+from kbot.navigation.topics import TOPICS as NAVIGATION_TOPICS
 from kbot.nodes import RobotStatePublisher
 from kbot.record.recorder import Recorder
 from kbot.record.replay import NODES, STATE_PUBLISHER
@@ -35,7 +38,9 @@ class Companions:
         self._wishes, self._tell = wishes, tell
         self.failure: KbotError | None = None
         """Why the recording ended early, if it did."""
-        self._link = Link(tell)
+        self._gazebo: GazeboTopics | None = None
+        self._link = Link(tell, frozenset() if wishes.navigation else NAVIGATION_TOPICS)
+        self._link.services = gazebo_services()
         self._bridges: list[Bridge] = []
         self._recorder: Recorder | None = None
         self._publisher: RobotStatePublisher | None = None
@@ -72,6 +77,7 @@ class Companions:
         self._joined += 1
         if self._wishes.is_live:
             self._link.parameters = {"/robot_description": description, "/use_sim_time": True}
+            self._gazebo = GazeboTopics(simulation)
             self._link.attach(simulation, feed)
             if not self._bridges:
                 self._open_bridges()
@@ -93,6 +99,9 @@ class Companions:
             self._publisher.close()
             self._publisher = None
         self._link.detach()
+        if self._gazebo is not None:
+            self._gazebo.close()
+            self._gazebo = None
 
     def _lost(self, failure: KbotError) -> None:
         self.failure = failure

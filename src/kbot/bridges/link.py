@@ -1,17 +1,20 @@
 """Where the threads of bridges meet the one thread of a simulation.
 
 Nothing of a bridge runs on the simulation's thread but putting a message in a queue, and nothing of the
-simulation is touched by another thread: what peers send and ask waits until `serve`, which the
-simulation's clock calls every control period.
+simulation is touched by another thread: what peers send waits until `serve`, which the simulation's clock
+calls every control period, and what they call until `work`, between two steps.
 """
 
 from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import Any
 
+from kbot.bridges.services import Service, require_service
 from kbot.messages.types import Twist, TwistStamped
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -21,7 +24,12 @@ SERVE_RATE = 50.0
 WAITING = 16
 """Messages of a topic that wait to be delivered; of more the newest are kept."""
 
+MOST_CALLS = 256
+"""Calls of services that wait; more are refused."""
+
 Receiver = Callable[[Packet], None]
+Value = Any
+"""A parameter's: a number, a text, a truth, a list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +47,23 @@ class Topic:
 
 
 class Link:
-    """Thread-safe but for `attach`, `detach` and `serve`, which are the simulation's thread's."""
+    """Thread-safe but for `attach`, `detach`, `serve` and `work`, which are the simulation's thread's."""
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
-        """`tell` is given sentences for the user, each once."""
+    def __init__(self, tell: Callable[[str], None], hidden: frozenset[str] = frozenset()) -> None:
+        """`tell` is given sentences for the user, each once; topics that are `hidden` stay within."""
+        self._hidden = hidden
         self.topics: dict[str, Topic] = {}
         """What there is now; replaced as a whole when it changes."""
         self.nanoseconds = 0
         """The simulation's time when it was last served."""
-        self.parameters: dict[str, str | bool | float | int] = {}
+        self.parameters: dict[str, Value] = {}
+        """By full name; replaced as a whole when one changes."""
+        self.services: Mapping[str, Service] = {}
         self._tell, self._told = tell, set[str]()
         self._lock = threading.Lock()
         self._jobs: deque[tuple[bool, str, Receiver]] = deque()
         self._mail: dict[str, deque[object]] = {}
+        self._calls: deque[tuple[Service, object, Future[Any]]] = deque()
         self._wanted: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []
         self._feed: Feed | None = None
@@ -74,8 +86,32 @@ class Link:
         with self._lock:
             self._mail.setdefault(topic, deque(maxlen=WAITING)).append(message)
 
+    def call(self, service: str, request: object) -> Future[Any]:
+        """Ask a service; its response comes between two steps, or the KbotError that it raised.
+
+        Raises:
+            KbotError: there is no such service, or too many calls wait.
+        """
+        found = require_service(self.services, service)
+        future: Future[Any] = Future()
+        with self._lock:
+            if len(self._calls) >= MOST_CALLS:
+                raise KbotError(f"{service}: {MOST_CALLS} calls wait already")
+            self._calls.append((found, request, future))
+        return future
+
+    def set_parameter(self, name: str, value: Value) -> None:
+        """Set a parameter for all who ask; None takes it away."""
+        with self._lock:
+            if self.parameters.get(name) == value:
+                return
+            others = {key: old for key, old in self.parameters.items() if key != name}
+            self.parameters = others if value is None else {**others, name: value}
+        for changed in tuple(self._watchers):
+            changed()
+
     def watch(self, changed: Callable[[], None]) -> None:
-        """Call back, on the simulation's thread, whenever `topics` changed."""
+        """Call back, on any thread, whenever `topics` or `parameters` changed."""
         self._watchers.append(changed)
 
     def tell(self, text: str) -> None:
@@ -93,6 +129,7 @@ class Link:
         for topic, receiver in self._wanted:
             self._try_open(topic, receiver)
         self._timer = simulation.clock.every(SERVE_RATE, self.serve)
+        simulation.errands.append(self.work)
         self.serve()
 
     def detach(self) -> None:
@@ -101,6 +138,8 @@ class Link:
             self._timer.cancel()
             for topic, receiver in self._wanted:
                 self._feed.close(topic, receiver)
+        if self._simulation is not None:
+            self._simulation.errands.remove(self.work)
         self._simulation = self._feed = None
 
     def serve(self) -> None:
@@ -127,6 +166,23 @@ class Link:
             for message in messages:
                 self._deliver(simulation, topic, message)
 
+    def work(self) -> None:
+        """Answer what peers called, between two steps; while the simulation is paused serve them too."""
+        simulation = self._simulation
+        if simulation is None:
+            return
+        if simulation.paused:
+            self.serve()
+        while self._calls:
+            with self._lock:
+                service, request, future = self._calls.popleft()
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(service.answer(simulation, request))
+            except KbotError as error:
+                future.set_exception(error)
+
     def _look(self, simulation: Simulation, feed: Feed) -> None:
         bus = simulation.bus
         self._seen = bus.changes
@@ -134,6 +190,7 @@ class Link:
         found = {
             name: Topic(name, kind, name in inputs, bus.is_latched(name))
             for name, kind in feed.offered().items()
+            if name not in self._hidden
         }
         if found != self.topics:
             self.topics = found
@@ -141,7 +198,7 @@ class Link:
                 changed()
 
     def _try_open(self, topic: str, receiver: Receiver) -> None:
-        if self._feed is not None and topic in self._feed.offered():
+        if self._feed is not None and topic not in self._hidden and topic in self._feed.offered():
             self._feed.open(topic, receiver)
 
     def _deliver(self, simulation: Simulation, topic: str, message: object) -> None:

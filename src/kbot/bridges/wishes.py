@@ -8,7 +8,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True)
 class Wishes:
     """A recording and bridges. `topics` are those to record, all when empty; `host` is the address that
-    bridges are reached at, loopback when None."""
+    bridges are reached at, loopback when None; without `navigation` goals, plan and map are not bridged."""
 
     record: str = ""
     topics: tuple[str, ...] = ()
@@ -17,6 +17,7 @@ class Wishes:
     rosbridge: bool = False
     ros2: bool = False
     host: str | None = None
+    navigation: bool = True
 
     @property
     def is_live(self) -> bool:

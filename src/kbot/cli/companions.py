@@ -33,13 +33,16 @@ def companion_options(function: _Function) -> _Function:
         foxglove: bool,
         rosbridge: bool,
         bridge_host: str | None,
+        navigation: bool,
         **options: object,
     ) -> object:
         if record_topics and record is None:
             fail("--record-topic goes with --record FILE")
         if bridge_host is not None and not (ros1 or ros2 or foxglove or rosbridge):
             fail("--bridge-host goes with a bridge, such as --ros1")
-        wishes = Wishes(record or "", record_topics, ros1, foxglove, rosbridge, ros2, bridge_host)
+        if not navigation and not (ros1 or ros2 or foxglove or rosbridge):
+            fail("--no-navigation goes with a bridge, such as --ros1")
+        wishes = Wishes(record or "", record_topics, ros1, foxglove, rosbridge, ros2, bridge_host, navigation)
         return function(*args, wishes=wishes, **options)
 
     wrapped: Any = with_wishes
@@ -70,6 +73,13 @@ _OPTIONS = (
         "--bridge-host",
         metavar="ADDRESS",
         help="Address of this machine that bridges are reached at.  [default: only this machine]",
+    ),
+    click.option(
+        "--no-navigation",
+        "navigation",
+        flag_value=False,
+        default=True,
+        help="Leave goals, plan and map to a peer such as Nav2, on bridges.",
     ),
 )
 

@@ -138,6 +138,10 @@ def command(
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
     if wishes.is_live or wishes.record:
         report(mount_declared(simulation)[1])
+    if wishes.is_live and goal is None:
+        from kbot.navigation import Goals, NavigationTopics
+
+        NavigationTopics(simulation, Goals(simulation, in_background=True))
     with going_along(wishes) as join:
         join(simulation, loaded.expansion.text, world)
         if goal is not None:

@@ -34,6 +34,7 @@ class _Topic:
         self.latched = False
         self.muted = False
         self.last: Any = None
+        self.wanted: Callable[[], None] | None = None
 
 
 class Publisher(Generic[M]):
@@ -79,14 +80,23 @@ class Bus:
         self.changes = 0
         """Grows whenever a topic begins or ends to be heard."""
 
-    def advertise(self, topic: str, message_type: type[M], *, latched: bool = False) -> Publisher[M]:
-        """A publisher; a latched topic hands its last message to those who subscribe later.
+    def advertise(
+        self,
+        topic: str,
+        message_type: type[M],
+        *,
+        latched: bool = False,
+        wanted: Callable[[], None] | None = None,
+    ) -> Publisher[M]:
+        """A publisher; a latched topic hands its last message to those who subscribe later. `wanted` is
+        called when somebody subscribes before there is one: what is costly is made then.
 
         Raises:
             KbotError: the topic's name is not one, or it carries another type.
         """
         entry = self._topic(topic, message_type)
         entry.latched = entry.latched or latched
+        entry.wanted = wanted or entry.wanted
         self.changes += 1
         return Publisher(entry)
 
@@ -102,6 +112,8 @@ class Bus:
         entry.subscriptions.append(subscription)
         if entry.last is not None:
             callback(entry.last)
+        elif entry.wanted is not None:
+            entry.wanted()
         return subscription
 
     def publish(self, topic: str, message: object) -> None:

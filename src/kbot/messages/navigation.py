@@ -1,4 +1,5 @@
-"""Messages of goals, paths and maps: geometry_msgs/PoseStamped, nav_msgs/Path and OccupancyGrid."""
+"""Messages of goals, paths and maps: poses of geometry_msgs, GoalID of actionlib_msgs, Path and
+OccupancyGrid of nav_msgs."""
 
 from __future__ import annotations
 
@@ -7,15 +8,29 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.messages.types import Header, Pose, Time
+from kbot.messages.types import Header, Pose, PoseWithCovariance, Time
 
-HEADER, ORIGIN, START = Header(), Pose(), Time()
+HEADER, ORIGIN, ESTIMATE, START = Header(), Pose(), PoseWithCovariance(), Time()
 
 
 @dataclass(frozen=True, slots=True)
 class PoseStamped:
     header: Header = HEADER
     pose: Pose = ORIGIN
+
+
+@dataclass(frozen=True, slots=True)
+class PoseWithCovarianceStamped:
+    header: Header = HEADER
+    pose: PoseWithCovariance = ESTIMATE
+
+
+@dataclass(frozen=True, slots=True)
+class GoalID:
+    """Which goal is meant; as a request to cancel it is, empty, whichever there is."""
+
+    stamp: Time = START
+    id: str = ""
 
 
 @dataclass(frozen=True, slots=True)

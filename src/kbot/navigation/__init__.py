@@ -9,6 +9,7 @@ from kbot.navigation.controller import Controller, Limits, Observation, twist
 from kbot.navigation.footprint import Outline, outline, turning_radius
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.goals import Goals
 from kbot.navigation.guard import ObstacleGuard
 from kbot.navigation.navigator import Navigator, Settings
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
@@ -22,6 +23,7 @@ __all__ = [
     "GoToPose",
     "GoalState",
     "GoalStatus",
+    "Goals",
     "GridPlanner",
     "LidarPoints",
     "Limits",

@@ -76,14 +76,20 @@ def outline(robot: Robot) -> Outline:
     return Outline(convex_outline(np.array(_corners(robot))))
 
 
+def height(robot: Robot) -> float:
+    """Metres from the robot's lowest point to its highest, joints at zero. Raises KbotError as above."""
+    heights = [z for _, _, z in _corners_of_shapes(robot)]
+    return max(heights) - min(heights) if heights else 0.0
+
+
 def _corners(robot: Robot) -> list[tuple[float, float]]:
-    found = list(_corners_of_shapes(robot))
+    found = [(x, y) for x, y, _ in _corners_of_shapes(robot)]
     if not found:
         raise KbotError(f"robot '{robot.name}' has no <collision>: nothing says how much room it needs")
     return found
 
 
-def _corners_of_shapes(robot: Robot) -> Iterator[tuple[float, float]]:
+def _corners_of_shapes(robot: Robot) -> Iterator[tuple[float, float, float]]:
     tree = FrameTree(robot)
     drive = find_drive(robot, tree)
     if isinstance(drive, NoDrive):
@@ -96,5 +102,5 @@ def _corners_of_shapes(robot: Robot) -> Iterator[tuple[float, float]]:
             pose = Transform.from_xyz_rpy(collision.pose.xyz, collision.pose.rpy)
             in_base = tree.pose(link.name, in_frame=drive.base) @ pose
             for corner in product(*zip(*(v.tolist() for v in reach), strict=True)):
-                x, y, _ = in_base.apply(corner).tolist()
-                yield x, y
+                x, y, z = in_base.apply(corner).tolist()
+                yield x, y, z

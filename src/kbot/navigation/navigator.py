@@ -92,9 +92,9 @@ class Navigator:
         self.status: GoalStatus | None = None
         self._make_follower = follower
         self._progress = Progress(settings.patience)
-        self._guard = None
+        self._guard: ObstacleGuard | None = None
         if outline is not None:
-            self._guard = ObstacleGuard(_Nothing(), outline, braking=settings.limits.braking)
+            self.watch_out(outline)
         self._run: _Run | None = None
         self._timeout: float | None = None
 
@@ -112,10 +112,20 @@ class Navigator:
         self._run = _Run(goal)
         return self._say(GoalState.ACCEPTED)
 
+    def watch_out(self, outline: Outline, rate: float = 20.0) -> None:
+        """Stop before what a lidar sees that scans at `rate` (Hz), and rely on it."""
+        braking, silence = self.settings.limits.braking, max(0.5, 2.5 / rate)
+        self._guard = ObstacleGuard(_Nothing(), outline, braking=braking, silence=silence)
+
     def cancel(self, reason: str = "cancelled by its sender") -> None:
         """Give up the goal; the robot stops at the next update. Without a goal nothing happens."""
         if self._run is not None:
             self._end(GoalState.CANCELLED, reason)
+
+    def refuse(self, reason: str) -> None:
+        """Refuse the goal for a reason that lies outside; without one nothing happens."""
+        if self._run is not None:
+            self._end(GoalState.REFUSED, reason)
 
     def update(self, observation: Observation) -> Twist:
         run, settings = self._run, self.settings

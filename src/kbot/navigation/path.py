@@ -67,6 +67,14 @@ class Path:
         ahead = [math.atan2(y, x) for x, y in np.diff(self.points, axis=0).tolist()]
         return [*ahead, self.yaw if self.yaw is not None else (ahead[-1] if ahead else 0.0)]
 
+    def seen_from(self, place: PlanarPose, frame: str) -> Path:
+        """The same way in another frame, which stands at `place` in this one."""
+        inverse = place.inverse()
+        c, s = math.cos(inverse.yaw), math.sin(inverse.yaw)
+        points = self.points @ np.array([[c, s], [-s, c]]) + (inverse.x, inverse.y)
+        yaw = None if self.yaw is None else self.yaw + inverse.yaw
+        return Path(points, yaw, frame, self.margin)
+
     def to_message(self, stamp: msg.Time = START) -> nav.Path:
         """nav_msgs/Path."""
         header = msg.Header(stamp, self.frame)

@@ -69,6 +69,10 @@ class GridPlanner:
         self._blocked: Cells = taken if unknown_is_free else taken | (grid.cells == UNKNOWN)
         self._layers = [_Layer(self._blocked, m, self._reach(m)) for m in self.margins]
 
+    def prepare(self) -> None:
+        """Make the tables that a plan with the widest margin needs, which the first plan makes else."""
+        _ = self._layers[0].search
+
     def with_obstacles(self, points: NDArray[np.float64]) -> GridPlanner:
         """The same with the cells of points (n, 2) in m taken as well, where they are inside the grid."""
         cells = self.grid.cells.copy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,21 +13,55 @@ from numpy.typing import NDArray
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.navigation.controller import Controller, Observation
-from kbot.navigation.footprint import outline, turning_radius
+from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal import GoalState, GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.planner import GridPlanner
+from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
-from kbot.text import KbotError
+from kbot.text import DescriptionError, KbotError
 from kbot.world.occupancy import OccupancyGrid
-from kbot.world.occupancy_of_world import world_grid
+from kbot.world.occupancy_of_world import HEIGHTS, world_grid
 
 RATE = 50.0
 """Updates of a controller a second."""
 
 PoseSource = Literal["ground_truth", "odometry"]
 Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
+
+
+MARGIN = 2.0
+"""Free ground on a robot's map around all that stands in its world; metres."""
+MOST_CELLS = 2_000_000
+"""Of a robot's map: what a planner makes tables of in a second."""
+LEVEL = math.cos(math.radians(5.0))
+
+
+def robot_map(simulation: Simulation, around: Iterable[tuple[float, float]]) -> OccupancyGrid:
+    """What stands in the way of a simulation's robot, as far as the points `around` (m) and some way beyond.
+
+    Raises:
+        KbotError: the robot cannot drive, or the world is too large for a map.
+    """
+    low, high = HEIGHTS
+    heights = low, max(high, height(simulation.robot))
+    return world_grid(simulation.world, heights=heights, around=around, margin=MARGIN, most_cells=MOST_CELLS)
+
+
+def level_lidar(simulation: Simulation) -> LidarSensor | None:
+    """The first lidar that the description declares whose beams are level; None where there is none."""
+    try:
+        sensors, _ = mount_declared(simulation)
+    except DescriptionError:
+        return None  # the findings say what is wrong with the declarations
+    for sensor in sensors.values():
+        if isinstance(sensor, LidarSensor) and sensor.owner == simulation.named().name:
+            up = (simulation.link_pose(sensor.spec.link) @ sensor.spec.pose).rotation[2, 2]
+            base_up = simulation.link_pose(simulation.robot.root).rotation[2, 2]
+            if abs(up) >= LEVEL * abs(base_up):
+                return sensor
+    return None
 
 
 class LidarPoints:

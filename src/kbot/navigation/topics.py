@@ -4,112 +4,138 @@ from __future__ import annotations
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import String, Twist
-from kbot.messages.navigation import OccupancyGrid, PoseStamped
+from kbot.messages.clock import Timer
+from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
-from kbot.navigation.controller import Observation
-from kbot.navigation.footprint import outline, turning_radius
-from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
+from kbot.navigation.goal import GoalState
+from kbot.navigation.goals import Goals
 from kbot.navigation.path import Path, from_pose_stamped
-from kbot.navigation.planner import GridPlanner
-from kbot.navigation.simulated import LidarPoints, Pilot
-from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
 from kbot.world.occupancy import OccupancyGrid as Grid
-from kbot.world.occupancy_of_world import world_grid
 
 GOALS = ("goal_pose", "move_base_simple/goal")
 """Where rviz2 and rviz say goals."""
+CANCEL, PLACE = "move_base/cancel", "initialpose"
 PLAN, MAP, STATUS = "plan", "map", "navigation_status"
-FRAMES = ("", "map", "odom", "world")
-"""Frames that a goal may be in; they are one here, for the simulation knows where its robot is."""
+WORLD = ("", "map", "world")
+"""Frames that are the world's, for the simulation knows where its robot is."""
+LOOK_RATE = 10.0
+TOPICS = frozenset(f"/{name}" for name in (*GOALS, CANCEL, PLACE, PLAN, MAP, STATUS))
 
 
 class NavigationTopics:
-    """Hears goals (PoseStamped on `goal_pose` or `move_base_simple/goal`) and drives to them. Says the way as
-    a Path on `plan`, the map on `map`, and each change of state as a String on `navigation_status`."""
+    """Hears goals (PoseStamped on `goal_pose` or `move_base_simple/goal`) and drives to them until somebody
+    drives by topic, or cancels (GoalID on `move_base/cancel`). Says the way as a Path on `plan`, the map on
+    `map`, and each change of state as a String on `navigation_status`. A pose estimate (`initialpose`) is
+    made true: the robot is put there.
 
-    def __init__(
-        self,
-        simulation: Simulation,
-        grid: Grid | None = None,
-        lidar: LidarSensor | None = None,
-        settings: Settings = DEFAULTS,
-        margin: float = 2.0,
-    ) -> None:
-        """`grid` is by default the map of the simulation's world, `margin` m larger than what stands in it.
+    The way and the map are in the frame of odometry, to which all of the robot is joined: `map` -> `odom` is
+    left to localisation. The map is made when first it is wanted, and again when a goal lies beyond it.
+    """
 
-        Raises:
-            KbotError: the robot cannot drive, or has no size.
-        """
-        robot, bus = simulation.robot, simulation.bus
-        grid = grid or world_grid(simulation.world, margin=margin)
-        around = outline(robot) if lidar is not None else None
-        self.navigator = Navigator(GridPlanner(grid, turning_radius(robot)), settings, around)
+    def __init__(self, simulation: Simulation, goals: Goals | None = None) -> None:
+        """`goals` are those to be given and told of; by default new ones."""
+        self.goals = goals or Goals(simulation)
         self._simulation = simulation
-        self._seen = LidarPoints(lidar) if lidar is not None else None
-        self._pilot: Pilot | None = None
-        self._said = ""
         self._path: Path | None = None
+        self._grid: Grid | None = None
+        self._said = ""
+        self._timer: Timer | None = None
+        bus = simulation.bus
+        settings = simulation.named().settings
+        self._odometry_frame = settings.odometry_frame if settings is not None else "odom"
         self._plan = bus.advertise(PLAN, PathMessage, latched=True)
         self._status = bus.advertise(STATUS, String, latched=True)
-        bus.advertise(MAP, OccupancyGrid, latched=True).publish(grid.to_message())
+        self._map = bus.advertise(MAP, OccupancyGrid, latched=True, wanted=self._map_is_wanted)
         self._heard = [bus.subscribe(topic, PoseStamped, self._goal) for topic in GOALS]
-
-    @property
-    def is_driving(self) -> bool:
-        return self._pilot is not None
-
-    def go(self, goal: PlanarPose, timeout: float | None = None) -> None:
-        """Take a goal in place of any other. Raises KbotError for a number that is not finite."""
-        self.navigator.go(goal, timeout)
-        self._say()
-        if self._pilot is None:
-            self._pilot = Pilot(self._simulation, self, seen=self._seen)
-
-    def cancel(self, reason: str = "cancelled by its sender") -> None:
-        """Give up the goal and stand still; without one nothing happens."""
-        self.navigator.cancel(reason)
-        self._end()
-
-    def update(self, observation: Observation) -> Twist:
-        """As a controller; called by the pilot while there is a goal."""
-        wanted = self.navigator.update(observation)
-        path = self.navigator.path
-        if path is not None and path is not self._path:
-            self._path = path
-            self._plan.publish(path.to_message(self._simulation.clock.stamp))
-        self._end()
-        return wanted
+        self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
+        self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
+        if settings is not None:
+            self._heard.append(bus.subscribe(settings.command_topic, Twist, self._driven))
+        self.goals.watch(self._tell)
 
     def close(self) -> None:
         """Hear no more goals."""
         for subscription in self._heard:
             subscription.close()
-        self.cancel("navigation was closed")
+        self.goals.cancel("navigation was closed")
+        self.goals.unwatch(self._tell)
 
     def _goal(self, message: PoseStamped) -> None:
-        frame = message.header.frame_id
-        if frame.lstrip("/") not in FRAMES:
-            self._publish(f"refused: the goal is in the frame '{frame}', not in the map's")
-            return
+        frame = message.header.frame_id.lstrip("/")
         try:
-            self.go(from_pose_stamped(message))
+            self.goals.go(self._in_world(from_pose_stamped(message), frame))
         except KbotError as error:
-            self._publish(f"refused: {error}")
+            self._say(f"{GoalState.REFUSED}: {error}")
 
-    def _end(self) -> None:
-        self._say()
-        status = self.navigator.status
-        if self._pilot is not None and status is not None and status.state.is_end:
-            self._pilot.close()
-            self._pilot = None
-            self._simulation.cmd_vel(0.0, 0.0)
+    def _place(self, message: PoseWithCovarianceStamped) -> None:
+        pose = from_pose_stamped(PoseStamped(message.header, message.pose.pose))
+        try:
+            self.goals.place(self._in_world(pose, message.header.frame_id.lstrip("/")))
+        except KbotError as error:
+            self._say(f"{GoalState.REFUSED}: {error}")
 
-    def _say(self) -> None:
-        if self.navigator.status is not None and str(self.navigator.status) != self._said:
-            self._publish(str(self.navigator.status))
+    def _in_world(self, pose: PlanarPose, frame: str) -> PlanarPose:
+        """A pose in a frame of the robot, its odometry or the world. Raises KbotError for another frame."""
+        simulation = self._simulation
+        if frame in WORLD:
+            return pose
+        if frame == self._odometry_frame:
+            return self._world_from_odom() @ pose
+        if frame in simulation.robot.links:
+            place = simulation.link_pose(frame)
+            x, y, _ = place.translation.tolist()
+            return PlanarPose(x, y, place.yaw) @ pose
+        known = [*WORLD[1:], self._odometry_frame, *simulation.robot.links]
+        hint = did_you_mean(frame, known)
+        raise KbotError(
+            f"the goal is in the frame '{frame}', which is not there" + (f": {hint}" if hint else "")
+        )
 
-    def _publish(self, text: str) -> None:
-        self._said = text
-        self._status.publish(String(text))
+    def _world_from_odom(self) -> PlanarPose:
+        simulation = self._simulation
+        return simulation.ground_truth.pose @ simulation.odometry.pose.inverse()
+
+    def _driven(self, message: Twist) -> None:
+        if message.linear.x or message.angular.z:
+            self.goals.give_way("somebody else drives")
+
+    def _map_is_wanted(self) -> None:
+        """Somebody listens to the map for the first time: make it, or look for it until it is made."""
+        try:
+            self.goals.prepare()
+        except KbotError:
+            return  # a robot that cannot drive has no map
+        self._look()
+        if self._grid is None:
+            self._timer = self._simulation.clock.every(LOOK_RATE, self._look)
+
+    def _look(self) -> None:
+        grid = self.goals.grid
+        if grid is None or grid is self._grid:
+            return
+        self._grid = grid
+        odom_from_world = self._world_from_odom().inverse()
+        placed = Grid(grid.cells, grid.resolution, odom_from_world @ grid.origin, self._odometry_frame)
+        self._map.publish(placed.to_message(self._simulation.clock.stamp))
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _tell(self) -> None:
+        """The status or the path is another."""
+        self._look()
+        path = self.goals.path
+        if path is not None and path is not self._path:
+            self._path = path
+            placed = path.seen_from(self._world_from_odom(), self._odometry_frame)
+            self._plan.publish(placed.to_message(self._simulation.clock.stamp))
+        if self.goals.status is not None:
+            self._say(str(self.goals.status))
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._status.publish(String(text))

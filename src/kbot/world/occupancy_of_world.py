@@ -26,12 +26,14 @@ def world_grid(
     heights: tuple[float, float] = HEIGHTS,
     around: Iterable[tuple[float, float]] = ((0.0, 0.0),),
     margin: float = MARGIN,
+    most_cells: int | None = None,
 ) -> OccupancyGrid:
     """The world's solid things between two heights (m) as a grid; nothing in it is unknown.
 
     A cell is occupied as soon as something reaches into it, so a wall thinner than a cell is not lost.
     What is driven on (ground, ramps, stairs) is free. The grid reaches `margin` m beyond every thing and
-    beyond the points `around`; things that can move stand where they start.
+    beyond the points `around`; things that can move stand where they start. With `most_cells` the cells of a
+    large world are coarser than `resolution`, so that there are no more of them.
 
     Raises:
         KbotError: a resolution that is none, heights out of order, or a world too large for it.
@@ -51,6 +53,9 @@ def world_grid(
     corners = np.concatenate([*outlines, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
     if not len(corners):
         corners = np.zeros((1, 2))
+    if most_cells is not None:
+        area = float(np.prod(np.ptp(corners, axis=0) + 2.0 * margin))
+        resolution *= max(1.0, math.ceil(math.sqrt(area / most_cells) / resolution))
     # cells lie on whole multiples of the resolution, so that maps of one world lie on each other
     first = np.floor((corners.min(axis=0) - margin) / resolution + 1e-9)
     last = np.ceil((corners.max(axis=0) + margin) / resolution - 1e-9)

@@ -1,0 +1,205 @@
+"""Goals of a running simulation: taken, driven to and given up, from a page, a topic or Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.messages import Twist
+from kbot.navigation.controller import STILL, Observation
+from kbot.navigation.footprint import outline, turning_radius
+from kbot.navigation.goal import GoalStatus
+from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
+from kbot.navigation.path import Path
+from kbot.navigation.planner import GridPlanner
+from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, robot_map
+from kbot.sensors.lidar import LidarSensor
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
+
+
+class Goals:
+    """Takes one goal at a time. Nothing is made before the first: then the map of the world and the planner's
+    tables are, and the robot's own lidar is looked for.
+
+    `status` says how the last goal stands, `path` the way to it. What it commands is journalled as any
+    command is. Who drives by hand calls `give_way`.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        grid: OccupancyGrid | None = None,
+        lidar: LidarSensor | None = None,
+        settings: Settings = DEFAULTS,
+        in_background: bool = False,
+    ) -> None:
+        """`grid` stands in for the map of the world, `lidar` for the one that the description declares.
+        `in_background`: the map is made on another thread, and the robot waits for it while time passes;
+        else a run is the same every time.
+        """
+        self._simulation, self._given, self._lidar = simulation, grid, lidar
+        self._in_background = in_background
+        self._navigator = Navigator(None, settings)
+        self._making: Future[GridPlanner] | None = None
+        self._seen: LidarPoints | None = None
+        self._radius: float | None = None
+        self._pilot: Pilot | None = None
+        self._time = -math.inf
+        self._watchers: list[Callable[[], None]] = []
+        self._told: tuple[GoalStatus | None, Path | None] = (None, None)
+
+    @property
+    def status(self) -> GoalStatus | None:
+        """How the last goal stands; None before the first."""
+        return self._navigator.status
+
+    @property
+    def path(self) -> Path | None:
+        """The way to the last goal, in the world; None until there is one."""
+        return self._navigator.path
+
+    @property
+    def is_driving(self) -> bool:
+        return self._pilot is not None
+
+    @property
+    def grid(self) -> OccupancyGrid | None:
+        """The map; None until it is made, which `prepare` and the first goal see to."""
+        self._collect()
+        planner = self._navigator.planner
+        return planner.grid if planner is not None else None
+
+    def watch(self, changed: Callable[[], None]) -> None:
+        """Call back whenever the status or the path is another."""
+        self._watchers.append(changed)
+
+    def unwatch(self, changed: Callable[[], None]) -> None:
+        """Call back no more."""
+        self._watchers.remove(changed)
+
+    def go(self, goal: PlanarPose, timeout: float | None = None) -> None:
+        """Take a goal (in the world) in place of any other; `timeout` in s bounds it.
+
+        Raises:
+            KbotError: a number is not finite, the timeout not above 0, or the robot cannot drive or has
+                no size.
+        """
+        self._wake()
+        self._navigator.go(goal, timeout)
+        self._time = self._simulation.time
+        if self._pilot is None:
+            self._pilot = Pilot(self._simulation, self, seen=self._seen)
+        self._tell()
+        self.prepare(goal)
+
+    def cancel(self, reason: str = "cancelled by its sender") -> None:
+        """Give up the goal and stand still; without one nothing happens."""
+        if self._pilot is not None:
+            self.give_way(reason)
+            self._simulation.cmd_vel(0.0, 0.0)
+
+    def give_way(self, reason: str) -> None:
+        """Give up the goal and leave the wheels to somebody else; without one nothing happens."""
+        if self._pilot is not None:
+            self._navigator.cancel(reason)
+            self._let_go()
+
+    def place(self, pose: PlanarPose) -> None:
+        """Put the robot somewhere else, standing still; a goal is given up.
+
+        Raises:
+            KbotError: a number is not finite, or an obstacle is there, on the map if there is one.
+        """
+        grid = self.grid
+        if grid is not None and math.isfinite(pose.x + pose.y) and grid.value(pose.x, pose.y) > FREE_BELOW:
+            raise KbotError(f"the robot cannot stand at ({pose.x:.2f}, {pose.y:.2f}): an obstacle is there")
+        self.cancel("the robot was put elsewhere")
+        self._simulation.cmd_vel(0.0, 0.0)
+        self._simulation.set_pose(pose.x, pose.y, pose.yaw)
+
+    def prepare(self, goal: PlanarPose | None = None) -> None:
+        """See to it that there is a map, and that it reaches to where the robot is and to a goal.
+
+        Raises:
+            KbotError: the robot cannot drive or has no size.
+        """
+        self._wake()
+        places = [self._simulation.ground_truth.pose, *([goal] if goal is not None else [])]
+        around = [(place.x, place.y) for place in places]
+        known = self.grid
+        if self._making is not None:
+            return  # asked again once that is there
+        if known is not None and (self._given or all(known.contains(*known.cell(*at)) for at in around)):
+            return
+        if self._in_background:
+            threads = ThreadPoolExecutor(1, "map")
+            self._making = threads.submit(self._make, around)
+            threads.shutdown(wait=False)
+        else:
+            self._take(lambda: self._make(around))
+
+    def update(self, observation: Observation) -> Twist:
+        """As a controller; called by the pilot while there is a goal."""
+        status = self.status
+        if observation.time < self._time and status is not None:
+            self._navigator.cancel("the simulation was reset")
+        self._time = observation.time
+        self._collect()
+        wanted = STILL if self._making is not None else self._navigator.update(observation)
+        self._tell()
+        if self.status is not None and self.status.state.is_end:
+            self._let_go()
+            return STILL
+        return wanted
+
+    def _wake(self) -> None:
+        """Before the first goal: how large the robot is, and what it sees with."""
+        if self._radius is not None:
+            return
+        robot = self._simulation.robot
+        radius = turning_radius(robot)
+        lidar = self._lidar or level_lidar(self._simulation)
+        if lidar is not None:
+            self._seen = LidarPoints(lidar)
+            self._navigator.watch_out(outline(robot), lidar.spec.rate)
+        self._radius = radius
+
+    def _make(self, around: list[tuple[float, float]]) -> GridPlanner:
+        """Raises KbotError: the world is too large for a map."""
+        grid = self._given or robot_map(self._simulation, around)
+        planner = GridPlanner(grid, self._radius or 0.0)
+        planner.prepare()
+        return planner
+
+    def _collect(self) -> None:
+        """Take over a map that another thread has made."""
+        making = self._making
+        if making is None or not making.done():
+            return
+        self._making = None
+        self._take(making.result)
+        if self._pilot is not None and self.status is not None and not self.status.state.is_end:
+            self.prepare(self.status.goal)
+
+    def _take(self, result: Callable[[], GridPlanner]) -> None:
+        try:
+            self._navigator.planner = result()
+        except KbotError as error:
+            self._navigator.refuse(str(error))
+
+    def _let_go(self) -> None:
+        if self._pilot is not None:
+            self._pilot.close()
+            self._pilot = None
+        self._tell()
+
+    def _tell(self) -> None:
+        now = self.status, self.path
+        if now != self._told:
+            self._told = now
+            for changed in tuple(self._watchers):
+                changed()

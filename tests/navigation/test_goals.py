@@ -1,0 +1,217 @@
+"""Goals of a running simulation: lazily prepared, journalled, given up for whoever drives by hand."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from kbot.kinematics import PlanarPose
+from kbot.messages import Header, String, Twist, Vector3
+from kbot.messages.navigation import GoalID, OccupancyGrid, Path, PoseWithCovarianceStamped
+from kbot.messages.types import PoseWithCovariance
+from kbot.model.load import load_robot, load_robot_text
+from kbot.navigation import Goals, GoalState, NavigationTopics, to_pose_stamped
+from kbot.record import Recorder
+from kbot.record.replay import replay
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed
+from kbot.world.builders import box, floor
+from kbot.world.occupancy import OccupancyGrid as Grid
+from kbot.world.world import World
+
+MAZE = "maze:size=3,seed=3"
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("kbot").require()
+
+
+@pytest.fixture
+def simulation(robot):
+    return Simulation(robot, MAZE)
+
+
+def _goal(x, y, yaw=0.0, frame="map"):
+    return to_pose_stamped(PlanarPose(x, y, yaw), Header(frame_id=frame))
+
+
+def _estimate(x, y, yaw=0.0, frame="map"):
+    stamped = _goal(x, y, yaw, frame)
+    return PoseWithCovarianceStamped(stamped.header, PoseWithCovariance(stamped.pose))
+
+
+def _listen(simulation, topic, kind):
+    heard = []
+    simulation.bus.subscribe(topic, kind, heard.append)
+    return heard
+
+
+def test_nothing_is_made_before_it_is_wanted(simulation):
+    due = simulation.clock.next_due
+    navigation = NavigationTopics(simulation)
+    simulation.run(1.0)
+    assert navigation.goals.grid is None
+    assert simulation.clock.next_due == due
+    assert {"/goal_pose", "/move_base_simple/goal", "/initialpose"} <= simulation.bus.inputs
+    _listen(simulation, "map", OccupancyGrid)
+    assert navigation.goals.grid is not None
+
+
+def test_the_map_is_made_on_another_thread_and_waited_for(simulation):
+    navigation = NavigationTopics(simulation, Goals(simulation, in_background=True))
+    maps, states = _listen(simulation, "map", OccupancyGrid), _listen(simulation, "navigation_status", String)
+    simulation.bus.publish("goal_pose", _goal(0.6, 0.6))
+    for _ in range(400):
+        simulation.run(0.1)
+        if navigation.goals.status.state.is_end:
+            break
+        time.sleep(0.005)
+    assert [m.data for m in states] == ["accepted", "driving", "reached"]
+    assert len(maps) == 1
+
+
+def test_a_goal_beyond_the_map_makes_it_larger(robot):
+    simulation = Simulation(robot)
+    goals = Goals(simulation)
+    goals.go(PlanarPose(0.3, 0.0))
+    small = goals.grid
+    goals.go(PlanarPose(9.0, 0.0))
+    assert goals.grid is not small
+    assert goals.grid.value(9.0, 0.0) == 0
+    simulation.run(0.1)
+    assert goals.status.state is GoalState.DRIVING
+
+
+def test_a_map_has_no_more_cells_than_can_be_planned_on(robot):
+    goals = Goals(Simulation(robot))
+    goals.go(PlanarPose(400.0, 300.0))
+    # 404 x 304 m at the resolution 0.02 would be 307 million cells
+    assert 0.5e6 < goals.grid.cells.size < 2.1e6
+    assert goals.grid.contains(*goals.grid.cell(400.0, 300.0))
+
+
+def test_what_it_commanded_is_done_again_bit_for_bit(simulation, tmp_path):
+    navigation = NavigationTopics(simulation)
+    feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
+    with Recorder(simulation, feed, str(tmp_path / "run.mcap"), world=MAZE):
+        simulation.run(0.123)
+        simulation.bus.publish("goal_pose", _goal(0.6, 0.6, 1.0))
+        simulation.run(4.0)
+        simulation.bus.publish("goal_pose", _goal(0.0, 0.0))
+        simulation.run(1.5)
+        simulation.bus.publish("initialpose", _estimate(0.6, 0.6, 2.0))
+        simulation.run(1.0)
+    assert navigation.goals.status.state is GoalState.CANCELLED
+    again = replay(str(tmp_path / "run.mcap"))
+    assert again.is_same, again.difference
+    assert again.same_state
+    assert again.simulation.ground_truth.pose == simulation.ground_truth.pose
+
+
+def test_the_same_goals_give_the_same_run(robot):
+    ends = []
+    for _ in range(2):
+        simulation = Simulation(robot, MAZE)
+        Goals(simulation).go(PlanarPose(0.6, 0.6))
+        simulation.run(5.0)
+        ends.append(simulation.state_sha256())
+    assert ends[0] == ends[1]
+
+
+def test_who_drives_by_topic_takes_the_wheels(simulation):
+    navigation = NavigationTopics(simulation)
+    simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
+    simulation.run(1.0)
+    simulation.bus.publish("cmd_vel", Twist())
+    simulation.run(0.1)
+    assert navigation.goals.is_driving
+    simulation.bus.publish("cmd_vel", Twist(angular=Vector3(0.0, 0.0, 1.0)))
+    simulation.run(0.4)
+    assert str(navigation.goals.status) == "cancelled: somebody else drives"
+    assert simulation.ground_truth.twist.yaw == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_request_to_cancel_stops_it(simulation):
+    navigation = NavigationTopics(simulation)
+    simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
+    simulation.run(1.0)
+    simulation.bus.publish("move_base/cancel", GoalID())
+    simulation.run(1.0)
+    assert navigation.goals.status.state is GoalState.CANCELLED
+    assert abs(simulation.ground_truth.twist.x) < 1e-3
+
+
+def test_a_reset_gives_up_the_goal(simulation):
+    goals = Goals(simulation)
+    goals.go(PlanarPose(1.2, 1.2))
+    simulation.run(2.0)
+    simulation.reset()
+    simulation.run(0.1)
+    assert str(goals.status) == "cancelled: the simulation was reset"
+    assert not goals.is_driving
+
+
+@pytest.mark.parametrize("frame", ["odom", "base_footprint"])
+def test_goals_in_the_frames_of_the_robot_and_its_odometry(robot, frame):
+    simulation = Simulation(robot, start=PlanarPose(1.0, 2.0, math.pi / 2))
+    navigation = NavigationTopics(simulation)
+    plans = _listen(simulation, "plan", Path)
+    # half a metre ahead of where it stands, which is up the world's y
+    simulation.bus.publish("goal_pose", _goal(0.5, 0.0, 0.0, frame))
+    goal = navigation.goals.status.goal
+    assert (goal.x, goal.y, goal.yaw) == pytest.approx((1.0, 2.5, math.pi / 2), abs=1e-6)
+    simulation.run(0.1)
+    assert plans[-1].header.frame_id == "odom"
+    end = plans[-1].poses[-1].pose
+    assert (end.position.x, end.position.y) == pytest.approx((0.5, 0.0), abs=1e-4)
+    assert end.orientation.w == pytest.approx(1.0)
+
+
+def test_the_map_lies_in_the_odometrys_frame(robot):
+    simulation = Simulation(robot, "corridor", start=PlanarPose(1.0, 0.0, math.pi / 2))
+    NavigationTopics(simulation)
+    (message,) = _listen(simulation, "map", OccupancyGrid)
+    grid = Grid.from_message(message)
+    # the walls are 0.4 m to each side of the corridor's middle, across which the robot stands
+    assert grid.value(0.4, 0.0) == grid.value(-0.4, 0.0) == 100
+    assert grid.value(0.0, 0.4) == 0
+
+
+def test_a_pose_estimate_puts_the_robot_there(simulation):
+    navigation = NavigationTopics(simulation)
+    states = _listen(simulation, "navigation_status", String)
+    simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
+    simulation.run(1.0)
+    simulation.bus.publish("initialpose", _estimate(0.6, 0.6, 1.0))
+    pose = simulation.ground_truth.pose
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.6, 0.6, 1.0), abs=1e-6)
+    assert states[-1].data == "cancelled: the robot was put elsewhere"
+    simulation.bus.publish("initialpose", _estimate(0.3, 0.0))
+    assert "an obstacle is there" in states[-1].data
+    assert not navigation.goals.is_driving
+
+
+def test_a_robot_that_cannot_drive_refuses():
+    text = """<robot name="r"><link name="l"><collision><geometry><box size="1 1 1"/></geometry></collision>
+      </link></robot>"""
+    simulation = Simulation(load_robot_text(text, "r.urdf").require())
+    NavigationTopics(simulation)
+    states = _listen(simulation, "navigation_status", String)
+    simulation.bus.publish("goal_pose", _goal(1.0, 0.0))
+    assert states[-1].data.startswith("refused: robot 'r' cannot drive")
+    assert not _listen(simulation, "map", OccupancyGrid)
+    with pytest.raises(KbotError, match="cannot drive"):
+        Goals(simulation).go(PlanarPose(1.0, 0.0))
+
+
+def test_it_sees_with_the_lidar_that_is_declared():
+    world = World("box", (floor(), box("box", (0.2, 0.5, 0.3), 0.7, 0.0)))
+    simulation = Simulation(load_robot("kbot", {"lidar": "true"}).require(), world)
+    empty = Grid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
+    goals = Goals(simulation, empty)
+    goals.go(PlanarPose(1.6, 0.0))
+    simulation.run(60.0)
+    assert goals.status.state is GoalState.REACHED, goals.status
