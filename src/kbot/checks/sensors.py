@@ -10,7 +10,7 @@ from kbot.checks.context import Context
 from kbot.checks.rays import distance_along
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rig import held
-from kbot.checks.spatial import Frame, add, dot, norm, scale, subtract
+from kbot.checks.spatial import Frame, Vector, add, dot, norm, scale, subtract
 from kbot.model import JointType
 from kbot.text import Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -159,11 +159,9 @@ def _own_body(
         reach = norm(part.half)
         if norm(start) - reach > ranges[1]:
             continue
-        for i in range(_BEAMS):
+        for i in _beams_towards(frame.local(shape.translation), reach, angles):
             angle = angles[0] + (angles[1] - angles[0]) * i / _BEAMS
             direction = add(scale(ahead, math.cos(angle)), scale(left, math.sin(angle)))
-            if dot(start, direction) > reach:
-                continue  # it looks away
             t = distance_along(start, direction, part.geometry, part.half)
             if t is not None and ranges[0] < t < ranges[1]:
                 known = nearest_hits.get(i)
@@ -178,6 +176,19 @@ def _own_body(
         return None
     name, (count, nearest, origin) = max(hits.items(), key=lambda item: item[1][0])
     return (name, nearest, count / _BEAMS, origin) if count else None
+
+
+def _beams_towards(center: Vector, reach: float, angles: tuple[float, float]) -> Iterator[int]:
+    """The beams that may meet what lies within `reach` of a point of the lidar's frame."""
+    away, step = math.hypot(center[0], center[1]), (angles[1] - angles[0]) / _BEAMS
+    if away <= reach or not 0.0 < step <= 2.0 * math.pi / _BEAMS * 1.01:
+        yield from range(_BEAMS)
+        return
+    half, bearing = math.asin(reach / away), math.atan2(center[1], center[0])
+    for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
+        first = math.ceil((bearing + turn - half - angles[0]) / step)
+        last = math.floor((bearing + turn + half - angles[0]) / step)
+        yield from range(max(first, 0), min(last, _BEAMS - 1) + 1)
 
 
 def _in_plane(context: Context, frame: Frame, own: set[str]) -> list[tuple[str, Part, Frame]]:

@@ -7,6 +7,7 @@ than arrays. Everything that deals with many poses at once is in `kbot.kinematic
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
@@ -65,6 +66,7 @@ def multiply(m: Matrix, n: Matrix) -> Matrix:
     return (a, b, c)
 
 
+@lru_cache(maxsize=4096)
 def rotation(rpy: Vector) -> Matrix:
     """Roll, pitch, yaw about fixed axes in radians, as URDF has them."""
     if rpy == ZERO:
@@ -133,8 +135,12 @@ def scale_matrix(m: Matrix, by: float) -> Matrix:
     return (scale(m[0], by), scale(m[1], by), scale(m[2], by))
 
 
+@lru_cache(maxsize=4096)
 def eigenvalues(m: Matrix) -> Vector:
-    """Eigenvalues of a symmetric matrix, smallest first, in closed form (Smith 1961)."""
+    """Eigenvalues of a symmetric matrix, smallest first, in closed form (Smith 1961).
+
+    Kept: one tensor's are asked for by many rules.
+    """
     (a, d, e), (_, b, f), (_, _, c) = m
     off = d * d + e * e + f * f
     if off == 0.0:

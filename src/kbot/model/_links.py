@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from kbot.model._values import Values, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
@@ -62,7 +60,8 @@ def with_materials(links: dict[str, Link], defined: dict[str, Material]) -> dict
 def _link_with_materials(link: Link, defined: dict[str, Material]) -> Link:
     if not any(v.material and v.material.name for v in link.visuals):
         return link
-    return replace(link, visuals=tuple(_with_material(v, defined) for v in link.visuals))
+    visuals = tuple(_with_material(v, defined) for v in link.visuals)
+    return Link(link.name, link.inertial, visuals, link.collisions, link.origin)
 
 
 def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
@@ -71,8 +70,8 @@ def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
         return visual
     known = defined.get(material.name)
     if known is not None:
-        looks = replace(material, rgba=known.rgba, texture=known.texture)
-        return replace(visual, material=looks)
+        looks = Material(material.name, known.rgba, known.texture, material.origin)
+        return Visual(visual.name, visual.pose, visual.geometry, looks, visual.origin)
     if material.rgba is not None or material.texture is not None:
         defined[material.name] = material
     return visual

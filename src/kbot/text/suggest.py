@@ -9,11 +9,13 @@ if TYPE_CHECKING:
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
     """Up to `count` candidates that look like `name`, best first."""
-    from difflib import get_close_matches  # only where something is misspelt: imports add up
-
     by_lower: dict[str, str] = {}
     for candidate in candidates:
         by_lower.setdefault(candidate.lower(), candidate)
+    if not by_lower:
+        return []
+    from difflib import get_close_matches  # only where something is misspelt: imports add up
+
     return [by_lower[match] for match in get_close_matches(name.lower(), by_lower, count, 0.6)]
 
 
