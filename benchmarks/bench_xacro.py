@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
-    _stand_in_for_ament()
+    stand_in_for_ament()
     sys.path.insert(0, str(SHARED / "corpus"))
     with tempfile.TemporaryDirectory() as scratch:
         rows = [
@@ -59,7 +59,7 @@ def main() -> None:
             print(_source_map_cost())
 
 
-def _stand_in_for_ament() -> None:
+def stand_in_for_ament() -> None:
     """`$(find …)` of the official package asks a library of ROS, which PyPI does not have."""
 
     def find(name: str) -> str:

@@ -9,7 +9,7 @@ from kbot.checks.below import improved
 from kbot.checks.config import Config
 from kbot.checks.context import Context
 from kbot.checks.merge import said_once
-from kbot.checks.registry import NEEDS, all_rules
+from kbot.checks.registry import rules_by_need
 from kbot.text import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
@@ -36,9 +36,8 @@ def examine(source: Source, arguments: Mapping[str, str], packages: Packages, co
 def findings(context: Context) -> list[Diagnostic]:
     """What the floors below said and what the rules say; the same fault in a macro once."""
     found = [improved(d) for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
-    there = {needs for needs in NEEDS if context.has(needs)}
-    for rule in all_rules().values():
-        if rule.needs in there:
+    for needs, rules in rules_by_need().items():
+        for rule in rules if context.has(needs) else ():
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
     return said_once(found, lambda: context.elements, context.parameters)
 

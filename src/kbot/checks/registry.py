@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Literal
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from kbot.checks.context import Context
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
-NEEDS: tuple[Needs, ...] = ("source", "document", "robot", "drive")
-"""What a rule's function may need; rules of the floors below have none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +131,15 @@ def all_rules() -> dict[str, Rule]:
             import_module(f"kbot.checks.{family}")
         globals()["_loaded"] = True
     return _RULES
+
+
+@cache
+def rules_by_need() -> dict[Needs, tuple[Rule, ...]]:
+    """The rules that have a function, by what has to be there before it can run."""
+    rules = [rule for rule in all_rules().values() if rule.needs != "below"]
+    return {
+        needs: tuple(r for r in rules if r.needs == needs) for needs in dict.fromkeys(r.needs for r in rules)
+    }
 
 
 def find_rule(word: str) -> Rule:
