@@ -221,7 +221,8 @@ def main() -> None:
     for t in sorted(times, key=lambda t: -t.checking / t.official)[:12]:
         print(
             f"{t.checking / t.official:6.2f}  official {t.official * 1e3:7.2f} ms, "
-            f"own {t.expanding * 1e3:6.2f}, check {t.checking * 1e3:6.2f}, typed {t.typed * 1e3:6.2f}  {t.name}"
+            f"own {t.expanding * 1e3:6.2f}, check {t.checking * 1e3:6.2f}, "
+            f"typed {t.typed * 1e3:6.2f}  {t.name}"
         )
     if target:
         target.write_text(text, "utf-8")

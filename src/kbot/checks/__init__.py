@@ -1,8 +1,9 @@
 """The doctor for robot descriptions: a file goes in, findings at the lines that caused them come out."""
 
-from kbot.checks.config import Config, load_config
+from kbot.checks.config import Config
 from kbot.checks.registry import Finding, Rule, all_rules, find_rule, rule
 from kbot.checks.runner import check_file, check_text
+from kbot.checks.settings import load_config
 
 __all__ = [
     "Config",

@@ -11,13 +11,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from kbot.checks.context import Context
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
-
-if TYPE_CHECKING:
-    from kbot.checks.context import Context
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
 
@@ -35,7 +33,7 @@ class Finding:
 
 
 Found = Iterator[Finding]
-Check = Callable[["Context"], Iterable[Finding]]
+Check = Callable[[Context], Iterable[Finding]]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kbot.checks.config import Config, load_config
+from kbot.checks.config import Config
 from kbot.checks.examination import examine, findings
 from kbot.checks.registry import all_rules
+from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
 

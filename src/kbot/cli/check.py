@@ -16,6 +16,7 @@ from kbot.checks.baseline import write_baseline as keep_baseline
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.package import entry_points
+from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
@@ -128,7 +129,7 @@ def _jobs(
     whole = os.path.isdir(path)  # noqa: PTH112
     jobs = []
     for one in entry_points(path) if whole else [path]:
-        config = load_config(os.path.dirname(os.path.abspath(one))).with_choice(*choice)  # noqa: PTH100, PTH120
+        config = with_choice(load_config(os.path.dirname(os.path.abspath(one))), *choice)  # noqa: PTH100, PTH120
         matrix = config.arguments if whole and config.arguments and not arguments else ({},)
         jobs += [_Job(one, {**given, **arguments}, config, packages) for given in matrix]
     return jobs

@@ -1,0 +1,110 @@
+"""What is checked and how: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
+
+[tool.kbot.check]
+select = ["ALL"]                 # codes, prefixes of codes, or names of rules
+ignore = ["S101", "I"]
+per-file-ignores = { "vendor/*.xacro" = ["ALL"] }
+baseline = "kbot-baseline.json"
+arguments = [{ robot = "small" }, { robot = "large", arm = "true" }]
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from kbot.checks.config import Config
+from kbot.checks.registry import all_rules
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+_KEYS = ("select", "ignore", "per-file-ignores", "baseline", "arguments")
+
+
+def with_choice(config: Config, select: tuple[str, ...], ignore: tuple[str, ...]) -> Config:
+    """A configuration, with what the command line says on top.
+
+    Raises:
+        KbotError: a word that names no rule.
+    """
+    check_words((*select, *ignore))
+    return replace(config, select=select or config.select, ignore=(*config.ignore, *ignore))
+
+
+def check_words(words: tuple[str, ...]) -> None:
+    """Raise a KbotError for a word that is no code, no beginning of one and not ALL."""
+    rules = all_rules()
+    for word in words:
+        if word != "ALL" and not any(code.startswith(word) for code in rules):
+            hint = did_you_mean(word, [*rules, "ALL"])
+            raise KbotError(f"no rule has a code that starts with '{word}'" + (f": {hint}" if hint else ""))
+
+
+def load_config(beside: str) -> Config:
+    """The configuration for a file or folder: the nearest kbot.toml or pyproject.toml that has one.
+
+    Raises:
+        KbotError: it is not TOML, or has a key or value that is not known.
+    """
+    start = Path(beside).absolute()
+    for folder in (start, *start.parents):
+        for name, path in (("kbot.toml", ("check",)), ("pyproject.toml", ("tool", "kbot", "check"))):
+            file = folder / name
+            if not file.is_file():
+                continue
+            table = _table(file, path)
+            if table is not None:
+                return _config(table, file)
+    return Config()
+
+
+def _table(file: Path, path: tuple[str, ...]) -> dict[str, Any] | None:
+    try:
+        table: Any = tomllib.loads(file.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise KbotError(f"{file} is not usable: {error}") from None
+    for key in path:
+        if not isinstance(table, dict) or key not in table:
+            return None
+        table = table[key]
+    if not isinstance(table, dict):
+        raise KbotError(f"{file}: [{'.'.join(path)}] is not a table")
+    return table
+
+
+def _config(table: dict[str, Any], file: Path) -> Config:
+    for key in table:
+        if key not in _KEYS:
+            hint = did_you_mean(key, _KEYS) or "one of " + ", ".join(_KEYS)
+            raise KbotError(f"{file}: check has no key '{key}': {hint}")
+    per_file = table.get("per-file-ignores", {})
+    arguments = table.get("arguments", [])
+    if not isinstance(per_file, dict):
+        raise KbotError(f"{file}: per-file-ignores is not a table of patterns and codes")
+    if not isinstance(arguments, list) or not all(isinstance(a, dict) for a in arguments):
+        raise KbotError(f"{file}: arguments is not a list of tables")
+    baseline = table.get("baseline")
+    if baseline is not None and not isinstance(baseline, str):
+        raise KbotError(f"{file}: baseline is not a file's name")
+    config = Config(
+        _words(table.get("select", ["ALL"]), "select", file),
+        _words(table.get("ignore", []), "ignore", file),
+        {str(pattern): _words(codes, "per-file-ignores", file) for pattern, codes in per_file.items()},
+        str(file.parent / baseline) if baseline else None,
+        tuple({str(k): _text(v) for k, v in a.items()} for a in arguments),
+        str(file.parent),
+    )
+    check_words((*config.select, *config.ignore, *(w for c in config.per_file_ignores.values() for w in c)))
+    return config
+
+
+def _words(value: object, key: str, file: Path) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
+        raise KbotError(f"{file}: {key} is not a list of codes")
+    return tuple(value)
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
