@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 import kbot
+from kbot.bridges.gazebo import gazebo_services
+from kbot.bridges.gazebo_states import GazeboTopics
 from kbot.bridges.link import Link
 from kbot.nodes import RobotStatePublisher
 from kbot.sim import Simulation
@@ -19,6 +21,7 @@ class Running:
     def __init__(self) -> None:
         self.told: list[str] = []
         self.link = Link(self.told.append)
+        self.link.services = gazebo_services()
         self.simulation = Simulation(kbot.load("kbot"))
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -26,6 +29,7 @@ class Running:
     def start(self) -> None:
         sim = self.simulation
         RobotStatePublisher(sim.robot, sim.bus, sim.clock, description="<robot/>")
+        GazeboTopics(sim)
         self.link.parameters = {"/robot_description": "<robot/>", "/use_sim_time": True}
         self.link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
         self._thread.start()
@@ -36,7 +40,9 @@ class Running:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            self.simulation.step(10)
+            self.simulation.run_errands()
+            if not self.simulation.paused:
+                self.simulation.step(10)
             time.sleep(0.01)
 
     def goes_on(self) -> bool:

@@ -71,7 +71,8 @@ def test_channels_and_messages_on_both_subprotocols(
 ) -> None:
     with client(bridge, subprotocol) as c:
         assert c.socket.subprotocol == subprotocol
-        assert {"clientPublish", "parameters", "time"} == set(c.info["capabilities"])
+        capabilities = {"clientPublish", "parameters", "parametersSubscribe", "services", "time"}
+        assert capabilities == set(c.info["capabilities"])
         channel = c.channels["/odom"]
         assert (channel["encoding"], channel["schemaName"]) == ("cdr", "nav_msgs/msg/Odometry")
         assert (channel["schemaEncoding"], "string child_frame_id" in channel["schema"]) == ("ros2msg", True)

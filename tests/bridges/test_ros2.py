@@ -57,7 +57,7 @@ def test_a_peer_hears_odometry_finds_the_node_and_drives(
     assert found["variance"] == 0.01
     assert found["description"] == "<robot/>"
     assert found["node"] == "/kbot"
-    assert found["readers"] == 2
+    assert found["readers"] == 3  # two types of cmd_vel, and set_model_state
     assert found["topics"]["rt/odom"] == f"typehash={ros2_definition('nav_msgs/msg/Odometry')[1]};"
     assert found["guids"]["rt/odom"] in found["writers"]
     assert "enclave=/;" in found["enclaves"]

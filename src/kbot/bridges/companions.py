@@ -76,7 +76,8 @@ class Companions:
             )
         self._joined += 1
         if self._wishes.is_live:
-            self._link.parameters = {"/robot_description": description, "/use_sim_time": True}
+            told = {"/robot_description": description, "/use_sim_time": True}
+            self._link.parameters = {**self._link.parameters, **told}
             self._gazebo = GazeboTopics(simulation)
             self._link.attach(simulation, feed)
             if not self._bridges:

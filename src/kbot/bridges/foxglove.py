@@ -11,9 +11,11 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from kbot.bridges.foxglove_services import SERVICE_REQUEST, FoxgloveServices
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.bridges.websocket import Data, Wire
+from kbot.messages.bus import absolute
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Packet, decode_cdr, known_type, ros2_definition
@@ -28,7 +30,7 @@ ERROR_LEVEL = 2
 
 class FoxgloveBridge(TopicServer):
     """Channels in CDR with ROS 2 definitions, latched ones also for those who come late; clients may
-    publish on inputs in CDR or JSON, and read parameters."""
+    publish on inputs in CDR or JSON, call services, and read and set parameters."""
 
     def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
         """Raises KbotError: no port is free, or the address is not this machine's."""
@@ -62,6 +64,7 @@ class FoxgloveBridge(TopicServer):
             self.channels.setdefault(name, len(self.channels) + 1)
         for talk in self._talks:
             talk.tell_topics()
+            talk.tell_parameters()
 
 
 class _Talk(JsonTalk):
@@ -73,12 +76,15 @@ class _Talk(JsonTalk):
         self._say(
             op="serverInfo",
             name="KBot",
-            capabilities=["clientPublish", "parameters", "time"],
+            capabilities=["clientPublish", "parameters", "parametersSubscribe", "services", "time"],
             supportedEncodings=["cdr", "json"],
             metadata={"ROS_DISTRO": "jazzy"},
             sessionId=bridge.session,
         )
         self.tell_topics()
+        self._services = FoxgloveServices(bridge, wire)
+        self._told_parameters = dict(bridge.link.parameters)
+        self._watched: set[str] = set()
         bridge.outlets.want("/clock", self._tell_time)
 
     def close(self) -> None:
@@ -104,7 +110,10 @@ class _Talk(JsonTalk):
     def hear(self, data: Data) -> None:
         """Raises KbotError: it is not of the protocol, or cannot be done."""
         if isinstance(data, bytes):
-            self._publish(data)
+            if data[:1] == bytes([SERVICE_REQUEST]):
+                self._services.call(data)
+            else:
+                self._publish(data)
             return
         super().hear(data)
 
@@ -167,14 +176,37 @@ class _Talk(JsonTalk):
                 raise KbotError(f"{topic}: that is no JSON") from None
         self._bridge.link.send(topic, message)
 
+    def tell_parameters(self) -> None:
+        """Tell a client what changed of the parameters it watches."""
+        now = self._bridge.link.parameters
+        changed = [name for name, value in now.items() if self._told_parameters.get(name) != value]
+        gone = [name for name in self._told_parameters if name not in now]
+        self._told_parameters = dict(now)
+        if self._watched & {*changed, *gone}:
+            self._say_parameters([name for name in (*changed, *gone) if name in self._watched])
+
     def _get_parameters(self, request: Request) -> None:
         wanted = request.get("parameterNames") or list(self._bridge.link.parameters)
-        found = [
-            {"name": name, "value": value}
-            for name, value in self._bridge.link.parameters.items()
-            if name in wanted
-        ]
-        answer = {"id": request["id"]} if "id" in request else {}
+        self._say_parameters([name for name in wanted if name in self._bridge.link.parameters], request)
+
+    def _set_parameters(self, request: Request) -> None:
+        names = []
+        for item in request["parameters"]:
+            names.append(absolute(str(item["name"])))
+            self._bridge.link.set_parameter(names[-1], item.get("value"))
+        if "id" in request:
+            self._say_parameters(names, request)
+
+    def _watch_parameters(self, request: Request) -> None:
+        self._watched.update(map(str, request["parameterNames"]))
+
+    def _unwatch_parameters(self, request: Request) -> None:
+        self._watched.difference_update(map(str, request["parameterNames"]))
+
+    def _say_parameters(self, names: list[str], request: Request | None = None) -> None:
+        values = self._bridge.link.parameters
+        found = [{"name": name, **({"value": values[name]} if name in values else {})} for name in names]
+        answer = {"id": request["id"]} if request and "id" in request else {}
         self._wire.put(json.dumps({"op": "parameterValues", "parameters": found, **answer}))
 
     def _tell_time(self, packet: Packet) -> None:
@@ -199,4 +231,7 @@ class _Talk(JsonTalk):
         "advertise": _advertise,
         "unadvertise": _unadvertise,
         "getParameters": _get_parameters,
+        "setParameters": _set_parameters,
+        "subscribeParameterUpdates": _watch_parameters,
+        "unsubscribeParameterUpdates": _unwatch_parameters,
     }

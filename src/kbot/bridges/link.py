@@ -166,14 +166,16 @@ class Link:
             for message in messages:
                 self._deliver(simulation, topic, message)
 
-    def work(self) -> None:
-        """Answer what peers called, between two steps; while the simulation is paused serve them too."""
+    def work(self) -> bool:
+        """Answer what peers called, between two steps, and say whether they did; while the simulation is
+        paused serve them too."""
         simulation = self._simulation
-        if simulation is None:
-            return
+        if simulation is None or not (simulation.paused or self._calls):
+            return False
         if simulation.paused:
             self.serve()
-        while self._calls:
+        called = len(self._calls)
+        for _ in range(called):
             with self._lock:
                 service, request, future = self._calls.popleft()
             if not future.set_running_or_notify_cancel():
@@ -182,6 +184,7 @@ class Link:
                 future.set_result(service.answer(simulation, request))
             except KbotError as error:
                 future.set_exception(error)
+        return called > 0
 
     def _look(self, simulation: Simulation, feed: Feed) -> None:
         bus = simulation.bus

@@ -28,9 +28,11 @@ def _run(simulation: Simulation, seconds: float | None) -> None:
     left = None if seconds is None else round(seconds / simulation.timestep)
     due = time.monotonic()
     while left is None or left > 0:
-        count = steps if left is None else min(steps, left)
-        simulation.step(count)
-        left = None if left is None else left - count
+        simulation.run_errands()
+        if not simulation.paused:
+            count = steps if left is None else min(steps, left)
+            simulation.step(count)
+            left = None if left is None else left - count
         due = max(due + period, time.monotonic() - BEHIND)
         wait = due - time.monotonic()
         if wait > 0.0:

@@ -6,9 +6,11 @@ https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md
 from __future__ import annotations
 
 import json
+from concurrent.futures import Future
+from typing import Any
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.rosapi import call_rosapi
+from kbot.bridges.rosapi import Values, call_rosapi
 from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.bridges.websocket import Wire
 from kbot.text import KbotError
@@ -20,7 +22,7 @@ PORT = 9090
 
 
 class RosbridgeBridge(TopicServer):
-    """Topics out with throttling, inputs in, and rosapi's questions about topics and parameters."""
+    """Topics out with throttling, inputs in, services, and rosapi's questions about them all."""
 
     def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
         """Raises KbotError: no port is free, or the address is not this machine's."""
@@ -104,12 +106,29 @@ class _Talk(JsonTalk):
 
     def _call_service(self, request: Request) -> None:
         service, number = str(request["service"]), request.get("id")
+        name, arguments = (
+            f"/{service.lstrip('/')}",
+            request.get("args") or {},
+        )  # roslibjs leaves the slash out
+        link = self._bridge.link
+
+        def answer(values: Values, works: bool) -> None:
+            said = {"op": "service_response", "service": service, "values": values, "result": works}
+            self._wire.put(json.dumps(said if number is None else {**said, "id": number}))
+
+        def tell(done: Future[Any]) -> None:
+            error = done.exception()
+            plain = {"message": str(error)} if error else to_plain(done.result(), ros1=True)
+            self._bridge.later(lambda: answer(plain, error is None))
+
         try:
-            values, works = call_rosapi(self._bridge.link, service, request.get("args") or {}), True
+            if name in link.services:
+                asked = from_plain(arguments, link.services[name].type.request)
+                link.call(name, asked).add_done_callback(tell)
+            else:
+                answer(call_rosapi(link, name, arguments), True)
         except KbotError as error:
-            values, works = {"message": str(error)}, False
-        answer = {"op": "service_response", "service": service, "values": values, "result": works}
-        self._wire.put(json.dumps(answer if number is None else {**answer, "id": number}))
+            answer({"message": str(error)}, False)
 
     def _known(self, name: str) -> Topic:
         topics = self._bridge.link.topics

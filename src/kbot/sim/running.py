@@ -50,8 +50,8 @@ class Running:
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
         self.paused = False
         """Whether those that let time pass by the wall's clock, the page and bridges, wait."""
-        self.errands: list[Callable[[], None]] = []
-        """What `run_errands` does."""
+        self.errands: list[Callable[[], bool]] = []
+        """What `run_errands` does; each says whether it did something."""
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
         self._step_ns = timestep * 1e9
         self._slewing: list[SimulatedRobot] = []
@@ -108,11 +108,11 @@ class Running:
             )
         self.step(round(seconds / self.timestep))
 
-    def run_errands(self) -> None:
-        """Do what others have asked for. Whoever lets time pass by the wall's clock calls this between
-        steps, also while it is paused: an errand may reset the run, or change who is in it."""
-        for errand in tuple(self.errands):
-            errand()
+    def run_errands(self) -> bool:
+        """Do what others have asked for, and say whether that was anything. Whoever lets time pass by the
+        wall's clock calls this between steps, also while it is paused: an errand may reset the run, or
+        change who is in it."""
+        return sum(errand() for errand in tuple(self.errands)) > 0
 
     def pause_physics(self) -> None:
         """Let no time pass by itself: the page and bridges wait. `step` and `run` go on as they are told,

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 
 from kbot.bridges.link import Link
 from kbot.bridges.ros1.master import Master
+from kbot.bridges.ros1.parameters import flat_parameters
 from kbot.bridges.ros1.publisher import Door, Outgoing
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
 from kbot.bridges.ros1.subscriber import Incoming
@@ -41,14 +42,17 @@ class Ros1Bridge:
         self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER)
         self._outgoing: dict[str, Outgoing] = {}
         self._incoming: dict[str, Incoming] = {}
+        self._given: dict[str, Any] = {}
+        """Parameters as the master has them from here, or told of them."""
         self._lock = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
         try:
-            self._door = Door(self._host, link, self._outgoing)
+            self._door = Door(self._host, link, NODE, self._outgoing)
             self._server = RpcServer(self._host, 0, self._functions())
         except OSError as error:
             raise KbotError(f"ROS 1 cannot be served at {self._host}: {error.strerror or error}") from None
         self.uri = f"http://{self._host}:{self._server.port}/"
+        self._services_uri = f"rosrpc://{self._host}:{self._door.port}"
         link.watch(self._changed.set)
         self._changed.set()
         self._thread = threading.Thread(target=self._keep_registered, daemon=True, name="kbot-ros1")
@@ -99,6 +103,8 @@ class Ros1Bridge:
             try:
                 if not changed and known_to_master:
                     known_to_master = self._is_known()
+                if not known_to_master:
+                    self._given.clear()  # it may have started anew, knowing nothing
                 if changed or not known_to_master:
                     self._register()
                     known_to_master = True
@@ -114,6 +120,8 @@ class Ros1Bridge:
             for heard in self._incoming.values():
                 self._quietly("unregisterSubscriber", heard.topic.name, self.uri)
                 heard.close()
+            for service in self._link.services:
+                self._quietly("unregisterService", service, self._services_uri)
             self._outgoing.clear()
             self._incoming.clear()
 
@@ -126,8 +134,9 @@ class Ros1Bridge:
 
     def _register(self) -> None:
         with self._lock:
-            for name, value in self._link.parameters.items():
-                call(self.master, "setParam", NODE, name, value)
+            self._give_parameters()
+            for service in self._link.services:
+                call(self.master, "registerService", NODE, service, self._services_uri, self.uri)
             self._drop_what_is_gone()
             for topic in self._link.topics.values():
                 if topic.is_input:
@@ -141,6 +150,18 @@ class Ros1Bridge:
                         self._outgoing[topic.name] = Outgoing(self._link, topic, NODE)
                     said = self._outgoing[topic.name]
                     call(self.master, "registerPublisher", NODE, topic.name, said.type_name, self.uri)
+
+    def _give_parameters(self) -> None:
+        """Those that the master has not from here yet; it tells of what others set."""
+        parameters = self._link.parameters
+        for name, value in parameters.items():
+            if name not in self._given or self._given[name] != value:
+                self._given[name] = value
+                call(self.master, "setParam", NODE, name, value)
+        for name in self._given.keys() - parameters.keys():
+            del self._given[name]
+            self._quietly("deleteParam", name)
+        call(self.master, "subscribeParam", NODE, self.uri, "/")
 
     def _drop_what_is_gone(self) -> None:
         topics = self._link.topics
@@ -168,7 +189,7 @@ class Ros1Bridge:
             "shutdown": self._shutdown,
             "getSubscriptions": lambda caller: (1, "", [[n, t.type_name] for n, t in self._incoming.items()]),
             "getPublications": lambda caller: (1, "", [[n, t.type_name] for n, t in self._outgoing.items()]),
-            "paramUpdate": lambda caller, name, value: (1, "", 0),
+            "paramUpdate": self._parameter_update,
             "publisherUpdate": self._publisher_update,
             "requestTopic": self._request_topic,
         }
@@ -179,6 +200,16 @@ class Ros1Bridge:
         self._closed.set()
         self._changed.set()
         return 1, "the node goes, the simulation stays", 0
+
+    def _parameter_update(self, caller: str, name: str, value: Any) -> Reply:  # noqa: ANN401
+        """What others set at the master; a tree comes as a dictionary, what is gone as an empty one."""
+        if value == {}:
+            self._given.pop(f"/{name.strip('/')}", None)
+            self._link.set_parameter(f"/{name.strip('/')}", None)
+        for key, found in flat_parameters(f"/{name.strip('/')}", value):
+            self._given[key] = found
+            self._link.set_parameter(key, found)
+        return 1, "", 0
 
     def _publisher_update(self, caller: str, topic: str, uris: list[str]) -> Reply:
         heard = self._incoming.get(topic)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from kbot.messages.bus import absolute
@@ -80,6 +81,14 @@ class Parameters:
 
         walk(self._tree, "")
         return found
+
+
+def flat_parameters(name: str, value: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401
+    """Full names and values of a value and all below it, as ROS 1 sends trees."""
+    if not isinstance(value, dict):
+        yield name, value
+    for key, inner in value.items() if isinstance(value, dict) else ():
+        yield from flat_parameters(f"{name.rstrip('/')}/{key}", inner)
 
 
 def parts(name: str) -> list[str]:

@@ -9,6 +9,7 @@ import threading
 from collections import deque
 
 from kbot.bridges.link import Link, Topic
+from kbot.bridges.ros1.services import serve_service
 from kbot.bridges.ros1.tcpros import HANDSHAKE_SECONDS, ProtocolError, encode_header, read_header
 from kbot.bridges.ros1.topic import TopicEnd
 from kbot.wire import Packet
@@ -136,15 +137,15 @@ def _is_gone(connection: socket.socket) -> bool:
 
 
 class Door:
-    """Where subscribers of all topics come in."""
+    """Where subscribers of all topics, and callers of all services, come in."""
 
     MOST = 200
 
-    def __init__(self, host: str, link: Link, topics: dict[str, Outgoing]) -> None:
+    def __init__(self, host: str, link: Link, node: str, topics: dict[str, Outgoing]) -> None:
         """`topics` may change while it is open. Raises OSError: the address is not this machine's."""
         self._listening = socket.create_server((host, 0), backlog=64)
         self.port = int(self._listening.getsockname()[1])
-        self._link, self._topics = link, topics
+        self._link, self._node, self._topics = link, node, topics
         self._free = threading.BoundedSemaphore(self.MOST)
         threading.Thread(target=self._accept, daemon=True, name="kbot-ros1-door").start()
 
@@ -183,10 +184,13 @@ class Door:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         try:
             header = read_header(connection)
+            if "service" in header:
+                serve_service(self._link, self._node, connection, header)
+                return
             outgoing = self._topics.get(header.get("topic", ""))
             if outgoing is None:
                 raise ProtocolError(f"there is no topic '{header.get('topic', '')}' here")
             outgoing.serve(connection, header)
         except ProtocolError as error:
-            self._link.tell(f"ROS 1: a subscriber was turned away: {error}")
+            self._link.tell(f"ROS 1: a peer was turned away: {error}")
             connection.sendall(encode_header({"error": str(error)}))

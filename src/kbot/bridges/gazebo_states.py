@@ -1,0 +1,143 @@
+"""Where models and links are, as Gazebo's topics and services say it.
+
+A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.transform import Transform
+from kbot.messages import services as srv
+from kbot.messages import types as msg
+from kbot.messages.bus import Publisher
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+TOPICS_RATE = 50.0
+WORLD = frozenset({"", "world", "map"})
+
+
+class GazeboTopics:
+    """`/gazebo/model_states` and `/gazebo/link_states` out, `/gazebo/set_model_state` in."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        bus = simulation.bus
+        self._models: Publisher[srv.ModelStates] = bus.advertise("/gazebo/model_states", srv.ModelStates)
+        self._links: Publisher[srv.LinkStates] = bus.advertise("/gazebo/link_states", srv.LinkStates)
+        self._commands = bus.subscribe("/gazebo/set_model_state", srv.ModelState, self._set)
+        self._timer = simulation.clock.every(TOPICS_RATE, self._publish)
+
+    def close(self) -> None:
+        self._timer.cancel()
+        self._commands.close()
+
+    def _publish(self) -> None:
+        sim = self._simulation
+        if self._models.is_heard:
+            states = [state_of(sim, name) for name in models_of(sim)]
+            names = tuple(models_of(sim))
+            self._models.publish(
+                srv.ModelStates(names, tuple(s[0] for s in states), tuple(s[1] for s in states))
+            )
+        if self._links.is_heard:
+            links = [(name, link) for name, robot in sim.robots.items() for link in robot.robot.links]
+            moving = [link_state(sim, name, link) for name, link in links]
+            names = tuple(f"{name}::{link}" for name, link in links)
+            self._links.publish(
+                srv.LinkStates(names, tuple(s[0] for s in moving), tuple(s[1] for s in moving))
+            )
+
+    def _set(self, state: srv.ModelState) -> None:
+        put(self._simulation, state.model_name, state.pose, state.twist, state.reference_frame)
+
+
+def models_of(simulation: Simulation) -> list[str]:
+    return [*simulation.robots, *(body.name for body in simulation.world.bodies)]
+
+
+def state_of(simulation: Simulation, model: str) -> tuple[msg.Pose, msg.Twist]:
+    """In the world; what stands fast has the pose it was built at."""
+    fixed = {body.name: body.pose for body in simulation.world.bodies}
+    if model in fixed and model not in simulation.body_poses():
+        return _pose(fixed[model]), msg.Twist()
+    state = simulation.get_model_state(model)
+    return _pose(state.pose), msg.Twist(msg.Vector3(*state.linear), msg.Vector3(*state.angular))
+
+
+def link_state(simulation: Simulation, robot: str, link: str) -> tuple[msg.Pose, msg.Twist]:
+    simulated = simulation.named(robot)
+    pose = simulated.link_pose(link)
+    model, data = simulation.engine()
+    speeds = np.zeros(6)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, simulated.body(link), speeds, 0)
+    wx, wy, wz, x, y, z = speeds.tolist()
+    return _pose(pose), msg.Twist(msg.Vector3(x, y, z), msg.Vector3(wx, wy, wz))
+
+
+def relative_state(simulation: Simulation, model: str, frame: str) -> tuple[msg.Pose, msg.Twist]:
+    if model not in models_of(simulation):
+        simulation.get_model_state(model)  # raises, with the nearest names
+    return seen_from(world_from_frame(simulation, frame), *state_of(simulation, model))
+
+
+def seen_from(frame: Transform, pose: msg.Pose, twist: msg.Twist) -> tuple[msg.Pose, msg.Twist]:
+    """In another frame; speeds are turned into its axes, the frame's own are not taken off."""
+    turn = frame.rotation.T
+    linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
+    return (
+        _pose(frame.inverse() @ _transform(pose)),
+        msg.Twist(msg.Vector3(*linear.tolist()), msg.Vector3(*angular.tolist())),
+    )
+
+
+def put(simulation: Simulation, model: str, pose: msg.Pose, twist: msg.Twist, frame: str) -> None:
+    base = world_from_frame(simulation, frame)
+    turn = base.rotation
+    linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
+    simulation.set_model_state(
+        model, base @ _transform(pose), tuple(linear.tolist()), tuple(angular.tolist())
+    )
+
+
+def in_world(simulation: Simulation, pose: msg.Pose, frame: str) -> Transform:
+    return world_from_frame(simulation, frame) @ _transform(pose)
+
+
+def world_from_frame(simulation: Simulation, name: str) -> Transform:
+    """`world_from_frame` of the world, a model or a link."""
+    if name in WORLD:
+        return Transform.identity()
+    if name in models_of(simulation):
+        return _transform(state_of(simulation, name)[0])
+    robot, link = link_named(simulation, name)
+    return simulation.named(robot).link_pose(link)
+
+
+def link_named(simulation: Simulation, name: str) -> tuple[str, str]:
+    robot, mark, link = name.rpartition("::")
+    found = simulation.named(robot if mark else None)
+    found.body(link)  # raises where there is no such link
+    return found.name, link
+
+
+def _transform(pose: msg.Pose) -> Transform:
+    q = pose.orientation
+    quaternion = (q.x, q.y, q.z, q.w)
+    try:
+        # what was left out is all zeros in ROS 1, and Gazebo takes it for upright
+        return Transform.from_quaternion_xyzw(
+            quaternion if any(quaternion) else (0.0, 0.0, 0.0, 1.0), xyz(pose.position)
+        )
+    except ValueError as error:
+        raise KbotError(f"that is no pose: {error}") from None
+
+
+def _pose(transform: Transform) -> msg.Pose:
+    return msg.Pose(msg.Point(*transform.translation.tolist()), msg.Quaternion(*transform.quaternion_xyzw))
+
+
+def xyz(vector: msg.Vector3 | msg.Point) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z

@@ -1,0 +1,262 @@
+"""Gazebo's services, over each transport that has services, and what each does to the simulation."""
+
+import json
+import math
+import socket
+import struct
+from collections.abc import Iterator
+
+import pytest
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+import kbot
+from kbot.bridges.foxglove import SUBPROTOCOLS, FoxgloveBridge
+from kbot.bridges.ros1 import Ros1Bridge
+from kbot.bridges.ros1.rpc import call
+from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
+from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.messages import services as srv
+from kbot.messages import types as msg
+from kbot.text import KbotError
+from kbot.wire import decode_cdr, encode_cdr, encode_ros1
+from kbot.wire.services import service_type
+
+from .conftest import Running, wait_until
+
+BOX = """<robot name="box"><link name="body">
+<inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"""
+
+
+def ask(running: Running, service: str, request: object) -> object:
+    return running.link.call(service, request).result(20)
+
+
+def test_a_pause_lets_no_time_pass_and_services_are_still_answered(running: Running) -> None:
+    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    before = running.simulation.time
+    found = ask(running, "/gazebo/get_world_properties", srv.EmptyRequest())
+    assert found.sim_time == before == running.simulation.time
+    assert found.model_names == (running.simulation.robot.name, "ground_plane")
+    ask(running, "/unpause_physics", srv.EmptyRequest())
+    assert running.goes_on()
+
+
+def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
+    place = msg.Pose(msg.Point(2.0, 1.0, 0.0), msg.Quaternion(0.0, 0.0, math.sin(0.5), math.cos(0.5)))
+    spawn = srv.SpawnModelRequest("crate", BOX, "", place)
+    assert ask(running, "/gazebo/spawn_urdf_model", spawn).success
+    state = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    p = state.pose.position
+    assert (p.x, p.y, p.z) == pytest.approx((2.0, 1.0, 0.1), abs=1e-3)  # it stands on its lower face
+    assert 2.0 * math.atan2(state.pose.orientation.z, state.pose.orientation.w) == pytest.approx(
+        1.0, abs=1e-3
+    )
+    again = ask(running, "/gazebo/spawn_urdf_model", spawn)
+    assert not again.success
+    assert "crate" in again.status_message
+    assert ask(running, "/delete_entity", srv.DeleteEntityRequest("crate")).success
+    gone = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    assert not gone.success
+    assert "crate" in gone.status_message
+
+
+def test_what_is_no_robot_is_refused_at_its_line(running: Running) -> None:
+    broken = srv.SpawnModelRequest("bad", "<robot name='bad'>\n<joint name='j' type='fixed'/></robot>")
+    found = ask(running, "/gazebo/spawn_urdf_model", broken)
+    assert not found.success
+    assert "bad.urdf:2:" in found.status_message
+
+
+def test_a_state_is_set_in_another_s_frame(running: Running) -> None:
+    name = running.simulation.robot.name
+    ask(
+        running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
+    )
+    beside = srv.ModelState("crate", msg.Pose(msg.Point(0.0, 1.0, 0.5)), msg.Twist(), name)
+    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    assert ask(running, "/gazebo/set_model_state", srv.SetModelStateRequest(beside)).success
+    root = running.simulation.get_model_state(name).pose.translation
+    found = running.simulation.get_model_state("crate").pose.translation
+    assert (found - root).tolist() == pytest.approx([0.0, 1.0, 0.5], abs=1e-6)
+
+
+def test_a_wrench_accelerates_as_newton_says(running: Running) -> None:
+    """A kilogram in the air, pushed with 2 N for half a second: 1 m/s."""
+    ask(
+        running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
+    )
+    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    high = srv.ModelState("crate", msg.Pose(msg.Point(3.0, 0.0, 10.0)))
+    ask(running, "/gazebo/set_model_state", srv.SetModelStateRequest(high))
+    push = srv.ApplyBodyWrenchRequest(
+        "crate::body", wrench=srv.Wrench(msg.Vector3(0.0, 2.0)), duration=srv.Duration(0, 500_000_000)
+    )
+    assert ask(running, "/gazebo/apply_body_wrench", push).success
+    running.simulation.run(0.5)
+    link = ask(running, "/gazebo/get_link_state", srv.GetLinkStateRequest("crate::body")).link_state
+    assert link.twist.linear.y == pytest.approx(1.0, abs=0.01)
+    assert link.twist.linear.z == pytest.approx(-9.81 * 0.5, abs=0.05)
+
+
+def test_the_world_begins_anew_with_and_without_its_time(running: Running) -> None:
+    sim = running.simulation
+    sim.cmd_vel(0.3, 0.0)
+    wait_until(lambda: sim.ground_truth.pose.x > 0.2)
+    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    time = sim.time
+    ask(running, "/gazebo/reset_world", srv.EmptyRequest())
+    assert (sim.time, sim.ground_truth.pose.x) == (time, 0.0)
+    ask(running, "/gazebo/reset_simulation", srv.EmptyRequest())
+    assert sim.time == 0.0
+
+
+def test_states_of_models_and_links_are_topics(running: Running) -> None:
+    heard: dict[str, object] = {}
+    for topic in ("/gazebo/model_states", "/gazebo/link_states"):
+        running.link.open(topic, lambda packet: heard.__setitem__(packet.topic, packet.message))
+    wait_until(lambda: len(heard) == 2)
+    robot = running.simulation.robot
+    models, links = heard["/gazebo/model_states"], heard["/gazebo/link_states"]
+    assert models.name == (robot.name, "ground_plane")
+    assert links.name == tuple(f"{robot.name}::{link}" for link in robot.links)
+    running.link.send("/gazebo/set_model_state", srv.ModelState(robot.name, msg.Pose(msg.Point(1.5))))
+    wait_until(lambda: abs(running.simulation.ground_truth.pose.x - 1.5) < 0.05)
+
+
+def test_an_unknown_service_says_what_there_is(running: Running) -> None:
+    with pytest.raises(KbotError, match="did you mean '/gazebo/pause_physics'"):
+        running.link.call("/gazebo/pause_physic", srv.EmptyRequest())
+
+
+# over rosbridge
+
+
+@pytest.fixture
+def rosbridge(running: Running) -> Iterator[ClientConnection]:
+    bridge = RosbridgeBridge(running.link, port=0)
+    try:
+        with connect(bridge.address) as connection:
+            yield connection
+    finally:
+        bridge.close()
+
+
+def rosbridge_call(connection: ClientConnection, called: str, **arguments: object) -> dict:
+    connection.send(json.dumps({"op": "call_service", "service": called, "args": arguments, "id": "1"}))
+    return json.loads(connection.recv(20))
+
+
+def test_rosbridge_calls(running: Running, rosbridge: ClientConnection) -> None:
+    name = running.simulation.robot.name
+    found = rosbridge_call(rosbridge, "/gazebo/get_model_state", model_name=name)
+    assert found["result"]
+    assert found["values"]["success"]
+    assert found["values"]["header"]["frame_id"] == "world"
+    wrong = rosbridge_call(rosbridge, "/gazebo/get_model_state", modle_name=name)
+    assert not wrong["result"]
+    assert "did you mean 'model_name'" in wrong["values"]["message"]
+    kind = rosbridge_call(rosbridge, "/rosapi/service_type", service="/gazebo/spawn_urdf_model")
+    assert kind["values"] == {"type": "gazebo_msgs/SpawnModel"}
+
+
+def test_rosbridge_sets_parameters(running: Running, rosbridge: ClientConnection) -> None:
+    assert rosbridge_call(rosbridge, "/rosapi/set_param", name="/speed", value="0.5")["result"]
+    assert rosbridge_call(rosbridge, "/rosapi/get_param", name="/speed")["values"] == {"value": "0.5"}
+    assert running.link.parameters["/speed"] == 0.5
+    rosbridge_call(rosbridge, "/rosapi/delete_param", name="/speed")
+    assert "/speed" not in running.link.parameters
+
+
+# over the Foxglove protocol
+
+
+def test_foxglove_calls(running: Running) -> None:
+    bridge = FoxgloveBridge(running.link, port=0)
+    try:
+        with connect(bridge.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+            said: dict = {}
+            while said.get("op") != "advertiseServices":
+                data = connection.recv(20)
+                said = json.loads(data) if isinstance(data, str) else said
+            services = {s["name"]: s for s in said["services"]}
+            wanted = services["/gazebo/get_model_properties"]
+            assert wanted["type"] == "gazebo_msgs/srv/GetModelProperties"
+            kind = service_type("gazebo_msgs/GetModelProperties")
+            request = encode_cdr(
+                srv.GetModelPropertiesRequest(running.simulation.robot.name), kind.request_name
+            )
+            connection.send(struct.pack("<BIII", 2, wanted["id"], 7, 3) + b"cdr" + request)
+            data = b""
+            while data[:1] != b"\3":
+                received = connection.recv(20)
+                data = received if isinstance(received, bytes) else b""
+            assert struct.unpack_from("<BIII", data) == (3, wanted["id"], 7, 3)
+            found = decode_cdr(data[16:], kind.response, kind.response_name)
+            assert found.joint_names == tuple(running.simulation.robot.joints)
+            connection.send(struct.pack("<BIII", 2, 10_000, 8, 3) + b"cdr")
+            while not (isinstance(received := connection.recv(20), str) and "no service 10000" in received):
+                continue
+    finally:
+        bridge.close()
+
+
+# over TCPROS
+
+
+@pytest.fixture
+def ros1(running: Running) -> Iterator[Ros1Bridge]:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
+    try:
+        wait_until(lambda: "/gazebo/pause_physics" in services_of(bridge))
+        yield bridge
+    finally:
+        bridge.close()
+
+
+def services_of(bridge: Ros1Bridge) -> list[str]:
+    return [name for name, _ in call(bridge.master, "getSystemState", "/test")[2]]
+
+
+def caller(bridge: Ros1Bridge, service: str, **fields: str) -> socket.socket:
+    uri = call(bridge.master, "lookupService", "/test", service)
+    host, _, port = uri.removeprefix("rosrpc://").rpartition(":")
+    connection = socket.create_connection((host, int(port)), 20)
+    connection.sendall(encode_header({"callerid": "/test", "service": service, "md5sum": "*", **fields}))
+    return connection
+
+
+def test_a_persistent_caller_over_tcpros(running: Running, ros1: Ros1Bridge) -> None:
+    kind = service_type("gazebo_msgs/GetModelState")
+    with caller(ros1, "/gazebo/get_model_state", md5sum=kind.md5, persistent="1") as connection:
+        header = read_header(connection)
+        assert header["type"] == "gazebo_msgs/GetModelState"
+        for model, works in ((running.simulation.robot.name, True), ("ghost", False)):
+            body = encode_ros1(srv.GetModelStateRequest(model), kind.request_name)
+            connection.sendall(struct.pack("<I", len(body)) + body)
+            assert read_exactly(connection, 1) == b"\1"
+            found = kbot.wire.decode_ros1(read_block(connection), kind.response, kind.response_name)
+            assert found.success is works
+        connection.sendall(struct.pack("<I", 3) + b"???")
+        assert read_exactly(connection, 1) == b"\0"
+        assert b"3 bytes are no gazebo_msgs" in read_block(connection)
+
+
+def test_another_sum_or_service_is_refused(running: Running, ros1: Ros1Bridge) -> None:
+    with caller(ros1, "/gazebo/delete_model", md5sum="0" * 32) as connection:
+        assert "gazebo_msgs/DeleteModel" in read_header(connection)["error"]
+    assert running.goes_on()
+
+
+def test_parameters_of_the_master_and_of_the_simulation_are_the_same(
+    running: Running, ros1: Ros1Bridge
+) -> None:
+    call(ros1.master, "setParam", "/test", "/arm", {"gain": 2, "names": ["a", "b"]})
+    wait_until(lambda: running.link.parameters.get("/arm/gain") == 2)
+    assert running.link.parameters["/arm/names"] == ["a", "b"]
+    running.link.set_parameter("/speed", 0.25)
+    wait_until(lambda: "/speed" in call(ros1.master, "getParamNames", "/test"))
+    assert call(ros1.master, "getParam", "/test", "/speed") == 0.25
