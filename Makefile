@@ -32,6 +32,7 @@ lint: $(tests)
 
 test-peers: $(tests)
 	@sh scripts/need_ros1.sh
+	@sh scripts/need_sdformat.sh
 	$(python) -m pytest tests/peers $(ARGS)
 
 benchmarks: $(tests)

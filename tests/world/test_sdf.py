@@ -257,7 +257,6 @@ def test_what_is_not_simulated_is_said_once_at_its_line(world):
         ("<include><uri>model://crat</uri></include>", "W202", "model://crat is not found"),
         ("<include><uri>https://fuel.gazebosim.org/x</uri></include>", "W202", "fetched from the network"),
         ("<include></include>", "W205", "no <uri>"),
-        (static(link("<collision name='c'></collision>")), "W205", "no <geometry>"),
         (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above zero"),
         (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
         (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
@@ -353,6 +352,20 @@ def test_a_mesh_that_is_missing_leaves_the_rest_of_the_world(world):
     found = world(static(link(NO_MESH + COLLISION)))
     assert "W202" in [d.code for d in found.diagnostics]
     assert len(found.bodies[0].parts) == 1
+
+
+@pytest.mark.parametrize(
+    ("inner", "code"),
+    [
+        ("<collision name='c'></collision>", "W205"),
+        ("<collision name='c'><geometry><mesh><uri>flat.stl</uri></mesh></geometry></collision>", "W206"),
+    ],
+)
+def test_a_shape_that_is_none_leaves_the_rest_of_the_world(world, tmp_path, inner, code):
+    (tmp_path / "flat.stl").write_text("solid none\nendsolid none\n")
+    found = world(static(link(inner)) + static(link(), "other"))
+    assert [(d.code, d.origin.span.line, d.is_error) for d in found.diagnostics] == [(code, 3, False)]
+    assert [len(body.parts) for body in found.bodies] == [0, 1]
 
 
 def test_fuels_ground_and_sun_and_gazebos_own_plugins_are_known(world):

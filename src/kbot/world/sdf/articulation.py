@@ -111,7 +111,7 @@ class Articulation:
         turn = world_from_model.rotation
         turned = tuple(replace(f, axis=_vector(turn @ np.array(f.axis))) for f in freedoms)
         name = joint.attributes.get("name", "")
-        place = world_from_model @ frames.pose(name, joint)
+        place = world_from_model @ frames.pose(frames.key(joint), joint)
         lead = self._joints.lead(joint)
         self._hinges.append(_Hinge(prefix + name, parent, child, place, turned, lead, joint))
 
@@ -123,7 +123,7 @@ class Articulation:
             message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
             self.values.findings.error("W205", message, (element or joint).origin)
             return None
-        if name == "world":
+        if name == "world" and tag == "parent":
             return WORLD
         found = frames.link(name)
         if found is None or prefix + found not in self._links:

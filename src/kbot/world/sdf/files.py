@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-from kbot.text import DescriptionError, Element, KbotError, parse_xml, read_source
+from kbot.text import DescriptionError, Element, KbotError, read_source
 from kbot.text.suggest import did_you_mean
+from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.world.sdf.values import Values
 from kbot.xacro import Packages
 
@@ -22,6 +23,19 @@ PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOU
 _FUEL = re.compile(
     r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
 )
+
+
+def read_xml(path: str | Path) -> Element:
+    """The root of an SDF file; name prefixes need not be declared, for its own reader knows no namespaces.
+
+    Raises:
+        DescriptionError: it cannot be read.
+    """
+    document = parse_document(read_source(path), MAX_READ_NESTING)
+    faults = [fault for fault in document.diagnostics if fault.code != "P004"]
+    if faults:
+        raise DescriptionError(faults)
+    return document.root
 
 
 class Files:
@@ -124,7 +138,7 @@ def model_file(path: str) -> str:
             return str(fallback)
         raise KbotError(f"{path} has no model.config")
     try:
-        entries = list(parse_xml(read_source(config)).elements("sdf"))
+        entries = list(read_xml(config).elements("sdf"))
     except DescriptionError as error:
         raise KbotError(str(error)) from None
     named = sorted(entries, key=lambda e: _version(e.attributes.get("version", "0")))

@@ -25,10 +25,13 @@ class Frames:
 
     root: str
     values: Values
+    renames: bool = False
+    """Whether a joint or frame may have the name of something else, as until SDF 1.6."""
     nested: dict[str, Frames] = field(default_factory=dict)
     canonical: str = ""
     """The link that the model's own frame moves with."""
     _frames: dict[str, _Frame] = field(default_factory=dict)
+    _keys: dict[int, str] = field(default_factory=dict)
 
     def add(
         self,
@@ -42,9 +45,12 @@ class Frames:
         """Add a frame: the element's own `<pose>` (or `pose`), relative to what it says or to `default`;
         where another frame is what the pose places, `offset` leads from that one to this. What is no link
         moves with what it is `attached_to`."""
+        if name in self._frames and attached_to and self.renames:
+            name = f"{name}_{element.tag}"
         if name in self._frames:
             self.values.findings.error("W208", f"'{name}' comes twice", element.origin)
             return
+        self._keys[id(element)] = name
         written = pose if pose is not None else element.find("pose")
         relative = (written.attributes.get("relative_to", "") if written is not None else "") or default
         place = self.values.pose(written)
@@ -65,7 +71,12 @@ class Frames:
             is_direct = frame.relative_to in (inner.root, "")
             self._frames[name] = replace(frame, relative_to=proxy if is_direct else frame.relative_to)
         self.nested.update(inner.nested)
+        self._keys.update(inner._keys)
         self.canonical = self.canonical or inner.canonical
+
+    def key(self, element: Element) -> str:
+        """The name under which an element that was added stands."""
+        return self._keys.get(id(element), element.attributes.get("name", ""))
 
     def names(self) -> list[str]:
         return [*self._frames]

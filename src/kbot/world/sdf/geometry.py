@@ -30,7 +30,9 @@ class Shapes:
         finding, where there is none to build."""
         shape = next(geometry.elements(), None) if geometry is not None else None
         if shape is None:
-            self._values.findings.error("W205", f"<{parent.tag}> has no <geometry>", parent.origin)
+            self._values.findings.warning(
+                "W205", f"<{parent.tag}> has no <geometry>", parent.origin, "it is left out"
+            )
             return []
         if shape.tag == "empty":
             return []
@@ -41,7 +43,8 @@ class Shapes:
         try:
             placed: list[Placed] = make(shape)
         except KbotError as error:
-            self._values.findings.error("W206", str(error), shape.origin)
+            tell = self._values.findings.warning if shape.tag == "mesh" else self._values.findings.error
+            tell("W206", str(error), shape.origin, "it is left out")
             return []
         return placed
 

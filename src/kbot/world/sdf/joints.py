@@ -104,13 +104,19 @@ class Joints:
         return max(self._values.number(dynamics, "damping", 0.0), 0.0)
 
     def _limits(self, limit: Element | None) -> tuple[float, float]:
-        lower = self._values.number(limit, "lower", -inf)
-        upper = self._values.number(limit, "upper", inf)
+        lower = self._limit(limit, "lower", -inf)
+        upper = self._limit(limit, "upper", inf)
         if limit is not None and lower > upper:
             message = f"a joint's lower limit {lower:g} is above its upper {upper:g}"
             self._values.findings.error("W204", message, limit.origin, "exchange them")
             return -inf, inf
         return (-inf if lower < -ENDLESS else lower), (inf if upper > ENDLESS else upper)
+
+    def _limit(self, limit: Element | None, tag: str, default: float) -> float:
+        written = limit.find(tag) if limit is not None else None
+        if written is not None and written.text.strip().lower().lstrip("+-") in ("inf", "infinity"):
+            return -inf if written.text.strip().startswith("-") else inf
+        return self._values.number(limit, tag, default)
 
     def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: Context) -> Array:
         """Unit vector (3,) along the model's axes."""
@@ -128,6 +134,6 @@ class Joints:
             axis, "use_parent_model_frame", context.version < (1, 5)
         )
         if not frame:
-            frame = frames.root if old else joint.attributes.get("name", "")
+            frame = frames.root if old else frames.key(joint)
         turned: Array = frames.pose(frame, written or joint).rotation @ vector / length
         return turned

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from kbot.kinematics.transform import Transform
-from kbot.text import DescriptionError, Diagnostic, Element, KbotError, parse_xml, read_source
+from kbot.text import DescriptionError, Diagnostic, Element, KbotError
 from kbot.world.builders import floor
 from kbot.world.findings import Findings
 from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry
-from kbot.world.sdf.files import Files, fuel_model, model_file
+from kbot.world.sdf.files import Files, fuel_model, model_file, read_xml
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.values import Values
 from kbot.world.world import World
@@ -49,17 +49,17 @@ class _Reader:
         self.names: set[str] = set()
 
     def world(self, path: str) -> World:
-        root = parse_xml(read_source(path))
+        root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._no_sdf(root))
         context = Context(path, (str(Path(path).absolute()),), _version(root))
         element = root.find("world")
         if element is None:
-            models = list(root.elements("model"))
-            if not models:
+            first = next((e for e in root.elements() if e.tag in ("model", "actor", "light")), None)
+            if first is None:
                 raise DescriptionError(self._no_sdf(root))
             built = self._models(root, context)
-            name = models[0].attributes.get("name", "model")
+            name = first.attributes.get("name", "model")
             return World(name, (floor(), *built.bodies), loops=tuple(built.loops))
         for other in list(root.elements("world"))[1:]:
             self.values.unsupported(other, "of several worlds in a file the first is taken")
@@ -79,7 +79,7 @@ class _Reader:
 
     def _models(self, parent: Element, context: Context) -> Articulation:
         """The bodies of the models and includes directly within a world, in the world's frame."""
-        frames = Frames("world", self.values)
+        frames = Frames("world", self.values, renames=True)
         entries = list(self._entries(parent, context))
         for entry in entries:
             frames.add(entry.name, entry.placed_by, "world", entry.pose, entry.offset)
@@ -114,7 +114,7 @@ class _Reader:
             return None
         try:
             file = model_file(found)
-            root = parse_xml(read_source(file))
+            root = read_xml(file)
         except DescriptionError as error:
             self.findings.diagnostics.extend(error.diagnostics)
             return None
@@ -128,7 +128,9 @@ class _Reader:
             return None
         model = root.find("model")
         if model is None:
-            if root.find("light") is None:
+            if root.find("actor") is not None:
+                self.values.unsupported(include, "<actor> is left out")
+            elif root.find("light") is None:
                 self.findings.error("W201", f"{file} has no <model>", include.origin)
             return None
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
@@ -153,7 +155,7 @@ class _Reader:
         merges = include is not None and include.attributes.get("merge") in ("1", "true")
         prefix = context.prefix if merges and context.prefix else f"{context.prefix}{name}::"
         inner = replace(context, static=static, prefix=prefix)
-        frames = Frames("__model__", self.values)
+        frames = Frames("__model__", self.values, renames=context.version < (1, 7))
         entries = list(self._entries(model, inner))
         nested = [entry for entry in entries if entry.context.prefix != prefix]
         self._add_frames(model, frames, nested)
