@@ -1,6 +1,7 @@
 """The doctor for robot descriptions: a file goes in, findings at the lines that caused them come out."""
 
 from kbot.checks.config import Config
+from kbot.checks.open_files import OpenFiles
 from kbot.checks.registry import Finding, Rule, all_rules, find_rule, rule
 from kbot.checks.runner import check_file, check_text
 from kbot.checks.settings import load_config
@@ -8,6 +9,7 @@ from kbot.checks.settings import load_config
 __all__ = [
     "Config",
     "Finding",
+    "OpenFiles",
     "Rule",
     "all_rules",
     "check_file",

@@ -67,7 +67,7 @@ def check_text(
 
 @contextmanager
 def _without_collecting() -> Iterator[None]:
-    """Python's collector kept off: an eighth of the time goes into looking for cycles, and there are none."""
+    """Python's collector kept off: an eighth of the time goes into looking for cycles, and there are few."""
     collecting = gc.isenabled()
     gc.disable()
     try:
