@@ -12,7 +12,7 @@ from kbot.sensors import Lidar, Noise, scan_points
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.builders import box, cylinder, floor
-from kbot.world.world import World
+from kbot.world.world import Body, Box, Cylinder, HeightField, Part, World
 
 ROOM = World("room", (floor(), *(
     box(f"wall{i}", size, x, y)
@@ -233,3 +233,84 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     assert lidar.distances().tolist() == [math.inf]
     with pytest.raises(KbotError):
         theirs.measure()
+
+
+def _strewn(random, count, lean=0.0, moving=0):
+    """Boxes and pillars of any size and heading over 8 x 8 m, leaning up to `lean` rad."""
+    bodies = [floor()]
+    while len(bodies) <= count:
+        x, y = random.uniform(-4, 4, 2).tolist()
+        if math.hypot(x, y) < 0.9:
+            continue
+        name = f"thing{len(bodies)}"
+        pose = Transform.from_xyz_rpy((x, y, 0.2), (*random.uniform(-lean, lean, 2), random.uniform(-3, 3)))
+        size = random.uniform(0.05, 0.7, 3)
+        shape = Cylinder(size[0] / 4, 0.4) if len(bodies) % 5 == 0 else Box((*size[:2].tolist(), 0.4))
+        mass = 1.0 if len(bodies) <= moving else None
+        bodies.append(Body(name, (Part(shape),), pose, mass=mass))
+    return World("strewn", tuple(bodies))
+
+
+def _engine_distances(simulation, lidar):
+    """The engine's own rays, the robot's links left out one by one."""
+    model, data = simulation.engine()
+    pose = simulation.link_pose(lidar.spec.link) @ lidar.spec.pose
+    own = [b for b in range(model.nbody) if model.body(b).name.startswith("kbot/")]
+    kept = model.geom_group.copy()
+    model.geom_group[np.isin(model.geom_bodyid, own)] = 4
+    seen, hit = np.array([1, 1, 1, 1, 0, 1], dtype=np.uint8), np.zeros(1, dtype=np.int32)
+    found = []
+    for direction in lidar.spec.directions @ pose.rotation.T:
+        distance = mujoco.mj_ray(model, data, pose.translation, direction, seen, 1, -1, hit)
+        found.append(distance if 0.0 <= distance <= lidar.spec.range_max else math.inf)
+    model.geom_group[:] = kept
+    return np.array(found)
+
+
+@pytest.mark.parametrize("count", [12, 120])
+@pytest.mark.parametrize("lean", [0.0, 0.6])
+@pytest.mark.parametrize("moving", [0, 4])
+@pytest.mark.parametrize(
+    "beams",
+    [{}, {"angle_min": -1.0, "angle_max": 2.5}, {"angle_min": 3.0, "angle_max": -3.0}, {"samples": 1},
+     {"angle_min": 0.0, "angle_max": 2 * math.pi}, {"rows": 5, "elevation_min": -0.3, "elevation_max": 0.3}],
+)  # fmt: skip
+def test_every_way_to_measure_equals_the_engines_rays(robot, count, lean, moving, beams):
+    simulation = Simulation(robot, _strewn(np.random.default_rng(count), count, lean, moving))
+    spec = Lidar(link="base_link", pose=UP, **{"samples": 97, "range_max": 5.0, **beams})
+    lidar = simulation.add_sensor(spec)
+    for x, y, yaw in [(0.0, 0.0, 0.0), (0.2, -0.3, 2.9)]:
+        simulation.set_pose(x, y, yaw)
+        simulation.run(0.2)
+        measured = lidar._beams.rays.cast(*lidar._place(), spec.range_max)
+        expected = _engine_distances(simulation, lidar)
+        assert (np.isfinite(measured) == np.isfinite(expected)).all()
+        hit = np.isfinite(expected)
+        assert hit.any() or len(hit) == 1
+        assert np.abs(measured[hit] - expected[hit]).max(initial=0.0) < 1e-9
+
+
+def test_a_lidar_within_a_box_sees_it_from_inside(robot):
+    boxes = [box(f"b{i}", (0.1, 0.1, 0.3), 3.0 + 0.2 * i, 4.0) for i in range(60)]
+    room = Body(
+        "room", (Part(Box((4.0, 2.0, 2.0)), solid=True),), Transform.from_xyz_rpy((0, 0, 1.5), (0, 0, 0))
+    )
+    simulation = Simulation(robot, World("inside", (floor(), room, *boxes)))
+    lidar = simulation.add_sensor(
+        Lidar(link="base_footprint", pose=Transform.from_xyz_rpy((0, 0, 1.0), (0, 0, 0)), samples=5)
+    )
+    # ahead and behind it is 2 m to the box's own faces, to the sides 1 m
+    assert lidar.distances() == pytest.approx([2.0, 1.0, 2.0, 1.0, 2.0], abs=1e-9)
+
+
+def test_a_lidar_sees_a_hill(robot):
+    """A height field that rises by one in two from x = 1 m on: a level beam 0.1 m above the floor meets it
+    0.2 m further on."""
+    x = np.linspace(-5.0, 5.0, 101)
+    heights = np.tile(np.maximum(0.0, (x - 1.0) / 2.0), (11, 1))
+    hill = Body("hill", (Part(HeightField(heights, (10.0, 10.0)), ground=True),))
+    simulation = Simulation(robot, World("hill", (hill,)))
+    lidar = simulation.add_sensor(
+        Lidar(link="base_footprint", pose=UP, samples=1, angle_min=0.0, angle_max=0.0)
+    )
+    assert lidar.distances() == pytest.approx([1.2], abs=2e-3)

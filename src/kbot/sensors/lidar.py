@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.messages.sensing import LaserScan, PointCloud2, PointField
 from kbot.sensors.noise import NONE, Noise, NoiseSource
-from kbot.sensors.rays import Rays, within
+from kbot.sensors.rays import Fan, Rays, within
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -73,7 +73,8 @@ class _Beams:
     def __init__(self, simulation: Simulation, spec: Lidar, owner: str) -> None:
         self.spec = spec
         self.directions = spec.directions
-        self.rays = Rays(owner, self.directions)
+        fan = Fan(spec.angle_min, spec.increment) if spec.rows == 1 and not spec.elevation_min else None
+        self.rays = Rays(owner, self.directions, fan)
         self.noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/range", len(self.directions), 1.0 / spec.rate
         )
