@@ -8,7 +8,7 @@ from kbot.workbench.protocol import Refused, SourceText, State
 
 
 def state(time: float) -> State:
-    return State(1, time, False, 1.0, 1.0, (), (), (), (), (), (), 0, 0)
+    return State(1, time, False, 1.0, 1.0, (), (), (), (), (), (), (), (), 0, 0)
 
 
 def sent_by(client: Client) -> list[dict[str, object]]:

@@ -31,7 +31,11 @@ def test_held_keys_drive_the_robot_across_the_picture(
     # seen from above with y up, forward is to the right
     assert after[0] - before[0] > 0.12 * pixels_per_metre(page)
     assert abs(after[1] - before[1]) < 0.01 * pixels_per_metre(page)
-    assert page.evaluate("kbot.trail") > 3
+    robot = id_image(page)[0] >= 0
+    with_path = screenshot(page).astype(int)
+    page.locator("[data-option=trail]").click()
+    left = (np.abs(screenshot(page).astype(int) - with_path).sum(axis=2) > 60) & ~robot
+    assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # the way it took, behind it
 
 
 def test_turning_keys_turn_it_where_it_stands(driving: tuple[str, Session], open_page: OpenPage) -> None:

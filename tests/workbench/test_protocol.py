@@ -11,13 +11,18 @@ from hypothesis import strategies as st
 from kbot.workbench.decode import BadMessage, decode
 from kbot.workbench.encode import encode
 from kbot.workbench.protocol import Drive, FromPage, Refused, Reset, SetJoint, SetSpeed, State
-from kbot.workbench.typescript import generate
+from kbot.workbench.typescript import generate, generate_kinds, generate_messages
 
-PROTOCOL_TS = Path(__file__).parents[2] / "web" / "src" / "protocol.ts"
+SOURCES = Path(__file__).parents[2] / "web" / "src"
 
 
 def test_the_pages_types_are_generated_from_the_servers() -> None:
-    assert PROTOCOL_TS.read_text(encoding="utf-8") == generate()
+    for name, text in (
+        ("protocol.ts", generate()),
+        ("messages.ts", generate_messages()),
+        ("displays/kinds.ts", generate_kinds()),
+    ):
+        assert (SOURCES / name).read_text(encoding="utf-8") == text, name
 
 
 def test_every_message_has_a_type_of_its_own() -> None:
@@ -94,8 +99,8 @@ def test_any_values_are_read_or_refused(kind: str, fields: dict[str, object]) ->
 def test_messages_to_the_page_are_json_without_nan() -> None:
     assert json.loads(encode(Refused("no"))) == {"reason": "no", "type": "refused"}
     state = State(
-        1, 0.5, False, 1.0, 1.0, (0.0,), (0.0,) * 7, (), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0, 0.0), 0, 0
+        1, 0.5, False, 1.0, 1.0, (0.0,), (0.0,) * 7, (), (), (), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0, 0.0), 0, 0
     )
     assert json.loads(encode(state))["time"] == 0.5
     with pytest.raises(ValueError, match="JSON"):
-        encode(State(1, float("nan"), False, 1.0, 1.0, (), (), (), (), (), (), 0, 0))
+        encode(State(1, float("nan"), False, 1.0, 1.0, (), (), (), (), (), (), (), (), 0, 0))

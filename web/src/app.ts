@@ -1,7 +1,9 @@
 import { Connection } from "./connection";
+import { DisplaySet, type Status } from "./displays/set";
 import { rememberedOptions, rememberedTheme, type Options } from "./options";
-import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scan, Scene, SourceText, State } from "./protocol";
+import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
+import { Topics } from "./topics";
 
 /** What the source panel shows: a place, and what is said about it. */
 export interface Spot {
@@ -15,7 +17,6 @@ export class App {
   readonly scene = new Signal<Scene | null>(null);
   readonly state = new Signal<State | null>(null);
   readonly findings = new Signal<Findings | null>(null);
-  readonly scan = new Signal<Scan | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
@@ -25,6 +26,10 @@ export class App {
   readonly spot = new Signal<Spot | null>(null);
   readonly plots = new Signal(false);
   readonly options = rememberedOptions();
+  readonly displays = new DisplaySet();
+  /** How each display fares, by its number. */
+  readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
+  readonly topics = new Topics((message) => this.send(message));
   readonly theme = rememberedTheme();
   readonly connection: Connection;
   frozen = false;
@@ -35,6 +40,11 @@ export class App {
 
   send(message: FromPage): void {
     this.connection.send(message);
+  }
+
+  /** Names of all frames there are. */
+  frames(): readonly string[] {
+    return [...(this.scene.value?.links ?? []).map((link) => link.name), ...(this.state.value?.frames ?? []).map(([name]) => name ?? "")];
   }
 
   setOption<K extends keyof Options>(name: K, value: Options[K]): void {
@@ -62,6 +72,7 @@ export class App {
     switch (message.type) {
       case "about":
         this.about.set({ ...message, client: message.client || (this.about.value?.client ?? 0) });
+        if (message.client > 0) this.topics.connected();
         this.refreshSources();
         break;
       case "scene":
@@ -78,8 +89,11 @@ export class App {
       case "source":
         this.sources.set(new Map(this.sources.value).set(message.file, message));
         break;
-      case "scan":
-        if (!this.frozen) this.scan.set(message);
+      case "topics":
+        this.topics.listed(message);
+        break;
+      case "message":
+        if (!this.frozen) this.topics.heard(message);
         break;
       case "parameters":
         this.parameters.set(message);

@@ -1,5 +1,6 @@
 import type { FromPage, FromServer } from "./protocol";
 import { Signal } from "./signal";
+import { readFrame } from "./topics";
 
 export type Link = "connecting" | "live" | "lost" | "full";
 
@@ -28,10 +29,11 @@ export class Connection {
     const query = token === null ? "" : `?token=${encodeURIComponent(token)}`;
     const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws${query}`);
     this.socket = socket;
-    socket.addEventListener("message", (event: MessageEvent<string>) => {
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
       this.wait = FIRST_WAIT;
       this.link.set("live");
-      this.hear(JSON.parse(event.data) as FromServer);
+      this.hear(typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data));
     });
     socket.addEventListener("close", (event) => {
       this.link.set(event.code === FULL ? "full" : "lost");

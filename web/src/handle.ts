@@ -10,7 +10,6 @@ export interface Handle {
   readonly software: boolean;
   readonly revision: number;
   readonly time: number;
-  readonly trail: number;
   /** Holds the picture still, whatever the server says, or lets it go on. */
   freeze(on: boolean): void;
   /** Draws, and resolves when it is done. */
@@ -52,9 +51,6 @@ export function handle(app: App, view: View): Handle {
     },
     get time() {
       return app.state.value?.time ?? 0;
-    },
-    get trail() {
-      return view.trailLength;
     },
     freeze(on) {
       app.frozen = on;

@@ -3,7 +3,7 @@ import type { Driver } from "./drive-keys";
 import { isField, takesKeys } from "./focus";
 import { chooseTheme } from "./options";
 import { stop } from "./panels/drive";
-import { TOGGLE_KEYS } from "./panels/toolbar";
+import { press } from "./panels/toolbar";
 import type { View } from "./view/view";
 
 /** The keys that are pressed once; held ones drive. */
@@ -37,8 +37,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
     }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event.target)) return;
     if (document.querySelector("dialog[open]") !== null) return;
-    const option = TOGGLE_KEYS.get(event.key);
-    if (option !== undefined) app.setOption(option, !app.options.value[option]);
+    press(app, event.key);
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action === undefined) return;
     event.preventDefault();

@@ -2,6 +2,7 @@ import "./style/tokens.css";
 import "./style/layout.css";
 import "./style/controls.css";
 import "./style/panels.css";
+import "./style/displays.css";
 import "./style/source.css";
 
 import { App } from "./app";
@@ -12,6 +13,7 @@ import { useGamepad } from "./gamepad";
 import { handle } from "./handle";
 import { History } from "./history";
 import { useKeys } from "./keys";
+import { displays } from "./panels/displays";
 import { drive } from "./panels/drive";
 import { findings } from "./panels/findings";
 import { help } from "./panels/help";
@@ -37,7 +39,7 @@ const showHelp = (): void => keys.showModal();
 const picture = h("div", { class: "picture" });
 let view: View;
 const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture), transport(app));
-const left = h("div", { class: "dock left" }, links(app), findings(app));
+const left = h("div", { class: "dock left" }, displays(app), links(app), findings(app));
 const right = h("div", { class: "dock right" }, drive(app, driver), joints(app), parameters(app));
 document.body.append(topbar(app, showHelp), left, centre, right, h("div", { class: "bottom" }, source(app), plots(app, new History(app))), sheets(app), keys);
 app.about.watch((about) => {

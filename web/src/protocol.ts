@@ -1,4 +1,4 @@
-// Generated from src/kbot/workbench/protocol.py; do not edit.
+// Generated from src/kbot/workbench/protocol; do not edit.
 
 /** What this session is; sent first. `cannot_drive` says why, and is empty when it can. */
 export interface About {
@@ -74,11 +74,12 @@ export interface BodyView {
   quaternion: readonly number[];
 }
 
-/** All that is drawn; states refer to it by `revision`, in the order of its links and joints. `ground` is the height the grid lies at; `radius` that of a sphere around the robot and `centre` its middle in the root frame, at zero. */
+/** All that is drawn; states refer to it by `revision`, in the order of its links and joints. `world` is the frame that states have their poses in, `ground` the height the floor lies at; `radius` is that of a sphere around the robot and `centre` its middle in the root frame, at zero. */
 export interface Scene {
   revision: number;
   robot: string;
   root: string;
+  world: string;
   links: readonly LinkView[];
   joints: readonly JointView[];
   bodies: readonly BodyView[];
@@ -88,7 +89,7 @@ export interface Scene {
   type: "scene";
 }
 
-/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. */
+/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. */
 export interface State {
   revision: number;
   time: number;
@@ -98,6 +99,8 @@ export interface State {
   positions: readonly number[];
   poses: readonly number[];
   bodies: readonly number[];
+  frames: readonly (readonly string[])[];
+  frame_poses: readonly number[];
   command: readonly number[];
   twist: readonly number[];
   odometry: readonly number[];
@@ -164,13 +167,27 @@ export interface Parameters {
   type: "parameters";
 }
 
-/** What a lidar saw last: `points` x, y, z in the world, flat. */
-export interface Scan {
-  sensor: string;
-  link: string;
+/** A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time, None where nobody hears them; an input is what is meant to come from outside. */
+export interface TopicView {
+  name: string;
+  kind: string;
+  rate: number | null;
+  is_input: boolean;
+}
+
+/** Every topic that a page may hear. */
+export interface Topics {
+  topics: readonly TopicView[];
+  type: "topics";
+}
+
+/** One message of a topic that was asked for, its fields by name. `time` is when it was published. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says. */
+export interface TopicMessage {
+  topic: string;
+  kind: string;
   time: number;
-  points: readonly number[];
-  type: "scan";
+  message: Record<string, unknown>;
+  type: "message";
 }
 
 /** A message was not obeyed. */
@@ -285,6 +302,25 @@ export interface Undo {
   type: "undo";
 }
 
-export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Scan | Refused;
+/** Hear a topic: the newest message whenever there is one and this page keeps up. */
+export interface Subscribe {
+  topic: string;
+  type: "subscribe";
+}
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo;
+export interface Unsubscribe {
+  topic: string;
+  type: "unsubscribe";
+}
+
+/** Say something on a topic that is meant for it: a goal, a pose, a point, a command. */
+export interface Publish {
+  topic: string;
+  kind: string;
+  message: Record<string, unknown>;
+  type: "publish";
+}
+
+export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Topics | TopicMessage | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish;

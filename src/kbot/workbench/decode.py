@@ -80,6 +80,10 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
         if not isinstance(value, bool):
             raise BadMessage(f"{where} is {_short(value)}, not true or false")
         return value
+    if typing.get_origin(hint) is dict:
+        if not isinstance(value, dict):
+            raise BadMessage(f"{where} is {_short(value)}, not a JSON object")
+        return value
     if hint is str:
         if not isinstance(value, str):
             raise BadMessage(f"{where} is {_short(value)}, not a text")

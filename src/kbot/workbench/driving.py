@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from kbot.kinematics.differential_drive import NoDrive, find_drive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.messages import Bus, Clock
 from kbot.model import Robot
+from kbot.navigation import Goals, NavigationTopics
+from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
-from kbot.text import KbotError
-from kbot.workbench.lidars import Lidars
+from kbot.sim.simulation import ORIGIN
+from kbot.text import DescriptionError, KbotError
+from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
-from kbot.workbench.protocol import Scan
 from kbot.workbench.session import Reader, Session
 from kbot.world import BUILDERS, World, load_world
 
@@ -27,15 +33,20 @@ Attend: TypeAlias = Callable[[Simulation], None]
 
 
 def driven_session(
-    reader: Reader, world: str, seed: int, contacts: str, attend: Attend = lambda simulation: None
+    reader: Reader,
+    world: str,
+    seed: int,
+    contacts: str,
+    attend: Attend = lambda simulation: None,
+    start: PlanarPose = ORIGIN,
 ) -> Session:
-    """A session whose robot is simulated.
+    """A session whose robot is simulated, and starts at `start`.
 
     Raises:
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    setup = _Setup(load_world(world), seed, contacts, attend)
+    setup = _Setup(load_world(world), seed, contacts, attend, start)
     return Session(
         reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits, tuple(BUILDERS)
     )
@@ -64,6 +75,7 @@ class _Setup:
     seed: int
     contacts: str
     attend: Attend
+    start: PlanarPose
 
 
 class Driving:
@@ -76,27 +88,62 @@ class Driving:
             DescriptionError: the robot cannot be simulated.
         """
         self._setup = setup
-        self._sim = simulation or Simulation(robot, setup.world, setup.seed, contacts=setup.contacts)
-        self._command = (0.0, 0.0)
+        self._sim = simulation or Simulation(
+            robot, setup.world, setup.seed, contacts=setup.contacts, start=setup.start
+        )
         self._owed = 0.0
-        self._lidars = Lidars(self._sim)
+        self._frames = ForeignFrames(self._sim.bus)
+        with suppress(DescriptionError):  # the findings say what is wrong with the declarations
+            mount_declared(self._sim)
+        self._goals = Goals(self._sim, in_background=True)
+        NavigationTopics(self._sim, self._goals)
         setup.attend(self._sim)
 
+    @property
+    def world(self) -> str:
+        return WORLD
+
+    @property
+    def bus(self) -> Bus:
+        return self._sim.bus
+
+    @property
+    def clock(self) -> Clock:
+        return self._sim.clock
+
+    @property
+    def paused(self) -> bool:
+        return self._sim.paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        self._sim.paused = paused
+
+    def run_errands(self) -> bool:
+        return self._sim.run_errands()
+
     def moment(self) -> Moment:
-        sim = self._sim
+        sim, robot = self._sim, self._sim.named()
         pose, twist = sim.odometry.pose, sim.odometry.twist
+        poses = sim.link_poses()
         return Moment(
             time=sim.time,
             positions=sim.joint_positions,
-            poses=sim.link_poses(),
+            poses=poses,
+            frames=self._frames.poses(poses, self._odometry_frame(poses)),
             bodies=flat(sim.body_poses().values()),
-            command=self._command,
+            command=robot.controller.wanted if robot.can_drive else (0.0, 0.0),
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
         )
 
-    def scans(self) -> list[Scan]:
-        return self._lidars.news()
+    def _odometry_frame(self, poses: Mapping[str, Transform]) -> Frames:
+        """Where the odometry starts from as of this very moment, for tf tells it once a control period."""
+        robot = self._sim.named()
+        if robot.settings is None:
+            return {}
+        root = robot.robot.root
+        return {robot.settings.odometry_frame: (WORLD, poses[root] @ robot.odom_from_root.inverse())}
 
     def advance(self, seconds: float) -> float:
         step = self._sim.timestep
@@ -111,12 +158,14 @@ class Driving:
         return self._sim.time - before
 
     def reset(self) -> None:
+        self._goals.cancel("the simulation was reset")
         self._sim.reset()
-        self._command, self._owed = (0.0, 0.0), 0.0
+        self._frames.forget()
+        self._owed = 0.0
 
     def drive(self, linear: float, angular: float) -> None:
+        self._goals.give_way("driven by hand" if linear or angular else "stopped by hand")
         self._sim.cmd_vel(linear, angular)
-        self._command = (linear, angular)
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
         self._sim.apply_body_wrench(link, force, seconds)
@@ -130,10 +179,14 @@ class Driving:
     def replace(self, robot: Robot) -> Driving:
         """Go on with the changed robot where this one stands."""
         other = Driving(robot, self._setup, self._sim.with_robot(robot))
-        other._command = self._command
+        if self._goals.is_driving and self._goals.status is not None:
+            other._goals.go(self._goals.status.goal)
+        other.paused = self.paused
         return other
 
     def enter(self, world: str) -> tuple[Driving, World]:
         """The robot at the start of another world."""
-        setup = dataclasses.replace(self._setup, world=load_world(world))
-        return Driving(self._sim.robot, setup), setup.world
+        setup = dataclasses.replace(self._setup, world=load_world(world), start=ORIGIN)
+        other = Driving(self._sim.robot, setup)
+        other.paused = self.paused
+        return other, setup.world

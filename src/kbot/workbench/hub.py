@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 
 from kbot.workbench.encode import encode
-from kbot.workbench.protocol import FromServer, Scan, SourceText
+from kbot.workbench.protocol import FromServer, SourceText
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 
@@ -17,17 +17,23 @@ class Client:
 
     def __init__(self, number: int) -> None:
         self.number = number
-        self._waiting: dict[str, str] = {}
+        self._waiting: dict[str, str | bytes] = {}
         self._news = asyncio.Event()
 
     def put(self, message: FromServer, text: str | None = None) -> None:
         """Queue a message; an older one of its kind that was not sent yet is dropped."""
-        key = _key(message)
+        self._queue(_key(message), text if text is not None else encode(message))
+
+    def put_topic(self, topic: str, frame: str | bytes) -> None:
+        """Queue a topic's newest message, encoded."""
+        self._queue(f"topic:{topic}", frame)
+
+    def _queue(self, key: str, frame: str | bytes) -> None:
         self._waiting.pop(key, None)
-        self._waiting[key] = text if text is not None else encode(message)
+        self._waiting[key] = frame
         self._news.set()
 
-    async def pump(self, send: Callable[[str], Awaitable[None]]) -> None:
+    async def pump(self, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         """Send what waits, for ever."""
         while True:
             await self._news.wait()
@@ -42,8 +48,6 @@ def _key(message: FromServer) -> str:
     match message:
         case SourceText(file=file):
             return f"source:{file}"
-        case Scan(sensor=sensor):
-            return f"scan:{sensor}"
     return message.type
 
 
@@ -72,3 +76,9 @@ class Hub:
         text = encode(message)
         for client in self._clients.values():
             client.put(message, text)
+
+    def hand_out(self, topic: str, frame: str | bytes, pages: Iterable[int]) -> None:
+        """Queue a topic's newest message for those pages that hear it."""
+        for page in pages:
+            if page in self._clients:
+                self._clients[page].put_topic(topic, frame)

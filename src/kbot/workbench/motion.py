@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
+from kbot.messages import Bus, Clock, Header, JointState, TFMessage
 from kbot.model import Joint, JointType, Robot
+from kbot.nodes.robot_state_publisher import transform_message
 from kbot.text import KbotError
-from kbot.workbench.protocol import Scan
+from kbot.workbench.foreign_frames import Frames
 from kbot.workbench.scene import slider_range
 from kbot.world import World
 
@@ -24,6 +26,7 @@ class Moment:
     positions: Mapping[str, float]
     poses: Mapping[str, Transform]
     bodies: tuple[float, ...] = ()
+    frames: Frames = field(default_factory=dict)
     command: tuple[float, float] = (0.0, 0.0)
     twist: tuple[float, float] = (0.0, 0.0)
     odometry: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -32,10 +35,24 @@ class Moment:
 class Motion(Protocol):
     """One way to move a robot."""
 
+    @property
+    def world(self) -> str:
+        """The frame that poses are in."""
+        ...
+
+    @property
+    def bus(self) -> Bus: ...
+
+    @property
+    def clock(self) -> Clock: ...
+
+    paused: bool
+    """Whether time waits."""
+
     def moment(self) -> Moment: ...
 
-    def scans(self) -> list[Scan]:
-        """What lidars saw since this was last asked."""
+    def run_errands(self) -> bool:
+        """Do what others asked for; whether anything may have changed."""
         ...
 
     def advance(self, seconds: float) -> float:
@@ -67,28 +84,56 @@ class Motion(Protocol):
         ...
 
 
+SAID_RATE = 10.0
+"""Hz at which joint states and transforms are said, as joint_state_publisher does."""
+
+
+@dataclass(frozen=True, slots=True)
+class SliderSetting:
+    """What stays when the robot changes: where joints start (rad or m), how often they are said (Hz), and
+    who is told of each robot that is shown."""
+
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    rate: float = SAID_RATE
+    attend: Callable[[Sliders], None] = lambda sliders: None
+
+
 @dataclass
 class Sliders:
-    """Joints put where the sliders stand; nothing moves by itself."""
+    """Joints put where the sliders stand; nothing moves by itself. Says `joint_states` and `/tf` to those who
+    listen."""
 
     robot: Robot
     positions: dict[str, float] = field(default_factory=dict)
     choice: random.Random = field(default_factory=random.Random)
+    clock: Clock = field(default_factory=Clock)
+    paused: bool = False
+    setting: SliderSetting = SliderSetting()
+    bus: Bus = field(default_factory=Bus, init=False)
 
     def __post_init__(self) -> None:
         self._tree = FrameTree(self.robot)
+        self._joint_states = self.bus.advertise("joint_states", JointState)
+        self._tf = self.bus.advertise("/tf", TFMessage)
+        self._timer = self.clock.every(self.setting.rate, self._say)
         self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}
         kept = {name: self.positions[name] for name in self._joints if name in self.positions}
-        self.positions = {name: _held(j, kept.get(name, 0.0)) for name, j in self._joints.items()}
+        start = {**self.setting.zeros, **kept}
+        self.positions = {name: _held(j, start.get(name, 0.0)) for name, j in self._joints.items()}
+        self.setting.attend(self)
+
+    @property
+    def world(self) -> str:
+        return self.robot.root
+
+    def run_errands(self) -> bool:
+        return False
 
     def moment(self) -> Moment:
-        mimics = self._mimicked()
-        return Moment(0.0, {**self.positions, **mimics}, self._tree.poses(self.positions))
-
-    def scans(self) -> list[Scan]:
-        return []
+        return Moment(0.0, self._all_positions(), self._tree.poses(self.positions))
 
     def advance(self, seconds: float) -> float:
+        self.clock.advance_to(self.clock.nanoseconds + round(seconds * 1e9))
         return 0.0
 
     def reset(self) -> None:
@@ -114,7 +159,7 @@ class Sliders:
             lower, upper = slider_range(joint)
             match preset:
                 case "zero":
-                    wanted = 0.0
+                    wanted = self.setting.zeros.get(name, 0.0)
                 case "centre":
                     wanted = (lower + upper) / 2
                 case "random":
@@ -122,10 +167,31 @@ class Sliders:
             self.positions[name] = _held(joint, wanted)
 
     def replace(self, robot: Robot) -> Sliders:
-        return Sliders(robot, self.positions, self.choice)
+        self._timer.cancel()
+        return Sliders(robot, self.positions, self.choice, self.clock, self.paused, self.setting)
 
-    def _mimicked(self) -> dict[str, float]:
-        found: dict[str, float] = {}
+    def _say(self) -> None:
+        header = Header(self.clock.stamp)
+        if self._joint_states.is_heard:
+            positions = self._all_positions()
+            self._joint_states.publish(JointState(header, tuple(positions), tuple(positions.values())))
+        if self._tf.is_heard:
+            self._tf.publish(
+                TFMessage(
+                    tuple(
+                        transform_message(
+                            self._tree.pose(joint.child, joint.parent, self.positions),
+                            Header(header.stamp, joint.parent),
+                            joint.child,
+                        )
+                        for joint in self.robot.joints.values()
+                    )
+                )
+            )
+
+    def _all_positions(self) -> dict[str, float]:
+        """Those of mimic joints too."""
+        found = dict(self.positions)
         for joint in self.robot.movable_joints:
             scale, offset, at, seen = 1.0, 0.0, joint, {joint.name}
             while at.mimic is not None and (leader := self.robot.joints.get(at.mimic.joint)) is not None:

@@ -38,14 +38,16 @@ OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
 
 
 def build_scene(
-    robot: Robot, world: World | None, meshes: MeshStore, revision: int, *, on_ground: bool
+    robot: Robot, world: World | None, meshes: MeshStore, revision: int, *, frame: str, on_ground: bool
 ) -> Scene:
-    """The scene of a robot, alone (on a grid beneath its lowest point) or `on_ground` in a world."""
+    """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
+    the one that states have their poses in."""
     low, high = robot_bounds(robot)
     return Scene(
         revision=revision,
         robot=robot.name,
         root=robot.root,
+        world=frame,
         links=tuple(_link(robot, link, meshes) for link in robot.links.values()),
         joints=tuple(_joint(joint) for joint in robot.movable_joints),
         bodies=world_view(world, meshes) if world else (),

@@ -18,12 +18,22 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from kbot.text import KbotError
+from kbot.wire.types import ros2_types
 from kbot.workbench.access import Access, security_headers
 from kbot.workbench.complaints import Complaints
 from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.page_files import load_page
-from kbot.workbench.protocol import Drive, FromPage, OpenSource, Refused
+from kbot.workbench.protocol import (
+    Drive,
+    FromPage,
+    OpenSource,
+    Publish,
+    Refused,
+    Subscribe,
+    Topics,
+    Unsubscribe,
+)
 from kbot.workbench.session import Session
 from kbot.workbench.watch import Watcher
 
@@ -31,6 +41,7 @@ log = logging.getLogger(__name__)
 
 FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
+TOPICS_SECONDS = 1.0
 _TEXT = "text/plain; charset=utf-8"
 _FOR_EVER = "max-age=31536000, immutable"
 
@@ -45,6 +56,7 @@ class Server:
         self._complaints = Complaints(log)
         self._page = load_page()
         self._changed = True
+        self._topics: Topics | None = None
         self._reading = asyncio.Lock()
         session.announce = self.hub.publish
 
@@ -64,6 +76,7 @@ class Server:
             ) as sockets,
         ):
             tasks.create_task(self._keep_time())
+            tasks.create_task(self._tell_topics())
             tasks.create_task(self._follow_files())
             tasks.create_task(self._follow_page())
             await self._until_closed(sockets)
@@ -108,6 +121,8 @@ class Server:
         session = self.session
         for message in session.greeting(client.number):
             client.put(message)
+        if self._topics is not None:
+            client.put(self._topics)
         pump = asyncio.create_task(client.pump(connection.send))
         try:
             async for data in connection:
@@ -126,14 +141,25 @@ class Server:
         message: FromPage | None = None
         try:
             message = decode(data)
-            for answer in self.session.obey(message, client.number):
-                client.put(answer)
+            match message:
+                case Subscribe(topic=topic):
+                    self._subscribe(client, topic)
+                case Unsubscribe(topic=topic):
+                    self.session.topics.unsubscribe(topic, client.number)
+                case _:
+                    for answer in self.session.obey(message, client.number):
+                        client.put(answer)
         except KbotError as error:
             if isinstance(error, BadMessage):
                 self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
-        if not isinstance(message, OpenSource | Drive):
+        if not isinstance(message, OpenSource | Drive | Subscribe | Unsubscribe | Publish):
             self._changed = True
+
+    def _subscribe(self, client: Client, topic: str) -> None:
+        frame = self.session.topics.subscribe(topic, client.number)
+        if frame is not None:
+            client.put_topic(topic, frame)
 
     async def _keep_time(self) -> None:
         """Let simulated time follow wall time, and send each new state at most fifty times a second."""
@@ -147,8 +173,17 @@ class Server:
                 self._changed, sent = False, now
                 if len(self.hub):
                     self.hub.publish(self.session.state())
-                    for scan in self.session.scans():
-                        self.hub.publish(scan)
+            for topic, frame, pages in self.session.topics.news():
+                self.hub.hand_out(topic, frame, pages)
+
+    async def _tell_topics(self) -> None:
+        """Say once a second which topics there are, where that changed."""
+        while True:
+            await asyncio.sleep(TOPICS_SECONDS)
+            await asyncio.to_thread(ros2_types)  # takes a while the first time
+            if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
+                self._topics = topics
+                self.hub.publish(topics)
 
     def _advance(self, wall_seconds: float) -> bool:
         try:

@@ -26,10 +26,10 @@ from kbot.workbench.protocol import (
     FromServer,
     OpenSource,
     Pause,
+    Publish,
     Push,
     Refused,
     Reset,
-    Scan,
     Scene,
     SetJoint,
     SetJoints,
@@ -40,6 +40,7 @@ from kbot.workbench.protocol import (
     Stop,
 )
 from kbot.workbench.scene import build_scene
+from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
 DEADMAN_SECONDS = 0.5
@@ -90,10 +91,10 @@ class Session:
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
         self._motion = make_motion(self._robot)
+        self.topics = TopicRelay(self._motion.bus, self._now)
         self._revision = 1
         self._ownership = Ownership(self._shown.document)
         self._stale = False
-        self.paused = False
         self.speed = 1.0
         self.rate = 0.0
         self._resets = 0
@@ -125,6 +126,7 @@ class Session:
                 self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
                 self._stale = True
             else:
+                self.topics.attach(self._motion.bus)
                 self._robot, self._shown = reading.robot, reading
                 self._revision += 1
                 self.scene = self._build_scene()
@@ -168,6 +170,8 @@ class Session:
             positions=tuple(round(moment.positions[joint.name], 6) for joint in self._robot.movable_joints),
             poses=flat(moment.poses[link] for link in self._robot.links),
             bodies=moment.bodies,
+            frames=tuple((name, parent) for name, (parent, _) in moment.frames.items()),
+            frame_poses=flat(pose for _, pose in moment.frames.values()),
             command=moment.command,
             twist=tuple(round(v, 5) for v in moment.twist),
             odometry=tuple(round(v, 6) for v in moment.odometry),
@@ -175,9 +179,14 @@ class Session:
             resets=self._resets,
         )
 
-    def scans(self) -> list[Scan]:
-        """What lidars saw since this was last asked."""
-        return self._motion.scans()
+    @property
+    def paused(self) -> bool:
+        """Whether time waits; a page may say so, and who calls Gazebo's services."""
+        return self._motion.paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        self._motion.paused = paused
 
     def source(self, file: str) -> SourceText:
         """The text of one of the description's files.
@@ -193,8 +202,11 @@ class Session:
     def advance(self, wall_seconds: float) -> bool:
         """Let wall time pass; whether anything may have changed."""
         self._mind_the_driver(wall_seconds)
+        if self.mode == "view":
+            self._motion.advance(wall_seconds)
+        changed = self._motion.run_errands()
         if self.mode == "view" or self.paused or wall_seconds <= 0.0:
-            return False
+            return changed
         done = self._motion.advance(wall_seconds * self.speed)
         self.rate += (done / wall_seconds - self.rate) * min(1.0, wall_seconds / 0.5)
         return True
@@ -230,6 +242,8 @@ class Session:
                 self._motion.push(link, (x, y, z), seconds)
             case SetWorld(world=world):
                 self._enter(world)
+            case Publish(topic=topic, kind=kind, message=fields):
+                self.topics.publish(topic, kind, fields)
             case OpenSource(file=file):
                 return [self.source(file)]
             case _:
@@ -239,11 +253,13 @@ class Session:
 
     def leave(self, client: int) -> None:
         """A page is gone; if it was driving, the robot stops."""
+        self.topics.leave(client)
         if client == self._driver:
             self._stop()
 
     def _enter(self, world: str) -> None:
         self._motion, self._world = self._motion.enter(world)
+        self.topics.attach(self._motion.bus)
         self._revision += 1
         self._resets += 1
         self._driver = NOBODY
@@ -276,5 +292,13 @@ class Session:
 
     def _build_scene(self) -> Scene:
         return build_scene(
-            self._robot, self._world, self.meshes, self._revision, on_ground=self.mode == "sim"
+            self._robot,
+            self._world,
+            self.meshes,
+            self._revision,
+            frame=self._motion.world,
+            on_ground=self.mode == "sim",
         )
+
+    def _now(self) -> int:
+        return self._motion.clock.nanoseconds

@@ -1,17 +1,34 @@
-"""`web/src/protocol.ts` from the dataclasses: `python -m kbot.workbench.typescript > web/src/protocol.ts`."""
+"""The page's types and tables from those of Python.
+
+`python -m kbot.workbench.typescript > web/src/protocol.ts`; with the word `messages` what topics carry, for
+`web/src/messages.ts`; with `kinds` the displays, for `web/src/displays/kinds.ts`.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import sys
-import types
 import typing
 from collections.abc import Iterator
+from types import UnionType
 from typing import Any, Literal, Union
 
-from kbot.workbench import protocol
+import numpy as np
 
-_PRIMITIVES = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null"}
+from kbot.messages import navigation, sensing, types
+from kbot.workbench import protocol
+from kbot.workbench.displays import property
+from kbot.workbench.displays.kinds import KINDS
+
+_PRIMITIVES = {
+    float: "number",
+    int: "number",
+    str: "string",
+    bool: "boolean",
+    type(None): "null",
+    bytes: "Uint8Array",
+}
 
 
 def generate() -> str:
@@ -20,12 +37,29 @@ def generate() -> str:
     for union in (protocol.FromServer, protocol.FromPage):
         for message in typing.get_args(union):
             _collect(message, seen)
-    parts = ["// Generated from src/kbot/workbench/protocol.py; do not edit.\n"]
+    parts = ["// Generated from src/kbot/workbench/protocol; do not edit.\n"]
     parts += [_interface(cls) for cls in seen]
     for name in ("FromServer", "FromPage"):
         members = " | ".join(cls.__name__ for cls in typing.get_args(getattr(protocol, name)))
         parts.append(f"export type {name} = {members};\n")
     return "\n".join(parts)
+
+
+def generate_messages() -> str:
+    """The types of what topics carry, arrays as a binary frame brings them."""
+    parts = ["// Generated from src/kbot/messages; do not edit.\n"]
+    for home in (types, sensing, navigation):
+        own = (value for value in vars(home).values() if getattr(value, "__module__", "") == home.__name__)
+        parts += [_interface(value) for value in own if isinstance(value, type)]
+    return "\n".join(parts)
+
+
+def generate_kinds() -> str:
+    """The kinds of displays, as data."""
+    parts = ["// Generated from src/kbot/workbench/displays; do not edit.\n"]
+    parts += [_interface(cls) for cls in (property.Property, property.DisplayKind)]
+    table = json.dumps([dataclasses.asdict(kind) for kind in KINDS], indent=2)
+    return "\n".join([*parts, f"export const KINDS: readonly DisplayKind[] = {table};\n"])
 
 
 def _collect(cls: type, seen: dict[type, None]) -> None:
@@ -58,7 +92,11 @@ def _name(hint: Any) -> str:  # noqa: ANN401 - a type hint
     if origin is tuple:
         inner = _name(args[0])
         return f"readonly ({inner})[]" if " " in inner else f"readonly {inner}[]"
-    if origin in (Union, types.UnionType):
+    if origin is np.ndarray:
+        return f"{typing.get_args(args[1])[0].__name__.capitalize()}Array"
+    if origin is dict:
+        return "Record<string, unknown>"
+    if origin in (Union, UnionType):
         return " | ".join(_name(arg) for arg in args)
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return hint.__name__
@@ -66,4 +104,5 @@ def _name(hint: Any) -> str:  # noqa: ANN401 - a type hint
 
 
 if __name__ == "__main__":
-    sys.stdout.write(generate())
+    made = {"": generate, "messages": generate_messages, "kinds": generate_kinds}
+    sys.stdout.write(made["".join(sys.argv[1:])]())

@@ -6,6 +6,7 @@ const SHEETS: readonly [string, IconName, string][] = [
   ["drive", "drive", "Drive"],
   ["joints", "joint", "Joints"],
   ["parameters", "sliders", "Parameters"],
+  ["displays", "eye", "Displays"],
   ["links", "layers", "Links"],
   ["findings", "warning", "Findings"],
 ];

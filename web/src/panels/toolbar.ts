@@ -4,21 +4,55 @@ import { icon, type IconName } from "../icons";
 import type { Options } from "../options";
 import type { View } from "../view/view";
 
-const TOGGLES: readonly [keyof Options, IconName, string, string][] = [
-  ["visual", "eye", "Visual", "1"],
-  ["collision", "box", "Collision", "2"],
-  ["inertia", "weight", "Inertia", "3"],
-  ["frames", "axes", "Frames", "4"],
-  ["names", "tag", "Names", "5"],
-  ["grid", "grid", "Grid", "6"],
-  ["trail", "path", "Path", "7"],
-  ["follow", "follow", "Follow", "8"],
-  ["ride", "drive", "Ride", "9"],
-  ["scan", "scan", "Scan", "0"],
-];
+/** A button for what is often turned on and off: a way of looking, or a display or one of its properties. */
+interface Chip {
+  name: string;
+  image: IconName;
+  label: string;
+  key: string;
+  option?: keyof Options;
+  display?: string;
+  property?: string;
+}
 
-/** Which display a number key turns on and off. */
-export const TOGGLE_KEYS = new Map<string, keyof Options>([...TOGGLES.map(([name, , , key]) => [key, name] as const), ["o", "flat"]]);
+const CHIPS: readonly Chip[] = [
+  { name: "visual", image: "eye", label: "Visual", key: "1", display: "RobotModel", property: "visual" },
+  { name: "collision", image: "box", label: "Collision", key: "2", display: "RobotModel", property: "collision" },
+  { name: "inertia", image: "weight", label: "Inertia", key: "3", display: "RobotModel", property: "inertia" },
+  { name: "frames", image: "axes", label: "Frames", key: "4", display: "TF", property: "axes" },
+  { name: "names", image: "tag", label: "Names", key: "5", display: "TF", property: "names" },
+  { name: "grid", image: "grid", label: "Grid", key: "6", display: "Grid" },
+  { name: "trail", image: "path", label: "Path", key: "7", display: "Trail" },
+  { name: "follow", image: "follow", label: "Follow", key: "8", option: "follow" },
+  { name: "ride", image: "drive", label: "Ride", key: "9", option: "ride" },
+  { name: "scan", image: "scan", label: "Scan", key: "0", display: "LaserScan" },
+];
+const FLAT: Chip = { name: "flat", image: "box", label: "Ortho", key: "o", option: "flat" };
+const FOR_DRIVING = ["trail", "follow", "ride"];
+
+function isOn(app: App, chip: Chip): boolean {
+  return chip.option === undefined ? app.displays.isOn(chip.display ?? "", chip.property ?? null) : app.options.value[chip.option];
+}
+
+function turn(app: App, chip: Chip, on: boolean): void {
+  if (chip.option === undefined) app.displays.turn(chip.display ?? "", chip.property ?? null, on);
+  else app.setOption(chip.option, on);
+}
+
+/** A key that turns something on or off. */
+export function press(app: App, key: string): void {
+  const chip = [...CHIPS, FLAT].find((one) => one.key === key);
+  if (chip !== undefined) turn(app, chip, !isOn(app, chip));
+}
+
+function button(app: App, chip: Chip, title: string, ...content: (Node | string)[]): HTMLButtonElement {
+  const made = toggle(chip.label, title, isOn(app, chip), (on) => turn(app, chip, on), ...content);
+  made.dataset["option"] = chip.name;
+  const show = (): void => made.setAttribute("aria-pressed", String(isOn(app, chip)));
+  if (chip.option === undefined) app.displays.all.watch(show);
+  else app.options.watch(show);
+  return made;
+}
 
 async function savePicture(view: View): Promise<void> {
   const blob = await view.png();
@@ -27,27 +61,19 @@ async function savePicture(view: View): Promise<void> {
 
 /** What is shown, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
-  const buttons = TOGGLES.map(([name, image, label, key]) => {
-    const button = toggle(label, `${label} (${key})`, app.options.value[name], (on) => app.setOption(name, on), icon(image), h("span", {}, label));
-    button.dataset["option"] = name;
-    app.options.watch((options) => button.setAttribute("aria-pressed", String(options[name])));
-    return button;
-  });
-  app.about.watch((about) => {
-    for (const button of buttons) {
-      const forDriving = ["trail", "follow", "ride"].includes(button.dataset["option"] ?? "");
-      if (button.dataset["option"] === "scan") button.hidden = app.scan.value === null;
-      else button.hidden = forDriving && about?.mode !== "sim";
+  const buttons = CHIPS.map((chip) => button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)));
+  const hide = (): void => {
+    for (const one of buttons) {
+      const name = one.dataset["option"] ?? "";
+      if (name === "scan") one.hidden = app.topics.first("sensor_msgs/msg/LaserScan") === "";
+      else one.hidden = FOR_DRIVING.includes(name) && app.about.value?.mode !== "sim";
     }
-  });
-  app.scan.watch((scan) => {
-    const button = buttons.find((one) => one.dataset["option"] === "scan");
-    if (button !== undefined) button.hidden = scan === null;
-  });
+  };
+  app.about.watch(hide);
+  app.topics.list.watch(hide);
   const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
     h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
-  const flat = toggle("Ortho", "Without perspective (O)", app.options.value.flat, (on) => app.setOption("flat", on), "Ortho");
-  app.options.watch((options) => flat.setAttribute("aria-pressed", String(options.flat)));
+  const flat = button(app, FLAT, "Without perspective (O)", "Ortho");
   const save = h("button", { type: "button", title: "Save the picture (PNG)", "aria-label": "Save the picture", onclick: () => void savePicture(view()) }, icon("camera"));
   return h(
     "div",

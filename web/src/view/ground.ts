@@ -1,7 +1,7 @@
 import { Color, DoubleSide, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2, Vector3 } from "three";
 
 import type { Theme } from "../options";
-import { AXES, PALETTES } from "./palette";
+import { AXES, PALETTES, type Palette } from "./palette";
 
 const VERTEX = /* glsl */ `
   varying vec2 place;
@@ -48,6 +48,9 @@ const FRAGMENT = /* glsl */ `
 export class Ground {
   readonly floor: Mesh<PlaneGeometry, ShaderMaterial>;
   readonly shadow: Mesh<PlaneGeometry, ShadowMaterial>;
+  private palette: Palette = PALETTES.dark;
+  private asked = { cell: 0, colour: "" };
+  private suited = 0.1;
 
   constructor() {
     const material = new ShaderMaterial({
@@ -85,14 +88,15 @@ export class Ground {
     const palette = PALETTES[theme];
     const { uniforms } = this.floor.material;
     (uniforms["floorColour"]!.value as Color).set(palette.floor);
-    (uniforms["line"]!.value as Color).set(palette.line);
-    (uniforms["major"]!.value as Color).set(palette.majorLine);
+    this.palette = palette;
+    this.paintLines();
     this.shadow.material.opacity = palette.shadow;
   }
 
   /** Grid lines suited to a robot of this radius, at this height. */
   suit(radius: number, height: number): void {
-    this.floor.material.uniforms["cell"]!.value = 10 ** Math.round(Math.log10(radius * 0.8));
+    this.suited = 10 ** Math.round(Math.log10(radius * 0.8));
+    this.floor.material.uniforms["cell"]!.value = this.asked.cell || this.suited;
     this.floor.position.z = this.shadow.position.z = height;
   }
 
@@ -102,8 +106,20 @@ export class Ground {
     this.floor.material.uniforms["shade"]!.value = strength;
   }
 
-  showGrid(on: boolean): void {
-    this.floor.material.uniforms["lines"]!.value = on ? 1 : 0;
+  /** Whether there are lines, how far apart in m (0: as suits the robot) and in which colour (empty: the theme's). */
+  rule(on: boolean, cell: number, colour: string): void {
+    const { uniforms } = this.floor.material;
+    uniforms["lines"]!.value = on ? 1 : 0;
+    this.asked = { cell, colour };
+    uniforms["cell"]!.value = cell || this.suited;
+    this.paintLines();
+  }
+
+  private paintLines(): void {
+    const { uniforms } = this.floor.material;
+    const { colour } = this.asked;
+    (uniforms["line"]!.value as Color).set(colour || this.palette.line);
+    (uniforms["major"]!.value as Color).set(colour || this.palette.majorLine);
   }
 
   /** Keeps the patch around what is looked at, so that it never ends within the picture's reach. */

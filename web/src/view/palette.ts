@@ -40,6 +40,5 @@ export const PALETTES: Record<Theme, Palette> = {
 
 export const AXES = { x: 0xe5484d, y: 0x46a758, z: 0x3e7bfa };
 export const SELECTED = 0xffb224;
-export const SCAN = 0xff4d6d;
 export const COLLISION = 0xff8a3d;
 export const INERTIA = 0xb583ff;

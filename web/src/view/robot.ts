@@ -1,10 +1,16 @@
 import { BoxGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, SphereGeometry } from "three";
 
-import type { Options } from "../options";
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
 import { place, placeAt, solid, surface, type Paint } from "./solid";
+
+/** Which of the links' parts are seen. */
+export interface Parts {
+  visual: boolean;
+  collision: boolean;
+  inertia: boolean;
+}
 
 const EMITTED = new Color(SELECTED);
 
@@ -84,7 +90,7 @@ export class RobotObject {
     this.links.forEach((link, index) => placeAt(link.group, state.poses, index * 7));
   }
 
-  show(options: Options): void {
+  show(options: Parts): void {
     for (const link of this.links) {
       link.visual.visible = options.visual;
       link.collision.visible = options.collision;

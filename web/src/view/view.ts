@@ -1,59 +1,54 @@
-import { Box3, Object3D, Vector3 } from "three";
+import { Box3, Group, Object3D, Vector3 } from "three";
 
 import type { App } from "../app";
+import type { Picture } from "../displays/display";
+import { LiveDisplays } from "../displays/live";
 import type { Scene, State } from "../protocol";
 import { Bodies } from "./bodies";
 import { dispose } from "./dispose";
-import { Frames } from "./frames";
 import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
 import { PALETTES } from "./palette";
 import { RobotObject } from "./robot";
-import { Scans } from "./scans";
 import { forgetPrimitives } from "./shapes";
 import { Stage } from "./stage";
-import { Trail } from "./trail";
+import { Transforms } from "./transforms";
 import { readView, viewHash } from "./address";
 
 const ELEVATION = 28;
 
 /** The picture: the robot in its world, and the eye that looks at it. */
-export class View {
+export class View implements Picture {
   readonly stage: Stage;
   readonly ids: IdBuffer;
   robot: RobotObject | null = null;
   private bodies: Bodies | null = null;
-  private frames: Frames | null = null;
-  private scans: Scans | null = null;
-  private readonly ground = new Ground();
-  private readonly trail = new Trail();
-  private resets = -1;
+  readonly ground = new Ground();
+  readonly transforms: Transforms;
+  private readonly displays: LiveDisplays;
+  /** All that is in the world. */
+  private readonly world = new Group();
   private readonly lastSeen = new Vector3();
   private placed = false;
 
   constructor(
-    private readonly app: App,
+    readonly app: App,
     private readonly holder: HTMLElement,
   ) {
     this.stage = new Stage(holder);
     this.ids = new IdBuffer(this.stage.renderer);
-    this.stage.scene.add(this.ground.floor, this.trail.mesh);
-    if (this.stage.hasShadows) this.stage.scene.add(this.ground.shadow);
+    this.transforms = new Transforms(app);
+    this.displays = new LiveDisplays(app, this);
+    this.world.add(this.ground.floor, this.displays.group);
+    if (this.stage.hasShadows) this.world.add(this.ground.shadow);
+    this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
     this.stage.controls.addEventListener("end", () => this.writeAddress());
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
-    app.scan.watch((scan) => {
-      if (scan === null) return;
-      this.scans?.put(scan);
-      this.stage.invalidate();
-    });
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
-    app.selected.watch((name) => {
-      this.robot?.select(name);
-      this.showOptions();
-    });
+    app.selected.watch((name) => this.robot?.select(name));
   }
 
   /** Name of the link at a point of the picture, in CSS pixels from its top left; empty when none. */
@@ -63,9 +58,12 @@ export class View {
     return this.app.scene.value?.links[id]?.name ?? "";
   }
 
-  /** Points of the path on show. */
-  get trailLength(): number {
-    return this.trail.length;
+  get radius(): number {
+    return this.app.scene.value?.radius ?? 0.1;
+  }
+
+  invalidate(): void {
+    this.stage.invalidate();
   }
 
   /** Looks at the whole robot from a direction in degrees. */
@@ -129,17 +127,14 @@ export class View {
   }
 
   private build(scene: Scene): void {
-    for (const old of [this.robot, this.bodies, this.frames, this.scans]) if (old !== null) dispose(old.group);
-    this.frames?.dispose();
+    for (const old of [this.robot, this.bodies]) if (old !== null) dispose(old.group);
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();
     this.robot = new RobotObject(scene, this.ids, changed);
     this.bodies = new Bodies(scene, this.ids, changed);
-    this.scans = new Scans();
-    this.stage.scene.add(this.robot.group, this.bodies.group, this.scans.group);
+    this.world.add(this.robot.group, this.bodies.group);
     this.ground.suit(scene.radius, scene.ground);
-    this.trail.suit(scene.radius, scene.ground);
     this.paint();
     this.robot.select(this.app.selected.value);
   }
@@ -148,12 +143,8 @@ export class View {
     if (this.robot === null) return;
     this.robot.apply(state);
     this.bodies?.apply(state);
-    if (state.resets !== this.resets) {
-      this.resets = state.resets;
-      this.trail.clear();
-    }
+    this.displays.state(state);
     const centre = this.centre();
-    if (this.app.about.value?.mode === "sim") this.trail.add(this.root.x, this.root.y);
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
@@ -194,11 +185,11 @@ export class View {
     this.ground.follow(target.x, target.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
     this.robot?.group.updateMatrixWorld();
     this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
-    this.frames?.follow(this.perPixel());
+    this.displays.frame();
   }
 
   /** How large a sprite is made to cover one CSS pixel: by the picture's angle, or in metres without perspective. */
-  private perPixel(): number {
+  get perPixel(): number {
     const { heightSeen, isOrthographic, distance } = this.stage;
     return (isOrthographic ? heightSeen : heightSeen / distance) / Math.max(1, this.holder.clientHeight);
   }
@@ -208,29 +199,16 @@ export class View {
     const palette = PALETTES[theme];
     this.stage.setTheme(theme);
     this.ground.setTheme(theme);
-    this.trail.mesh.material.color.set(palette.trail);
     this.robot?.setEdges(palette.edge);
     this.bodies?.setEdges(palette.edge);
-    if (this.frames !== null) {
-      dispose(this.frames.group);
-      this.frames.dispose();
-    }
-    if (this.robot !== null) {
-      this.frames = new Frames(this.robot.scene, this.robot.links.map((link) => link.group), theme);
-      this.stage.scene.add(this.frames.group);
-    }
+    if (this.robot !== null) this.displays.rebuild(this.robot.scene);
     this.showOptions();
   }
 
   private showOptions(): void {
     const options = this.app.options.value;
-    this.robot?.show(options);
-    this.scans?.show(options.scan);
-    this.frames?.show(options, this.app.selected.value);
-    this.ground.showGrid(options.grid);
     this.stage.controls.enabled = !options.ride;
     this.stage.setOrthographic(options.flat && !options.ride);
-    this.trail.mesh.visible = options.trail;
     this.stage.invalidate();
   }
 }

@@ -1,9 +1,37 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, MeshBasicMaterial } from "three";
 
+import { PALETTES } from "../view/palette";
+import type { Make } from "./display";
+
 const MOST = 8000;
 
-/** The path the robot took: a ribbon on the floor, the oldest half forgotten when it is full. */
-export class Trail {
+/** The way the robot took. */
+export const trail: Make = ({ app }) => {
+  const ribbon = new Ribbon();
+  let resets = -1;
+  return {
+    group: ribbon.mesh,
+    configure: () => {},
+    rebuild(scene) {
+      ribbon.suit(scene.radius, scene.ground);
+      ribbon.mesh.material.color.set(PALETTES[app.theme.value].trail);
+    },
+    state(state) {
+      if (state.resets !== resets) ribbon.clear();
+      resets = state.resets;
+      const scene = app.scene.value;
+      const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
+      if (app.about.value?.mode === "sim" && root >= 0) ribbon.add(state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+    },
+    dispose() {
+      ribbon.mesh.geometry.dispose();
+      ribbon.mesh.material.dispose();
+    },
+  };
+};
+
+/** A ribbon on the floor, the oldest half forgotten when it is full. */
+class Ribbon {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly positions = new BufferAttribute(new Float32Array(MOST * 6), 3);
   private points: [number, number][] = [];

@@ -1,0 +1,1 @@
+"""Displays: which kinds there are, and their settings in files."""

@@ -1,0 +1,77 @@
+"""Frames that are no links of the robot, as tf tells of them: `map`, what a static transform adds, …"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from kbot.kinematics.transform import Transform
+from kbot.messages.bus import Bus, Subscription
+from kbot.messages.types import TFMessage, TransformStamped
+
+WORLD, MAP = "world", "map"
+TOPICS = ("/tf", "/tf_static")
+
+Frames = Mapping[str, tuple[str, Transform]]
+"""Parent and `world_from_frame`, by name."""
+
+
+class ForeignFrames:
+    """Hears the transforms of a bus, and hangs those that the robot does not have itself on those it has."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+        self._seen = -1
+        self._heard: dict[str, Subscription] = {}
+        self._edges: dict[str, tuple[str, Transform]] = {}
+        """`parent_from_child`, by child."""
+
+    def forget(self) -> None:
+        """Start anew, as time did."""
+        self._edges.clear()
+
+    def poses(self, links: Mapping[str, Transform], own: Frames) -> Frames:
+        """Every frame that hangs on the `links`, given as `world_from_link`, or on the robot's `own` frames,
+        which come first. Where nobody says where `map` is, it is the world."""
+        self._listen()
+        at = {WORLD: Transform.identity(), **links, **{name: pose for name, (_, pose) in own.items()}}
+        found = dict(own)
+        edges = {child: edge for child, edge in self._edges.items() if child not in at or edge[0] not in at}
+        if not any(MAP in (child, parent) for child, (parent, _) in edges.items()):
+            at[MAP] = Transform.identity()
+            found[MAP] = WORLD, at[MAP]
+        while edges:
+            waiting = {}
+            for child, (parent, parent_from_child) in edges.items():
+                if parent in at and child not in at:
+                    at[child] = at[parent] @ parent_from_child
+                    found[child] = parent, at[child]
+                elif child in at and parent not in at:
+                    at[parent] = at[child] @ parent_from_child.inverse()
+                    found[parent] = WORLD, at[parent]
+                    if child in found:
+                        found[child] = parent, at[child]
+                else:
+                    waiting[child] = parent, parent_from_child
+            if len(waiting) == len(edges):
+                break
+            edges = waiting
+        return found
+
+    def _listen(self) -> None:
+        if self._bus.changes == self._seen:
+            return
+        for topic in TOPICS:
+            if topic in self._bus.topics and topic not in self._heard:
+                self._heard[topic] = self._bus.subscribe(topic, TFMessage, self._hear)
+        self._seen = self._bus.changes
+
+    def _hear(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            child = transform.child_frame_id.lstrip("/")
+            self._edges[child] = transform.header.frame_id.lstrip("/"), _read(transform)
+
+
+def _read(stamped: TransformStamped) -> Transform:
+    moved, turned = stamped.transform.translation, stamped.transform.rotation
+    rotation = Transform.from_quaternion_xyzw((turned.x, turned.y, turned.z, turned.w))
+    return Transform.from_xyz_rpy((moved.x, moved.y, moved.z), (0.0, 0.0, 0.0)) @ rotation

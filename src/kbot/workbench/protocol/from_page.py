@@ -1,0 +1,192 @@
+"""What a page may ask; `workbench.decode` checks it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from kbot.workbench.protocol.values import Name, PathName, Range
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Forward speed in m/s and turning speed in rad/s, held until changed or the page falls silent."""
+
+    linear: Annotated[float, Range(-10, 10)]
+    angular: Annotated[float, Range(-50, 50)]
+    type: Literal["drive"] = "drive"
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Stand still, whoever is driving."""
+
+    type: Literal["stop"] = "stop"
+
+
+@dataclass(frozen=True, slots=True)
+class SetJoint:
+    name: Name
+    position: Annotated[float, Range(-1e6, 1e6)]
+    type: Literal["set_joint"] = "set_joint"
+
+
+@dataclass(frozen=True, slots=True)
+class SetJoints:
+    """All joints at once: to zero or the limit nearest to it, to the middle of their range, or anywhere."""
+
+    preset: Literal["zero", "centre", "random"]
+    type: Literal["set_joints"] = "set_joints"
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    paused: bool
+    type: Literal["pause"] = "pause"
+
+
+@dataclass(frozen=True, slots=True)
+class Advance:
+    """Simulate a little while paused."""
+
+    seconds: Annotated[float, Range(0.001, 1)]
+    type: Literal["advance"] = "advance"
+
+
+@dataclass(frozen=True, slots=True)
+class Reset:
+    type: Literal["reset"] = "reset"
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """Simulated seconds per second of wall time."""
+
+    factor: Annotated[float, Range(0.1, 10)]
+    type: Literal["set_speed"] = "set_speed"
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """Push a link with a force in N along the world's axes, for a moment of simulated time."""
+
+    link: Name
+    x: Annotated[float, Range(-1000, 1000)]
+    y: Annotated[float, Range(-1000, 1000)]
+    z: Annotated[float, Range(-1000, 1000)]
+    seconds: Annotated[float, Range(0.001, 1)]
+    type: Literal["push"] = "push"
+
+
+@dataclass(frozen=True, slots=True)
+class SetWorld:
+    """Start again in another world: a built-in world's name, with parameters if any."""
+
+    world: Name
+    type: Literal["set_world"] = "set_world"
+
+
+@dataclass(frozen=True, slots=True)
+class OpenSource:
+    file: PathName
+    type: Literal["open_source"] = "open_source"
+
+
+@dataclass(frozen=True, slots=True)
+class SetParameter:
+    """Show the robot with another value, the file left as it is."""
+
+    kind: Literal["arg", "property"]
+    name: Name
+    value: Annotated[float, Range(-1e9, 1e9)]
+    type: Literal["set_parameter"] = "set_parameter"
+
+
+@dataclass(frozen=True, slots=True)
+class DropParameters:
+    """Show what the file says again."""
+
+    type: Literal["drop_parameters"] = "drop_parameters"
+
+
+@dataclass(frozen=True, slots=True)
+class KeepParameters:
+    """Write the values on show into the file."""
+
+    type: Literal["keep_parameters"] = "keep_parameters"
+
+
+@dataclass(frozen=True, slots=True)
+class EditSource:
+    """Replace `was`, which stands at a line and column (1-based) of one of the files, by `text`."""
+
+    file: PathName
+    line: Annotated[float, Range(1, 1e9)]
+    column: Annotated[float, Range(1, 1e9)]
+    was: Name
+    text: Name
+    type: Literal["edit_source"] = "edit_source"
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyFix:
+    """Carry out the fix of a finding of the list with this serial."""
+
+    serial: Annotated[float, Range(0, 1e15)]
+    index: Annotated[float, Range(0, 1e6)]
+    type: Literal["apply_fix"] = "apply_fix"
+
+
+@dataclass(frozen=True, slots=True)
+class Undo:
+    """Take back the last change that the page made to a file."""
+
+    type: Literal["undo"] = "undo"
+
+
+@dataclass(frozen=True, slots=True)
+class Subscribe:
+    """Hear a topic: the newest message whenever there is one and this page keeps up."""
+
+    topic: Name
+    type: Literal["subscribe"] = "subscribe"
+
+
+@dataclass(frozen=True, slots=True)
+class Unsubscribe:
+    topic: Name
+    type: Literal["unsubscribe"] = "unsubscribe"
+
+
+@dataclass(frozen=True, slots=True)
+class Publish:
+    """Say something on a topic that is meant for it: a goal, a pose, a point, a command."""
+
+    topic: Name
+    kind: Name
+    message: dict[str, Any]
+    type: Literal["publish"] = "publish"
+
+
+FromPage = (
+    Drive
+    | Stop
+    | SetJoint
+    | SetJoints
+    | Pause
+    | Advance
+    | Reset
+    | SetSpeed
+    | Push
+    | SetWorld
+    | OpenSource
+    | SetParameter
+    | DropParameters
+    | KeepParameters
+    | EditSource
+    | ApplyFix
+    | Undo
+    | Subscribe
+    | Unsubscribe
+    | Publish
+)

@@ -1,0 +1,157 @@
+"""The topics that pages hear and speak on: those of the simulation's bus, each message encoded once."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from kbot.messages.bus import Bus, absolute
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.wire import Feed, Packet, ros_name
+from kbot.wire.plain import from_plain
+from kbot.wire.types import known_type
+from kbot.workbench.payload import encode_packet
+from kbot.workbench.protocol import Topics, TopicView
+
+FROM_PAGE = ("goal_pose", "move_base_simple/goal", "initialpose", "clicked_point", "cmd_vel")
+"""What a page may speak on, in any namespace."""
+MOST_RATE = 30.0
+MOST_BYTES = 20e6
+"""Messages and bytes a second of one topic that go to pages."""
+MOST_TOPICS = 256
+"""Topics that a page may wait for."""
+COUNTED_SECONDS = 2.0
+"""Seconds of simulated time over which a rate is counted."""
+
+Frame = str | bytes
+
+
+class _Heard:
+    """A topic that somebody hears: its newest message, and when the last ones came."""
+
+    def __init__(self) -> None:
+        self.newest: Packet | None = None
+        self.is_new = False
+        self.not_before = 0.0
+        """Wall time before which pages get no further message."""
+        self.times: deque[int] = deque(maxlen=200)
+
+    def receive(self, packet: Packet) -> None:
+        if self.times and packet.nanoseconds < self.times[-1]:
+            self.times.clear()  # time began anew
+        self.newest, self.is_new = packet, True
+        self.times.append(packet.nanoseconds)
+
+    def rate(self, now: int) -> float:
+        """Hz of simulated time."""
+        recent = [t for t in self.times if now - t <= COUNTED_SECONDS * 1e9]
+        if len(recent) < 2 or recent[-1] == recent[0]:
+            return 0.0
+        return float(f"{(len(recent) - 1) / (recent[-1] - recent[0]) * 1e9:.3g}")
+
+
+class TopicRelay:
+    """Hears a topic while a page wants it, wherever the bus comes and goes. For the server's loop alone."""
+
+    def __init__(self, bus: Bus, now: Callable[[], int]) -> None:
+        """`now` tells the time in nanoseconds."""
+        self._wanted: dict[str, set[int]] = {}
+        self._heard: dict[str, _Heard] = {}
+        self._bus, self._now = bus, now
+        self._feed = Feed(bus, now)
+
+    def attach(self, bus: Bus) -> None:
+        """Go on with another bus."""
+        if bus is self._bus:
+            return
+        for topic, heard in self._heard.items():
+            self._feed.close(topic, heard.receive)
+        self._heard.clear()
+        self._bus, self._feed = bus, Feed(bus, self._now)
+        self._listen()
+
+    def subscribe(self, topic: str, page: int) -> Frame | None:
+        """Let a page hear a topic, also one that is not there yet; what it said last, if it is known.
+
+        Raises:
+            KbotError: the page hears very many topics, or the name is none.
+        """
+        name = absolute(topic)
+        if sum(page in pages for pages in self._wanted.values()) >= MOST_TOPICS:
+            raise KbotError(f"a page may hear {MOST_TOPICS} topics at once")
+        self._wanted.setdefault(name, set()).add(page)
+        self._listen()
+        heard = self._heard.get(name)
+        return encode_packet(heard.newest) if heard is not None and heard.newest is not None else None
+
+    def unsubscribe(self, topic: str, page: int) -> None:
+        name = absolute(topic)
+        pages = self._wanted.get(name, set())
+        pages.discard(page)
+        if not pages:
+            self._wanted.pop(name, None)
+            heard = self._heard.pop(name, None)
+            if heard is not None:
+                self._feed.close(name, heard.receive)
+
+    def leave(self, page: int) -> None:
+        """The page is gone."""
+        for topic in [topic for topic, pages in self._wanted.items() if page in pages]:
+            self.unsubscribe(topic, page)
+
+    def news(self) -> list[tuple[str, Frame, frozenset[int]]]:
+        """Topic, its newest message and the pages that hear it, of every topic that said something."""
+        self._listen()
+        wall, found = time.monotonic(), []
+        for topic, heard in self._heard.items():
+            if heard.is_new and heard.newest is not None and wall >= heard.not_before:
+                frame = encode_packet(heard.newest)
+                heard.is_new = False
+                heard.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
+                found.append((topic, frame, frozenset(self._wanted[topic])))
+        return found
+
+    def topics(self) -> Topics:
+        """What there is to hear, by name."""
+        inputs, now = self._bus.inputs, self._now()
+        return Topics(
+            tuple(
+                TopicView(
+                    name,
+                    ros_name(kind),
+                    self._heard[name].rate(now) if name in self._heard else None,
+                    name in inputs,
+                )
+                for name, kind in sorted(self._feed.offered().items())
+            )
+        )
+
+    def publish(self, topic: str, kind: str, message: dict[str, Any]) -> None:
+        """Say what a page says.
+
+        Raises:
+            KbotError: pages may not speak on that topic, nobody hears it, or it is not of the topic's type.
+        """
+        name = absolute(topic)
+        if not name.endswith(tuple(f"/{allowed}" for allowed in FROM_PAGE)):
+            raise KbotError(f"a page may not speak on {name}: it may on {', '.join(FROM_PAGE)}")
+        message_type = self._bus.topics.get(name)
+        if message_type is None or name not in self._bus.inputs:
+            hint = did_you_mean(name, sorted(self._bus.inputs))
+            raise KbotError(f"nobody hears {name}" + (f": {hint}" if hint else ""))
+        if known_type(kind) is not message_type:
+            raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
+        self._bus.publish(name, from_plain(message, message_type))
+
+    def _listen(self) -> None:
+        """Hear what is wanted and has come up."""
+        if len(self._heard) == len(self._wanted):
+            return
+        offered = self._feed.offered()
+        for topic in self._wanted:
+            if topic in offered and topic not in self._heard:
+                heard = self._heard[topic] = _Heard()
+                self._feed.open(topic, heard.receive)

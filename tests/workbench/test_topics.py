@@ -1,0 +1,179 @@
+"""What pages hear and say on topics."""
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kbot.kinematics.transform import Transform
+from kbot.messages import Bus, Header, Quaternion, TFMessage, Twist, Vector3
+from kbot.messages import Transform as TransformMessage
+from kbot.messages.sensing import LaserScan, Range
+from kbot.messages.types import TransformStamped
+from kbot.text import KbotError
+from kbot.wire import Packet
+from kbot.workbench.foreign_frames import ForeignFrames
+from kbot.workbench.payload import encode_packet
+from kbot.workbench.protocol import Drive, SetWorld
+from kbot.workbench.serve import open_session
+from kbot.workbench.topics import TopicRelay
+
+LIDAR = {"lidar": "true"}
+
+
+def read(frame: str | bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """A frame's header and arrays, by the words of `payload`'s description alone."""
+    if isinstance(frame, str):
+        return json.loads(frame), {}
+    (length,) = struct.unpack_from("<I", frame)
+    header = json.loads(frame[4 : 4 + length])
+    arrays = {
+        name: np.frombuffer(frame, kind, count, 4 + length + at)
+        for name, (kind, at, count) in header["arrays"].items()
+    }
+    return header, arrays
+
+
+def test_large_arrays_go_as_they_are() -> None:
+    ranges = np.array([1.5, np.inf, -np.inf], np.float32)
+    frame = encode_packet(Packet("/scan", LaserScan(Header(), 0.25, ranges=ranges), 1_500_000_000))
+    header, arrays = read(frame)
+    assert header["topic"] == "/scan"
+    assert header["kind"] == "sensor_msgs/msg/LaserScan"
+    assert header["time"] == 1.5
+    assert header["message"]["angle_min"] == 0.25
+    assert arrays["ranges"].tolist() == ranges.tolist()
+    assert arrays["intensities"].size == 0
+
+
+def test_small_messages_are_text_that_json_has() -> None:
+    header, arrays = read(encode_packet(Packet("/front", Range(range=float("inf")), 0)))
+    assert arrays == {}
+    assert header["message"]["range"] is None
+
+
+def test_nobody_is_told_what_nobody_asked_for() -> None:
+    bus = Bus()
+    relay = TopicRelay(bus, lambda: 0)
+    publisher = bus.advertise("/scan", LaserScan)
+    assert not publisher.is_heard
+    relay.subscribe("/scan", 1)
+    relay.subscribe("/scan", 2)
+    assert publisher.is_heard
+    relay.leave(1)
+    assert publisher.is_heard
+    relay.unsubscribe("/scan", 2)
+    assert not publisher.is_heard
+
+
+def test_of_many_messages_pages_get_the_newest() -> None:
+    bus = Bus()
+    relay = TopicRelay(bus, lambda: 0)
+    relay.subscribe("/front", 1)  # before there is such a topic
+    assert relay.news() == []
+    front = bus.advertise("/front", Range)
+    assert relay.news() == []
+    for distance in (1.0, 2.0, 3.0):
+        front.publish(Range(range=distance))
+    ((topic, frame, pages),) = relay.news()
+    assert (topic, pages) == ("/front", {1})
+    assert read(frame)[0]["message"]["range"] == 3.0
+    assert relay.news() == []
+    again = relay.subscribe("/front", 2)
+    assert again is not None
+    assert read(again)[0]["message"]["range"] == 3.0
+
+
+def test_a_page_goes_on_hearing_in_another_world() -> None:
+    session = open_session("kbot", simulate=True, world="boxes", arguments=LIDAR)
+    session.topics.subscribe("/scan", 1)
+    session.obey(SetWorld("empty"), 1)
+    for _ in range(5):
+        session.advance(0.1)
+    ((_, frame, _),) = session.topics.news()
+    header, arrays = read(frame)
+    assert header["message"]["header"]["frame_id"] == "lidar_link"
+    assert arrays["ranges"].size == 360
+
+
+def test_the_list_says_types_rates_and_inputs() -> None:
+    session = open_session("kbot", simulate=True, arguments=LIDAR)
+    session.topics.subscribe("/scan", 1)
+    for _ in range(20):
+        session.advance(0.1)
+    topics = {topic.name: topic for topic in session.topics.topics().topics}
+    assert topics["/scan"].kind == "sensor_msgs/msg/LaserScan"
+    assert topics["/scan"].rate == pytest.approx(20.0, rel=0.02)  # as its description says
+    assert topics["/odom"].rate is None
+    assert topics["/cmd_vel"].is_input
+    assert not topics["/odom"].is_input
+
+
+def test_sliders_say_joint_states_and_transforms() -> None:
+    session = open_session("kbot", simulate=False)
+    session.topics.subscribe("/joint_states", 1)
+    session.topics.subscribe("/tf", 1)
+    session.advance(0.15)
+    heard = {topic: read(frame)[0]["message"] for topic, frame, _ in session.topics.news()}
+    assert set(heard["/joint_states"]["name"]) == {"left_wheel_joint", "right_wheel_joint"}
+    assert {t["child_frame_id"] for t in heard["/tf"]["transforms"]} == {
+        link.name for link in session.scene.links if link.parent
+    }
+
+
+def test_a_page_speaks_on_what_is_meant_for_it() -> None:
+    bus, heard = Bus(), []
+    relay = TopicRelay(bus, lambda: 0)
+    bus.subscribe("/cmd_vel", Twist, heard.append)
+    bus.subscribe("/secret", Twist, heard.append)
+    bus.advertise("/robot/cmd_vel", Twist)
+    relay.publish("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": 0.5}})
+    assert heard == [Twist(Vector3(0.5))]
+    for topic, kind, message, said in (
+        ("/secret", "geometry_msgs/msg/Twist", {}, "may not speak on /secret"),
+        ("/robot/cmd_vel", "geometry_msgs/msg/Twist", {}, "nobody hears /robot/cmd_vel"),
+        ("/cmd_vel", "std_msgs/msg/String", {}, "carries geometry_msgs/msg/Twist"),
+        ("/cmd_vel", "geometry_msgs/msg/Twist", {"linea": {}}, "did you mean 'linear'"),
+        ("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": "1"}}, "a number is expected"),
+        ("//", "geometry_msgs/msg/Twist", {}, "no topic's name"),
+    ):
+        with pytest.raises(KbotError) as caught:
+            relay.publish(topic, kind, message)
+        assert said in str(caught.value)
+    assert len(heard) == 1
+
+
+def stamped(parent: str, child: str, x: float, yaw: float = 0.0) -> TransformStamped:
+    turned = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)).quaternion_xyzw
+    return TransformStamped(Header(frame_id=parent), child, TransformMessage(Vector3(x), Quaternion(*turned)))
+
+
+def test_frames_hang_together_whichever_end_is_known() -> None:
+    bus = Bus()
+    tf = bus.advertise("/tf", TFMessage)
+    frames = ForeignFrames(bus)
+    base = Transform.from_xyz_rpy((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert set(frames.poses({"base": base}, {})) == {"map"}  # the world, for nobody says otherwise
+    tf.publish(
+        TFMessage((stamped("map", "odom", 2.0), stamped("odom", "base", 4.0), stamped("base", "tag", 0.5)))
+    )
+    found = frames.poses({"base": base}, {})
+    assert {name: (parent, pose.translation[0]) for name, (parent, pose) in found.items()} == {
+        "odom": ("map", -3.0),
+        "map": ("world", -5.0),
+        "tag": ("base", 1.5),
+    }
+
+
+def test_the_odometry_frame_is_where_the_wheels_started() -> None:
+    session = open_session("kbot", simulate=True)
+    session.obey(Drive(0.2, 0.5), 1)
+    for _ in range(4):
+        session.advance(0.1)
+    state = session.state()
+    assert [name for name, _ in state.frames] == ["odom", "map"]
+    assert abs(state.odometry[0]) > 0.02
+    # wheels hardly slip on a plane, so that the odometry frame stays where the robot was put
+    assert np.linalg.norm(state.frame_poses[:2]) < 0.002

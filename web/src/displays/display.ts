@@ -1,0 +1,42 @@
+import type { Object3D } from "three";
+
+import type { App } from "../app";
+import type { Scene, State, TopicMessage } from "../protocol";
+import type { Ground } from "../view/ground";
+import type { RobotObject } from "../view/robot";
+import type { Transforms } from "../view/transforms";
+import type { Status, Values } from "./set";
+
+/** What a display may use of the picture. */
+export interface Picture {
+  readonly app: App;
+  readonly transforms: Transforms;
+  readonly ground: Ground;
+  readonly robot: RobotObject | null;
+  /** Radius of the robot in m: what lines and arrows are sized by. */
+  readonly radius: number;
+  /** Size in m, at a distance of 1 m or without perspective anywhere, of a CSS pixel. */
+  readonly perPixel: number;
+  invalidate(): void;
+}
+
+/** A display that is on show. Its group lies in the world; what is not implemented does not concern it. */
+export interface Display {
+  readonly group: Object3D;
+  /** Takes on its settings; called first. `shown` is whether it is enabled. */
+  configure(values: Values, shown: boolean): void;
+  /** The robot or the world is another one, or the theme: what was built of them is built anew. */
+  rebuild?(scene: Scene): void;
+  state?(state: State): void;
+  /** A message of its topic; what is wrong with it is said. */
+  message?(message: TopicMessage): Status | null;
+  /** Its topic is another one: what it showed of the one before is gone. */
+  clear?(): void;
+  /** A link was chosen. */
+  select?(link: string): void;
+  /** A frame is about to be drawn. */
+  frame?(): void;
+  dispose(): void;
+}
+
+export type Make = (picture: Picture) => Display;

@@ -1,0 +1,152 @@
+import { Group } from "three";
+
+import type { App } from "../app";
+import type { Scene, State, TopicMessage } from "../protocol";
+import type { Display, Picture } from "./display";
+import { MAKERS } from "./registry";
+import { kindOf, valuesOf, type DisplayConfig, type Status } from "./set";
+
+/** A display and what keeps it going. `display` is null while its code is being loaded. */
+interface Live {
+  config: DisplayConfig;
+  display: Display | null;
+  /** What hides it while it is disabled. */
+  holder: Group;
+  topic: string;
+  stop: (() => void) | null;
+  heard: boolean;
+  said: Status | null;
+}
+
+/** The displays in the picture: made, set, fed with messages and thrown away as their settings say. */
+export class LiveDisplays {
+  readonly group = new Group();
+  private readonly live = new Map<number, Live>();
+  private scene: Scene | null = null;
+
+  constructor(
+    private readonly app: App,
+    private readonly picture: Picture,
+  ) {
+    app.displays.all.watch((all) => this.follow(all));
+    app.topics.list.watch(() => {
+      for (const one of this.live.values()) this.connect(one);
+      this.report();
+    });
+    app.selected.watch((link) => this.each((display) => display.select?.(link)));
+  }
+
+  rebuild(scene: Scene): void {
+    this.scene = scene;
+    this.each((display) => display.rebuild?.(scene));
+    this.report();
+  }
+
+  state(state: State): void {
+    this.each((display) => display.state?.(state));
+  }
+
+  frame(): void {
+    for (const { display, config } of this.live.values()) if (config.enabled) display?.frame?.();
+  }
+
+  private each(action: (display: Display) => void): void {
+    for (const { display } of this.live.values()) if (display !== null) action(display);
+    this.picture.invalidate();
+  }
+
+  private follow(all: readonly DisplayConfig[]): void {
+    for (const [id, one] of this.live) if (!all.some((config) => config.id === id)) this.drop(one);
+    for (const config of all) {
+      const known = this.live.get(config.id);
+      if (known === undefined) this.make(config);
+      else if (known.config !== config) {
+        known.config = config;
+        this.configure(known);
+      }
+    }
+    this.report();
+    this.picture.invalidate();
+  }
+
+  private make(config: DisplayConfig): void {
+    const one: Live = { config, display: null, holder: new Group(), topic: "", stop: null, heard: false, said: null };
+    this.live.set(config.id, one);
+    const made = MAKERS[config.kind]!();
+    const take = (display: Display): void => {
+      one.display = display;
+      one.holder.add(display.group);
+      this.group.add(one.holder);
+      if (this.scene !== null) display.rebuild?.(this.scene);
+      display.select?.(this.app.selected.value);
+      this.configure(one);
+      this.report();
+    };
+    if (made instanceof Promise) {
+      void made.then((make) => this.live.get(config.id) === one && take(make(this.picture)));
+    } else {
+      take(made(this.picture));
+    }
+  }
+
+  private drop(one: Live): void {
+    this.live.delete(one.config.id);
+    one.stop?.();
+    one.holder.removeFromParent();
+    one.display?.dispose();
+  }
+
+  private configure(one: Live): void {
+    if (one.display === null) return;
+    one.holder.visible = one.config.enabled;
+    one.display.configure(valuesOf(one.config), one.config.enabled);
+    this.connect(one);
+    this.picture.invalidate();
+  }
+
+  /** Hears the display's topic while it is enabled. */
+  private connect(one: Live): void {
+    const kind = kindOf(one.config.kind);
+    if (kind.topic === "" || one.display === null) return;
+    const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topic) : "";
+    const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
+    const wanted = carried === undefined || carried === kind.topic ? topic : "";
+    if (wanted === one.topic) return;
+    one.stop?.();
+    one.stop = null;
+    one.display.clear?.();
+    Object.assign(one, { topic: wanted, heard: false, said: null });
+    if (wanted !== "") one.stop = this.app.topics.listen(wanted, (message) => this.hear(one, message));
+  }
+
+  private hear(one: Live, message: TopicMessage): void {
+    const said = one.display?.message?.(message) ?? null;
+    const isNew = !one.heard || said?.reason !== one.said?.reason;
+    Object.assign(one, { heard: true, said });
+    if (isNew) this.report();
+    this.picture.invalidate();
+  }
+
+  private report(): void {
+    this.app.statuses.set(new Map([...this.live].map(([id, one]) => [id, this.status(one)])));
+  }
+
+  private status(one: Live): Status {
+    if (!one.config.enabled) return { level: "off", reason: "not shown" };
+    if (one.display === null) return { level: "ok", reason: "being loaded" };
+    const { topic: type } = kindOf(one.config.kind);
+    if (type === "") return one.said ?? { level: "ok", reason: "" };
+    const asked = String(valuesOf(one.config)["topic"]);
+    const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
+    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic carries a ${shortType(type)}` };
+    if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
+    if (carried.kind !== type) return { level: "error", reason: `${carried.name} carries a ${shortType(carried.kind)}, not a ${shortType(type)}` };
+    if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
+    return one.said ?? { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };
+  }
+}
+
+/** `LaserScan` of `sensor_msgs/msg/LaserScan`. */
+export function shortType(type: string): string {
+  return type.split("/").pop() ?? type;
+}

@@ -1,0 +1,145 @@
+import { recalled, remember } from "../options";
+import { Signal } from "../signal";
+import { KINDS, type DisplayKind, type Property } from "./kinds";
+
+export type Value = boolean | number | string;
+export type Values = Readonly<Record<string, Value>>;
+
+/** How a display fares, and why, in words. */
+export interface Status {
+  level: "ok" | "warn" | "error" | "off";
+  reason: string;
+}
+
+/** A display as it is set: plain data. Properties that are not there have their initial value. */
+export interface DisplayConfig {
+  readonly id: number;
+  readonly kind: string;
+  readonly name: string;
+  readonly enabled: boolean;
+  readonly properties: Values;
+}
+
+export type Saved = Omit<DisplayConfig, "id">;
+
+const KEY = "kbot.displays";
+
+const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {} }));
+
+/** A kind by its name. */
+export function kindOf(name: string): DisplayKind {
+  const kind = KINDS.find((one) => one.name === name);
+  if (kind === undefined) throw new Error(`no display of kind ${name}`);
+  return kind;
+}
+
+/** A display's value of a property. */
+export function valueOf(config: DisplayConfig, property: Property): Value {
+  return config.properties[property.name] ?? property.initial;
+}
+
+/** All values of a display. */
+export function valuesOf(config: DisplayConfig): Values {
+  return { ...Object.fromEntries(kindOf(config.kind).properties.map((property) => [property.name, property.initial])), ...config.properties };
+}
+
+/** The displays in their order, as this browser remembers them. */
+export class DisplaySet {
+  readonly all: Signal<readonly DisplayConfig[]>;
+  private count = 0;
+
+  constructor() {
+    const kept = recalled(KEY);
+    this.all = new Signal<readonly DisplayConfig[]>(this.numbered(isSaved(kept) ? kept : START));
+    this.all.watch((all) => remember(KEY, all.map(plain)));
+  }
+
+  /** What was added; null where there is one already, of which there is one at most. */
+  add(kind: string): DisplayConfig | null {
+    const { single } = kindOf(kind);
+    if (single && this.all.value.some((one) => one.kind === kind)) return null;
+    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: {} }]);
+    this.all.set([...this.all.value, added!]);
+    return added!;
+  }
+
+  remove(id: number): void {
+    this.all.set(this.all.value.filter((one) => one.id !== id));
+  }
+
+  rename(id: number, name: string): void {
+    const trimmed = name.trim();
+    if (trimmed !== "") this.change(id, { name: trimmed });
+  }
+
+  /** Moves a display up (-1) or down (1) in the list. */
+  move(id: number, by: -1 | 1): void {
+    const all = [...this.all.value];
+    const from = all.findIndex((one) => one.id === id);
+    const to = from + by;
+    if (from < 0 || to < 0 || to >= all.length) return;
+    [all[from], all[to]] = [all[to]!, all[from]!];
+    this.all.set(all);
+  }
+
+  enable(id: number, enabled: boolean): void {
+    this.change(id, { enabled });
+  }
+
+  set(id: number, property: string, value: Value): void {
+    const config = this.all.value.find((one) => one.id === id);
+    if (config !== undefined) this.change(id, { properties: { ...config.properties, [property]: value } });
+  }
+
+  /** Takes over other displays in place of these. */
+  replace(saved: readonly Saved[]): void {
+    this.all.set(this.numbered(saved));
+  }
+
+  /** Back to the displays one starts with. */
+  reset(): void {
+    this.replace(START);
+  }
+
+  /** Whether a kind is shown; with a property's name, whether that is on. */
+  isOn(kind: string, property: string | null): boolean {
+    return this.all.value.some((one) => one.kind === kind && one.enabled && (property === null || valuesOf(one)[property] === true));
+  }
+
+  /** Turns all displays of a kind, or one property of theirs, on or off; what is not there is added. */
+  turn(kind: string, property: string | null, on: boolean): void {
+    if (on && !this.all.value.some((one) => one.kind === kind)) this.add(kind);
+    this.all.set(
+      this.all.value.map((one) => {
+        if (one.kind !== kind) return one;
+        if (property === null) return { ...one, enabled: on };
+        return { ...one, enabled: one.enabled || on, properties: { ...one.properties, [property]: on } };
+      }),
+    );
+  }
+
+  private change(id: number, to: Partial<DisplayConfig>): void {
+    this.all.set(this.all.value.map((one) => (one.id === id ? { ...one, ...to } : one)));
+  }
+
+  private freeName(kind: string): string {
+    const taken = new Set(this.all.value.map((one) => one.name));
+    let name = kind;
+    for (let i = 2; taken.has(name); i += 1) name = `${kind} ${i}`;
+    return name;
+  }
+
+  private numbered(saved: readonly Saved[]): DisplayConfig[] {
+    return saved.map((one) => ({ ...plain(one), id: (this.count += 1) }));
+  }
+}
+
+function plain({ kind, name, enabled, properties }: Saved): Saved {
+  return { kind, name, enabled, properties };
+}
+
+/** Whether what a browser remembered are displays: an older page may have written something else. */
+function isSaved(kept: unknown): kept is Saved[] {
+  const known = new Set(KINDS.map((kind) => kind.name));
+  return Array.isArray(kept) && kept.every((one: Partial<Saved> | null) => known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object");
+}

@@ -1,0 +1,144 @@
+import {
+  CanvasTexture,
+  CylinderGeometry,
+  Group,
+  InstancedMesh,
+  Matrix4,
+  MeshBasicMaterial,
+  Sprite,
+  SpriteMaterial,
+} from "three";
+
+import type { Theme } from "../options";
+import { AXES } from "../view/palette";
+import type { Display, Make, Picture } from "./display";
+import type { Values } from "./set";
+
+const LABEL_PIXELS = 22;
+const COLOURS = [AXES.x, AXES.y, AXES.z];
+
+/** Axes and names of frames, sized to suit the robot; those of the chosen link are always shown. */
+class Frames implements Display {
+  readonly group = new Group();
+  private axes: InstancedMesh[] = [];
+  private still: Matrix4[] = [];
+  private readonly labels = new Map<string, Sprite>();
+  private values: Values = {};
+  private selected = "";
+
+  constructor(private readonly picture: Picture) {}
+
+  configure(values: Values): void {
+    this.values = values;
+  }
+
+  select(link: string): void {
+    this.selected = link;
+  }
+
+  rebuild(): void {
+    this.dispose();
+    this.group.clear();
+    this.labels.clear();
+    const length = this.picture.radius * 0.42;
+    const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
+    this.axes = COLOURS.map((color) => axisMesh(rod, color, this.picture.transforms.names.length + SPARE));
+    this.still = [
+      new Matrix4().makeRotationZ(-Math.PI / 2).setPosition(length / 2, 0, 0),
+      new Matrix4().setPosition(0, length / 2, 0),
+      new Matrix4().makeRotationX(Math.PI / 2).setPosition(0, 0, length / 2),
+    ];
+    this.group.add(...this.axes);
+  }
+
+  frame(): void {
+    const { transforms, perPixel } = this.picture;
+    const { axes, names, filter } = this.values;
+    const product = new Matrix4();
+    const at = new Matrix4();
+    const named = new Set<string>();
+    let count = 0;
+    for (const name of transforms.names) {
+      const isSelected = name === this.selected;
+      const isMeant = name.includes(String(filter));
+      const hasAxes = isSelected || (axes === true && isMeant);
+      const hasName = isSelected || (names === true && isMeant);
+      if (!(hasAxes || hasName) || transforms.lookup(name, null, at) === null) continue;
+      if (hasName) {
+        named.add(name);
+        this.putLabel(name, at, LABEL_PIXELS * perPixel);
+      }
+      if (!hasAxes || count >= this.axes[0]!.instanceMatrix.count) continue;
+      this.axes.forEach((axis, which) => axis.setMatrixAt(count, product.multiplyMatrices(at, this.still[which]!)));
+      count += 1;
+    }
+    for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
+    for (const axis of this.axes) {
+      axis.count = count;
+      axis.instanceMatrix.needsUpdate = true;
+    }
+  }
+
+  /** Labels are made when they are first shown. */
+  private putLabel(name: string, at: Matrix4, tall: number): void {
+    let sprite = this.labels.get(name);
+    if (sprite === undefined) {
+      sprite = label(name, this.picture.app.theme.value);
+      this.labels.set(name, sprite);
+      this.group.add(sprite);
+    }
+    sprite.position.setFromMatrixPosition(at);
+    sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
+  }
+
+  dispose(): void {
+    this.axes[0]?.geometry.dispose();
+    for (const axis of this.axes) {
+      (axis.material as MeshBasicMaterial).dispose();
+      axis.dispose();
+    }
+    for (const sprite of this.labels.values()) {
+      sprite.material.map?.dispose();
+      sprite.material.dispose();
+    }
+  }
+}
+
+export const tf: Make = (picture) => new Frames(picture);
+
+/** Frames that may come up later without anything being built anew. */
+const SPARE = 64;
+
+function axisMesh(rod: CylinderGeometry, color: number, count: number): InstancedMesh {
+  const mesh = new InstancedMesh(rod, new MeshBasicMaterial({ color, depthTest: false, transparent: true }), count);
+  mesh.frustumCulled = false;
+  mesh.renderOrder = 8;
+  mesh.count = 0;
+  return mesh;
+}
+
+function label(text: string, theme: Theme): Sprite {
+  const canvas = document.createElement("canvas");
+  const context = canvas.getContext("2d")!;
+  const font = "500 26px Inter, system-ui, sans-serif";
+  context.font = font;
+  canvas.width = Math.ceil(context.measureText(text).width) + 28;
+  canvas.height = 44;
+  context.font = font;
+  context.fillStyle = theme === "dark" ? "rgba(12,16,21,.78)" : "rgba(255,255,255,.86)";
+  context.beginPath();
+  context.roundRect(0, 0, canvas.width, canvas.height, 10);
+  context.fill();
+  context.fillStyle = theme === "dark" ? "#e6ecf3" : "#18212c";
+  context.textBaseline = "middle";
+  context.fillText(text, 14, 23);
+  const texture = new CanvasTexture(canvas);
+  texture.colorSpace = "srgb";
+  const sprite = new Sprite(
+    new SpriteMaterial({ map: texture, depthTest: false, transparent: true, sizeAttenuation: false, toneMapped: false }),
+  );
+  sprite.center.set(-0.06, -0.25);
+  sprite.renderOrder = 9;
+  sprite.userData["aspect"] = canvas.width / canvas.height;
+  return sprite;
+}

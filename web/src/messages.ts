@@ -1,0 +1,263 @@
+// Generated from src/kbot/messages; do not edit.
+
+/** A moment of the simulation's clock; `nanosec` is less than a second. */
+export interface Time {
+  sec: number;
+  nanosec: number;
+}
+
+export interface Header {
+  stamp: Time;
+  frame_id: string;
+}
+
+export interface Vector3 {
+  x: number;
+  y: number;
+  z: number;
+}
+
+export interface Point {
+  x: number;
+  y: number;
+  z: number;
+}
+
+export interface Quaternion {
+  x: number;
+  y: number;
+  z: number;
+  w: number;
+}
+
+export interface Pose {
+  position: Point;
+  orientation: Quaternion;
+}
+
+export interface PoseWithCovariance {
+  pose: Pose;
+  covariance: readonly number[];
+}
+
+/** `linear` in m/s along, `angular` in rad/s about x, y, z. */
+export interface Twist {
+  linear: Vector3;
+  angular: Vector3;
+}
+
+export interface TwistStamped {
+  header: Header;
+  twist: Twist;
+}
+
+export interface TwistWithCovariance {
+  twist: Twist;
+  covariance: readonly number[];
+}
+
+/** `pose` in `header.frame_id`, `twist` in `child_frame_id`. */
+export interface Odometry {
+  header: Header;
+  child_frame_id: string;
+  pose: PoseWithCovariance;
+  twist: TwistWithCovariance;
+}
+
+/** One entry a joint; a list that is empty says nothing of that quantity. */
+export interface JointState {
+  header: Header;
+  name: readonly string[];
+  position: readonly number[];
+  velocity: readonly number[];
+  effort: readonly number[];
+}
+
+export interface Transform {
+  translation: Vector3;
+  rotation: Quaternion;
+}
+
+/** Where `child_frame_id` stands in `header.frame_id`. */
+export interface TransformStamped {
+  header: Header;
+  child_frame_id: string;
+  transform: Transform;
+}
+
+export interface TFMessage {
+  transforms: readonly TransformStamped[];
+}
+
+/** rosgraph_msgs/Clock. */
+export interface ClockMessage {
+  clock: Time;
+}
+
+export interface String {
+  data: string;
+}
+
+/** `ranges` in m, +inf where nothing returned, -inf where it was too close (REP 117). */
+export interface LaserScan {
+  header: Header;
+  angle_min: number;
+  angle_max: number;
+  angle_increment: number;
+  time_increment: number;
+  scan_time: number;
+  range_min: number;
+  range_max: number;
+  ranges: Float32Array;
+  intensities: Float32Array;
+}
+
+/** Turning speed in rad/s and specific force in m/s^2 (gravity is felt upwards), in the sensor's axes. */
+export interface Imu {
+  header: Header;
+  orientation: Quaternion;
+  orientation_covariance: readonly number[];
+  angular_velocity: Vector3;
+  angular_velocity_covariance: readonly number[];
+  linear_acceleration: Vector3;
+  linear_acceleration_covariance: readonly number[];
+}
+
+/** One distance in m, +inf and -inf as in LaserScan. */
+export interface Range {
+  header: Header;
+  radiation_type: number;
+  field_of_view: number;
+  min_range: number;
+  max_range: number;
+  range: number;
+  variance: number;
+}
+
+export interface NavSatStatus {
+  status: number;
+  service: number;
+}
+
+/** Degrees and metres above the WGS 84 ellipsoid; covariance in m^2 over east, north, up. */
+export interface NavSatFix {
+  header: Header;
+  status: NavSatStatus;
+  latitude: number;
+  longitude: number;
+  altitude: number;
+  position_covariance: readonly number[];
+  position_covariance_type: number;
+}
+
+export interface PointField {
+  name: string;
+  offset: number;
+  datatype: number;
+  count: number;
+}
+
+/** Points as bytes, `point_step` a point, `row_step` a row. */
+export interface PointCloud2 {
+  header: Header;
+  height: number;
+  width: number;
+  fields: readonly PointField[];
+  is_bigendian: boolean;
+  point_step: number;
+  row_step: number;
+  data: Uint8Array;
+  is_dense: boolean;
+}
+
+/** Rows from the top; `encoding` is rgb8 or 32FC1 (metres). */
+export interface Image {
+  header: Header;
+  height: number;
+  width: number;
+  encoding: string;
+  is_bigendian: number;
+  step: number;
+  data: Uint8Array;
+}
+
+export interface RegionOfInterest {
+  x_offset: number;
+  y_offset: number;
+  height: number;
+  width: number;
+  do_rectify: boolean;
+}
+
+/** Intrinsics as ROS 2 names them: `k` (3x3), `r` (3x3), `p` (3x4), row by row, in pixels. */
+export interface CameraInfo {
+  header: Header;
+  height: number;
+  width: number;
+  distortion_model: string;
+  d: readonly number[];
+  k: readonly number[];
+  r: readonly number[];
+  p: readonly number[];
+  binning_x: number;
+  binning_y: number;
+  roi: RegionOfInterest;
+}
+
+export interface Bool {
+  data: boolean;
+}
+
+export interface MultiArrayDimension {
+  label: string;
+  size: number;
+  stride: number;
+}
+
+export interface MultiArrayLayout {
+  dim: readonly MultiArrayDimension[];
+  data_offset: number;
+}
+
+export interface Float32MultiArray {
+  layout: MultiArrayLayout;
+  data: readonly number[];
+}
+
+export interface PoseStamped {
+  header: Header;
+  pose: Pose;
+}
+
+export interface PoseWithCovarianceStamped {
+  header: Header;
+  pose: PoseWithCovariance;
+}
+
+/** Which goal is meant; as a request to cancel it is, empty, whichever there is. */
+export interface GoalID {
+  stamp: Time;
+  id: string;
+}
+
+/** Poses in the order in which they are passed. */
+export interface Path {
+  header: Header;
+  poses: readonly PoseStamped[];
+}
+
+/** `resolution` in m a cell; `origin` is the pose of the first cell's corner. */
+export interface MapMetaData {
+  map_load_time: Time;
+  resolution: number;
+  width: number;
+  height: number;
+  origin: Pose;
+}
+
+/** Row by row from the origin along x: 0 free to 100 occupied, -1 unknown. */
+export interface OccupancyGrid {
+  header: Header;
+  info: MapMetaData;
+  data: Int8Array;
+}

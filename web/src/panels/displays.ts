@@ -1,0 +1,175 @@
+import type { App } from "../app";
+import { KINDS, type DisplayKind } from "../displays/kinds";
+import { kindOf, valueOf, type DisplayConfig, type Status } from "../displays/set";
+import { h, panel } from "../dom";
+import { focusedByKeyboard } from "../focus";
+import { icon } from "../icons";
+import { propertyField, type Field } from "./property";
+
+const LEVELS = { ok: "fine", warn: "warning", error: "error", off: "off" } as const;
+
+/** What is shown and how: each display with its status and its settings. */
+export function displays(app: App): HTMLElement {
+  const list = h("ul", { class: "displays", "aria-label": "Displays" });
+  const worst = h("span", { class: "count" });
+  const rows = new Map<number, Row>();
+  app.displays.all.watch((all) => {
+    for (const [id, row] of rows) {
+      if (all.some((one) => one.id === id)) continue;
+      if (row.element.contains(document.activeElement)) (row.element.nextElementSibling ?? row.element.previousElementSibling)?.querySelector<HTMLElement>(".head")?.focus();
+      row.element.remove();
+      rows.delete(id);
+    }
+    const focused = document.activeElement;
+    all.forEach((config, index) => {
+      let row = rows.get(config.id);
+      if (row === undefined) rows.set(config.id, (row = new Row(app, config)));
+      row.show(config);
+      if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
+    });
+    if (focused instanceof HTMLElement && focused !== document.activeElement && list.contains(focused)) focused.focus();
+  });
+  app.statuses.watch((statuses) => {
+    for (const [id, row] of rows) row.tell(statuses.get(id));
+    const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
+    worst.textContent = bad.length === 0 ? "" : `${bad.length} to look at`;
+  });
+  app.topics.list.watch(() => rows.forEach((row) => row.refresh()));
+  return panel("displays", "Displays", [worst, adder(app, (id) => rows.get(id)?.open())], list);
+}
+
+/** A list to choose a display from: a kind, or a topic that a kind shows. */
+function adder(app: App, added: (id: number) => void): HTMLElement {
+  const field = h("select", { class: "add", "aria-label": "Add a display", title: "Add a display" });
+  const fill = (): void => {
+    const taken = (kind: DisplayKind): boolean => kind.single && app.displays.all.value.some((one) => one.kind === kind.name);
+    const kinds = KINDS.map((kind) => h("option", { value: kind.name, title: kind.about, disabled: taken(kind) }, kind.name));
+    const topics = app.topics.list.value.flatMap((topic) =>
+      KINDS.filter((kind) => kind.topic === topic.kind).map((kind) => h("option", { value: `${kind.name} ${topic.name}` }, `${topic.name} (${kind.name})`)),
+    );
+    const byTopic = topics.length === 0 ? null : h("optgroup", { label: "By topic" }, ...topics);
+    field.replaceChildren(h("option", { value: "" }, "Add…"), h("optgroup", { label: "By kind" }, ...kinds), ...(byTopic === null ? [] : [byTopic]));
+  };
+  app.displays.all.watch(fill);
+  app.topics.list.watch(fill);
+  field.addEventListener("change", () => {
+    const [kind = "", topic = ""] = field.value.split(" ");
+    field.value = "";
+    const made = kind === "" ? null : app.displays.add(kind);
+    if (made === null) return;
+    if (topic !== "") app.displays.set(made.id, "topic", topic);
+    added(made.id);
+  });
+  return field;
+}
+
+/** One display in the list: its name, how it fares, whether it is shown; opened, its settings. */
+class Row {
+  readonly element: HTMLLIElement;
+  private readonly head: HTMLButtonElement;
+  private readonly name = h("span", { class: "name" });
+  private readonly lamp = h("span", { class: "lamp", role: "img" });
+  private readonly box: HTMLInputElement;
+  private readonly reason = h("p", { class: "reason" });
+  private readonly body: HTMLElement;
+  private readonly fields = new Map<string, Field>();
+
+  constructor(
+    private readonly app: App,
+    private config: DisplayConfig,
+  ) {
+    const { id, kind } = config;
+    const body = `display-${id}`;
+    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body, onclick: () => this.toggle() }, icon("chevron"), this.name);
+    this.head.addEventListener("keydown", (event) => this.keys(event));
+    this.head.addEventListener("dblclick", () => this.rename());
+    this.box = h("input", { type: "checkbox", onchange: () => app.displays.enable(id, this.box.checked) });
+    const act = (label: string, image: Parameters<typeof icon>[0], action: () => void): HTMLElement =>
+      h("button", { type: "button", class: "icon-button", title: label, "aria-label": label, onclick: action }, icon(image));
+    const properties = kindOf(kind).properties.map((property) => {
+      const field = propertyField(app, config, property, (value) => app.displays.set(id, property.name, value));
+      this.fields.set(property.name, field);
+      return field.element;
+    });
+    const actions = h(
+      "div",
+      { class: "actions" },
+      act("Move up (Alt+Up)", "up", () => app.displays.move(id, -1)),
+      act("Move down (Alt+Down)", "down", () => app.displays.move(id, 1)),
+      act("Rename (F2)", "pencil", () => this.rename()),
+      act("Remove (Delete)", "close", () => app.displays.remove(id)),
+    );
+    this.body = h("div", { class: "settings", id: body, hidden: true }, this.reason, ...properties, actions);
+    this.element = h("li", { class: "display", "data-display": kind }, h("div", { class: "row" }, this.head, this.lamp, this.box), this.body);
+  }
+
+  show(config: DisplayConfig): void {
+    this.config = config;
+    this.name.textContent = config.name;
+    this.box.checked = config.enabled;
+    this.box.setAttribute("aria-label", `Show ${config.name}`);
+    this.element.classList.toggle("off", !config.enabled);
+    this.refresh();
+  }
+
+  /** Brings the settings up to what they are, and lists up to what there is. */
+  refresh(): void {
+    if (this.body.hidden) return;
+    for (const property of kindOf(this.config.kind).properties) this.fields.get(property.name)?.show(valueOf(this.config, property));
+  }
+
+  tell(status: Status | undefined): void {
+    const { level, reason } = status ?? { level: "off", reason: "" };
+    this.lamp.dataset["level"] = level;
+    this.lamp.title = reason || LEVELS[level];
+    this.lamp.setAttribute("aria-label", `${LEVELS[level]}${reason && `: ${reason}`}`);
+    this.reason.textContent = reason;
+    this.reason.hidden = reason === "";
+    this.reason.dataset["level"] = level;
+  }
+
+  open(): void {
+    if (this.body.hidden) this.toggle();
+    this.head.focus();
+    this.element.scrollIntoView({ block: "nearest" });
+  }
+
+  private toggle(): void {
+    this.body.hidden = !this.body.hidden;
+    this.head.setAttribute("aria-expanded", String(!this.body.hidden));
+    this.refresh();
+  }
+
+  private keys(event: KeyboardEvent): void {
+    const { displays } = this.app;
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key] as 1 | -1 | undefined;
+    if (step !== undefined && event.altKey) displays.move(this.config.id, step);
+    else if (step !== undefined && focusedByKeyboard()) (step > 0 ? this.element.nextElementSibling : this.element.previousElementSibling)?.querySelector<HTMLElement>(".head")?.focus();
+    else if (event.key === "ArrowRight" && focusedByKeyboard()) this.body.hidden && this.toggle();
+    else if (event.key === "ArrowLeft" && focusedByKeyboard()) this.body.hidden || this.toggle();
+    else if (event.key === "Delete") displays.remove(this.config.id);
+    else if (event.key === "F2") this.rename();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  /** A field in the name's place until Enter, Escape or a click elsewhere. */
+  private rename(): void {
+    const field = h("input", { type: "text", class: "rename", "aria-label": `Name of ${this.config.name}`, value: this.config.name });
+    const end = (keep: boolean): void => {
+      if (!field.isConnected) return;
+      field.replaceWith(this.head);
+      if (keep) this.app.displays.rename(this.config.id, field.value);
+    };
+    field.addEventListener("blur", () => end(true));
+    field.addEventListener("keydown", (event) => {
+      event.stopPropagation();
+      if (event.key !== "Enter" && event.key !== "Escape") return;
+      end(event.key === "Enter");
+      this.head.focus();
+    });
+    this.head.replaceWith(field);
+    field.select();
+  }
+}

@@ -1,0 +1,89 @@
+import { Matrix4, Quaternion, Vector3 } from "three";
+
+import type { App } from "../app";
+import type { Scene, State } from "../protocol";
+
+const KEPT_SECONDS = 2;
+const ONE = new Vector3(1, 1, 1);
+
+/** Where every frame is and was a moment ago: the robot's links, and what tf tells of besides. */
+export class Transforms {
+  private readonly links = new Map<string, number>();
+  private past: State[] = [];
+  private scene: Scene | null = null;
+
+  constructor(app: App) {
+    app.scene.watch((scene) => scene && this.begin(scene));
+    app.state.watch((state) => state && this.add(state));
+  }
+
+  /** Name of the frame that everything is in. */
+  get world(): string {
+    return this.scene?.world ?? "";
+  }
+
+  /** All frames: the links first, in the scene's order. */
+  get names(): readonly string[] {
+    return [...this.links.keys(), ...(this.past.at(-1)?.frames ?? []).map(([name]) => name!)];
+  }
+
+  /** The frame that another hangs on, empty for the first one. */
+  parent(frame: string): string {
+    const foreign = this.past.at(-1)?.frames.find(([name]) => name === frame);
+    if (foreign !== undefined) return foreign[1] ?? "";
+    return this.scene?.links[this.links.get(frame) ?? -1]?.parent ?? "";
+  }
+
+  /** `world_from_frame`, now or at a time in s; null where nobody tells of the frame. */
+  lookup(frame: string, time: number | null, into = new Matrix4()): Matrix4 | null {
+    const name = frame.replace(/^\//, "");
+    if (name === this.world) return into.identity();
+    const after = time === null ? this.past.length - 1 : this.firstFrom(time);
+    const late = this.pose(name, this.past[after]);
+    if (late === null) return null;
+    const before = this.past[after - 1];
+    const early = time === null || before === undefined ? null : this.pose(name, before);
+    const [place, turn] = read(late);
+    if (early !== null && before !== undefined) {
+      const span = this.past[after]!.time - before.time;
+      const part = Math.min(1, Math.max(0, span > 0 ? (time! - before.time) / span : 1));
+      const [from, turnFrom] = read(early);
+      place.lerpVectors(from, place.clone(), part);
+      turn.slerpQuaternions(turnFrom, turn.clone(), part);
+    }
+    return into.compose(place, turn, ONE);
+  }
+
+  private begin(scene: Scene): void {
+    this.scene = scene;
+    this.past = [];
+    this.links.clear();
+    scene.links.forEach((link, index) => this.links.set(link.name, index));
+  }
+
+  private add(state: State): void {
+    const last = this.past.at(-1);
+    if (last !== undefined && (state.time <= last.time || state.resets !== last.resets)) this.past = [];
+    this.past.push(state);
+    if (state.time - this.past[0]!.time > 2 * KEPT_SECONDS) this.past = this.past.filter((one) => state.time - one.time <= KEPT_SECONDS);
+  }
+
+  /** Index of the first state that is not before a time; the last one where there is none. */
+  private firstFrom(time: number): number {
+    let at = this.past.length - 1;
+    while (at > 0 && this.past[at - 1]!.time >= time) at -= 1;
+    return at;
+  }
+
+  private pose(name: string, state: State | undefined): readonly [readonly number[], number] | null {
+    if (state === undefined) return null;
+    const link = this.links.get(name);
+    if (link !== undefined) return [state.poses, link * 7];
+    const foreign = state.frames.findIndex(([one]) => one === name);
+    return foreign < 0 ? null : [state.frame_poses, foreign * 7];
+  }
+}
+
+function read([numbers, at]: readonly [readonly number[], number]): [Vector3, Quaternion] {
+  return [new Vector3().fromArray(numbers as number[], at), new Quaternion().fromArray(numbers as number[], at + 3)];
+}
