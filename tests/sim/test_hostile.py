@@ -17,7 +17,7 @@ HOSTILE = [
     [[1.0], [2.0], [3.0]], {}, {"a": 1}, {"left_wheel_joint": float("nan")}, {"left_wheel_joint": 1e308},
     np.zeros((3, 3)), np.array([]), np.array([1.0, 2.0, 3.0]), np.float64("nan"),
 ]  # fmt: skip
-BETWEEN_PARTS = {"take_command"}
+BETWEEN_PARTS = {"serve", "take_command"}
 """What a robot calls, not a user."""
 METHODS = [
     name

@@ -174,7 +174,7 @@ class Population(Running):
         self._model, self._data = assembly.model, assembly.data
         self._qvel = self._data.qvel
         self._moving = moving_bodies(self._model, self.world)
-        self._fresh = -1
+        self._fresh = self._seen = -1
         for robot in self.robots.values():
             robot.bind(self._model, self._data)
         self._model_is_new()

@@ -177,9 +177,7 @@ class SimulatedRobot(RobotBody):
         servos, odometry, controller = self._servos, self._odometry, self._controller
         if servos is None or odometry is None or controller is None:
             return False
-        left, right = servos.angles()
-        odometry.update(left, right)
-        servos.unwind()
+        odometry.update(*servos.roll())
         if controller.deadline is not None and step >= controller.deadline:
             return self.obey(0.0, 0.0, None)
         return False

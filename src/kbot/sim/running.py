@@ -21,6 +21,11 @@ from kbot.text import KbotError
 from kbot.world import World
 
 
+_TOO_FAST = FASTEST**2
+_WHOLE = (int, np.integer)
+_MOST_STEPS = 10**14
+
+
 class Running:
     """Moves the engine on, and serves robots, topics and timers at their steps.
 
@@ -56,6 +61,9 @@ class Running:
         self._step_ns = timestep * 1e9
         self._slewing: list[SimulatedRobot] = []
         self._steps, self._fresh = 0, -1
+        self._seen = -1
+        self._heard: list[RobotTopics] = []
+        """Those of the robots' topics that somebody listens to, as of the bus's change `_seen`."""
         self._due = FOREVER
         """The next step at which a disturbance begins or ends."""
 
@@ -75,8 +83,9 @@ class Running:
             KbotError: `n` is not a whole number from 0 on.
             SimulationDiverged: the run left the physical; says when, which link, and the likely cause.
         """
-        if not isinstance(n, int | np.integer) or n < 0:
-            raise KbotError(f"steps are a whole number from 0 on, not {shortened(n)}")
+        if not isinstance(n, _WHOLE) or not 0 <= n <= _MOST_STEPS:
+            told = f"from 0 to {_MOST_STEPS:g}, not {shortened(n)}"
+            raise KbotError(f"steps are a whole number {told}")
         if self._failure is not None:
             raise self._failure
         if self.clock.next_due != self._planned_due:
@@ -171,14 +180,17 @@ class Running:
         if self._steps == self._next_tick:
             self._next_tick += self._tick_steps
             # false for NaN too
-            if not self._qvel.dot(self._qvel) < FASTEST**2:
+            if not self._qvel.dot(self._qvel) < _TOO_FAST:
                 self._fail()
             for robot in self.robots.values():
                 if robot.tick(self._steps) and robot not in self._slewing:
                     self._slewing.append(robot)
-            for topics in self._topics.values():
-                if topics.are_heard:
-                    self.clock.advance_to(round(self._steps * self._step_ns))
+            if self.bus.changes != self._seen:
+                self._seen = self.bus.changes
+                self._heard = [topics for topics in self._topics.values() if topics.find_listeners()]
+            if self._heard:
+                self.clock.advance_to(round(self._steps * self._step_ns))
+                for topics in self._heard:
                     topics.publish(self.clock)
         if self._planned_due < NEVER:
             self.clock.advance_to(round(self._steps * self._step_ns))

@@ -28,7 +28,6 @@ class RobotTopics:
     ) -> None:
         """`tells_time`: whether `/clock` is said too."""
         self._robot = robot
-        self._bus = bus
         self._frame_prefix = f"{namespace}/" if namespace else ""
         self._covariance = covariance(POSE_VARIANCE)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
@@ -53,19 +52,15 @@ class RobotTopics:
                 lambda m: robot.command(m.linear.x, m.angular.z),
             )
         self._heard = self._outputs
-        self._seen = -1
 
     def close(self) -> None:
         """Hear no more commands."""
         if self._commands is not None:
             self._commands.close()
 
-    @property
-    def are_heard(self) -> bool:
-        """Whether anyone listens."""
-        if self._bus.changes != self._seen:
-            self._seen = self._bus.changes
-            self._heard = [output for output in self._outputs if output[0].is_heard]
+    def find_listeners(self) -> bool:
+        """Find out who listens, to be called whenever that may have changed; whether anyone does."""
+        self._heard = [output for output in self._outputs if output[0].is_heard]
         return bool(self._heard)
 
     def publish(self, clock: Clock) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 
@@ -10,77 +10,75 @@ from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.sim.numbers import numbers
 
 
-class _Wheel(NamedTuple):
-    position: int
-    speed: int
-    command: int
-    state: int
-    forward: float
-    reach: float
-    """How far the servo's state may be from where its speed would have it, in rad."""
-    lag: float
-    """How far behind its state a servo's wheel runs, in s of its speed."""
-
-
 class WheelServos:
-    """Commands to and angles of both sides' wheels, forwards positive."""
+    """Commands to and angles of both sides' wheels, forwards positive.
+
+    What is done every control period is one loop over plain tuples, for it is a good part of what the
+    simulation takes beside the engine.
+    """
 
     def __init__(self, model: Any, data: Any, drive: DifferentialDrive, prefix: str) -> None:  # noqa: ANN401
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
-        self._left = tuple(_find(model, prefix, name, drive.forward[name]) for name in drive.left)
-        self._right = tuple(_find(model, prefix, name, drive.forward[name]) for name in drive.right)
-        self._left_count, self._right_count = len(self._left), len(self._right)
-        self._all = self._left + self._right
+        places, commands = [], []
+        for side, names in enumerate((drive.left, drive.right)):
+            for name in names:
+                index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
+                actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
+                forward = drive.forward[name]
+                share = forward / len(names)
+                shares = (share, 0.0) if side == 0 else (0.0, share)
+                position, speed = int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index])
+                state = int(model.actuator_actadr[actuator])
+                places.append((position, speed, state, *shares, *_slack(model, actuator)))
+                commands.append((actuator, forward, side == 0))
+        self._places = tuple(places)
+        """Per wheel: where its position, its speed and its servo's state are, what it adds to the left and to
+        the right angle, how far its servo's state may be from where its speed would have it (rad), and how far
+        behind that state it runs (s of its speed)."""
+        self._commands = tuple(commands)
 
     def command(self, left: float, right: float) -> None:
         """Wheel speeds in rad/s."""
         ctrl = self._ctrl
-        for _, _, command, _, forward, _, _ in self._left:
-            ctrl[command] = left * forward
-        for _, _, command, _, forward, _, _ in self._right:
-            ctrl[command] = right * forward
+        for actuator, forward, is_left in self._commands:
+            ctrl[actuator] = (left if is_left else right) * forward
 
     def settle(self) -> None:
         """Stand still where the wheels are now, as if they had never been told to turn."""
-        for position, speed, _, state, _, _, _ in self._all:
+        for position, speed, state, _, _, _, _ in self._places:
             self._qvel[speed] = 0.0
             self._act[state] = self._qpos[position]
 
     def angles(self) -> tuple[float, float]:
         """Mean angle of each side's wheels in rad."""
-        qpos = self._qpos
         left = right = 0.0
-        for position, _, _, _, forward, _, _ in self._left:
-            left += qpos[position] * forward
-        for position, _, _, _, forward, _, _ in self._right:
-            right += qpos[position] * forward
-        return left / self._left_count, right / self._right_count
+        for position, _, _, to_left, to_right, _, _ in self._places:
+            angle = self._qpos[position]
+            left += angle * to_left
+            right += angle * to_right
+        return left, right
 
-    def unwind(self) -> None:
-        """A blocked wheel's servo must not store up the way it did not go."""
+    def roll(self) -> tuple[float, float]:
+        """The angles; and a blocked wheel's servo no longer stores up the way it did not go."""
         qpos, qvel, act = self._qpos, self._qvel, self._act
-        for position, speed, _, state, _, reach, lag in self._all:
-            middle = qpos[position] + lag * qvel[speed]
+        left = right = 0.0
+        for position, speed, state, to_left, to_right, reach, lag in self._places:
+            angle = qpos[position]
+            left += angle * to_left
+            right += angle * to_right
+            middle = angle + lag * qvel[speed]
             ahead = act[state] - middle
             if ahead > reach:
                 act[state] = middle + reach
             elif ahead < -reach:
                 act[state] = middle - reach
+        return left, right
 
 
-def _find(model: Any, prefix: str, joint: str, forward: float) -> _Wheel:  # noqa: ANN401
-    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + joint)
-    actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + joint)
+def _slack(model: Any, actuator: int) -> tuple[float, float]:  # noqa: ANN401
+    """How far a servo's state may be ahead (rad), and how far behind it the wheel runs (s of its speed)."""
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])
     torque = float(model.actuator_forcerange[actuator, 1])
-    return _Wheel(
-        position=int(model.jnt_qposadr[index]),
-        speed=int(model.jnt_dofadr[index]),
-        command=actuator,
-        state=int(model.actuator_actadr[actuator]),
-        forward=forward,
-        reach=2.0 * torque / stiffness,
-        lag=damping / stiffness,
-    )
+    return 2.0 * torque / stiffness, damping / stiffness
