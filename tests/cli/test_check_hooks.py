@@ -1,8 +1,9 @@
-"""The pre-commit hooks, run by pre-commit itself, and the GitHub action's steps."""
+"""The pre-commit hooks, installed and run by pre-commit itself, and the GitHub action's steps."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -13,74 +14,122 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 FAILS = ROOT / "tests" / "checks" / "fixtures" / "J107" / "fails.xacro"
-PATH = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
 
 
-def run(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PATH": PATH, "PRE_COMMIT_HOME": str(cwd / ".cache")}
+def run(*words: str | Path, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Run a program without this environment's own, so that nothing finds the kbot under test by chance."""
+    own = str(Path(sys.executable).parent)
+    path = os.pathsep.join(p for p in os.environ.get("PATH", "").split(os.pathsep) if p != own)
+    inherited = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "GIT_"))}
+    environment = {**inherited, "PATH": path, **variables}
     return subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
 
 
+def git(*words: str | Path, cwd: Path) -> str:
+    who = ("-c", "user.name=kbot", "-c", "user.email=kbot@localhost", "-c", "core.autocrlf=false")
+    done = run("git", *who, *words, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A repository with one commit: what git has of this one, as it stands in the working tree."""
+    if not shutil.which("git") or not (ROOT / ".git").exists():
+        pytest.skip("this is no git repository")
+    folder = tmp_path_factory.mktemp("published")
+    for name in git("ls-files", "--cached", "--others", "--exclude-standard", "-z", cwd=ROOT).split("\0"):
+        if name and (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+    git("init", "-q", cwd=folder)
+    git("add", "--all", cwd=folder)
+    git("commit", "-q", "-m", "all", cwd=folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where pre-commit keeps the environments that it makes."""
+    return tmp_path_factory.mktemp("pre-commit")
+
+
 @pytest.fixture
-def repository(tmp_path: Path) -> Path:
-    """A git repository with a robot of one finding and our hooks, run from where kbot is installed."""
-    pytest.importorskip("pre_commit")
-    if not shutil.which("git"):
-        pytest.skip("there is no git")
-    hooks = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))
-    for hook in hooks:
-        hook["language"] = "system"
-    config = {"repos": [{"repo": "local", "hooks": hooks}]}
+def repository(tmp_path: Path, published: Path) -> Path:
+    """A user's repository: a robot of one finding, and a configuration that names ours."""
+    rev = git("rev-parse", "HEAD", cwd=published).strip()
+    hooks = [{"id": "kbot-check"}, {"id": "kbot-fix"}]
+    config = {"repos": [{"repo": str(published), "rev": rev, "hooks": hooks}]}
     (tmp_path / ".pre-commit-config.yaml").write_text(yaml.safe_dump(config))
     shutil.copy(FAILS, tmp_path / "robot.xacro")
     (tmp_path / "notes.txt").write_text("not a robot\n")
-    run("git", "init", "-q", cwd=tmp_path)
-    run("git", "add", "robot.xacro", "notes.txt", ".pre-commit-config.yaml", cwd=tmp_path)
+    git("init", "-q", cwd=tmp_path)
+    git("add", "--all", cwd=tmp_path)
     return tmp_path
 
 
-def test_the_check_hook_fails_on_a_finding_and_passes_without(repository: Path) -> None:
-    words = (sys.executable, "-m", "pre_commit", "run", "kbot-check", "--all-files")
-    done = run(*words, cwd=repository)
+def pre_commit(*words: str, cwd: Path, store: Path) -> subprocess.CompletedProcess[str]:
+    return run(sys.executable, "-m", "pre_commit", *words, cwd=cwd, PRE_COMMIT_HOME=str(store))
+
+
+def test_the_check_hook_is_installed_fails_on_a_finding_and_passes_without(
+    repository: Path, store: Path
+) -> None:
+    words = ("run", "kbot-check", "--all-files")
+    done = pre_commit(*words, cwd=repository, store=store)
     assert done.returncode == 1, done.stdout + done.stderr
-    assert "[J107]" in done.stdout
+    assert re.search(r"robot\.xacro:\d+:\d+: warning: .* \[J107\]", done.stdout)
     robot = repository / "robot.xacro"
     robot.write_text(robot.read_text("utf-8").replace('xyz="0 2 0"', 'xyz="0 1 0"'))
-    run("git", "add", "robot.xacro", cwd=repository)
-    assert run(*words, cwd=repository).returncode == 0
+    git("add", "robot.xacro", cwd=repository)
+    done = pre_commit(*words, cwd=repository, store=store)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_fix_hook_mends_and_says_so(repository: Path) -> None:
-    words = (sys.executable, "-m", "pre_commit", "run", "kbot-fix", "--all-files")
-    done = run(*words, cwd=repository)
-    assert done.returncode == 1
+def test_the_fix_hook_mends_and_says_so(repository: Path, store: Path) -> None:
+    words = ("run", "kbot-fix", "--all-files")
+    done = pre_commit(*words, cwd=repository, store=store)
+    assert done.returncode == 1, done.stdout + done.stderr
     assert "files were modified by this hook" in done.stdout
-    assert run(*words, cwd=repository).returncode == 0
+    assert 'xyz="0 1 0"' in (repository / "robot.xacro").read_text("utf-8")
+    assert pre_commit(*words, cwd=repository, store=store).returncode == 0
 
 
-def test_the_action_annotates_and_fails(tmp_path: Path) -> None:
-    action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
-    step = action["runs"]["steps"][1]
-    assert set(step["env"]) == {"PATHS", "ARGUMENTS", "OPTIONS", "SARIF"}
-    shutil.copy(FAILS, tmp_path / "robot.xacro")
+def test_a_commit_without_a_robot_runs_no_hook(repository: Path, store: Path) -> None:
+    done = pre_commit("run", "kbot-check", "--files", "notes.txt", cwd=repository, store=store)
+    assert done.returncode == 0
+    assert "no files to check" in done.stdout
+
+
+def test_try_repo_takes_the_hooks(repository: Path, published: Path, store: Path) -> None:
+    words = ("try-repo", str(published), "kbot-check", "--all-files")
+    done = pre_commit(*words, cwd=repository, store=store)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "[J107]" in done.stdout
+
+
+def test_the_steps_of_the_action_install_annotate_and_fail(tmp_path: Path, published: Path) -> None:
     if not shutil.which("bash"):
         pytest.skip("there is no bash")
-    environment = {
-        **os.environ,
-        "PATH": PATH,
-        "PATHS": ".",
-        "ARGUMENTS": "",
-        "OPTIONS": "",
-        "SARIF": "out.sarif",
+    action = yaml.safe_load((published / "action.yml").read_text("utf-8"))
+    given = {
+        **{f"inputs.{name}": str(one["default"]) for name, one in action["inputs"].items()},
+        "inputs.sarif": "out.sarif",
+        "steps.python.outputs.python-path": sys.executable,
     }
-    done = subprocess.run(
-        ["bash", "-eo", "pipefail", "-c", step["run"]],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1, done.stderr
+    folder = tmp_path / "workspace"
+    folder.mkdir()
+    shutil.copy(FAILS, folder / "robot.xacro")
+    find, install, check = action["runs"]["steps"]
+    assert find["uses"].startswith("actions/setup-python@")
+    for step, status in ((install, 0), (check, 1)):
+        variables = {
+            name: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: given[m[1]], str(value))
+            for name, value in step["env"].items()
+        }
+        runner = {"RUNNER_TEMP": str(tmp_path), "GITHUB_ACTION_PATH": str(published)}
+        words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
+        done = run(*words, cwd=folder, **variables, **runner)
+        assert done.returncode == status, done.stdout + done.stderr
     assert "::warning file=robot.xacro,line=" in done.stdout
-    assert '"ruleId": "J107"' in (tmp_path / "out.sarif").read_text("utf-8")
+    assert '"ruleId": "J107"' in (folder / "out.sarif").read_text("utf-8")
