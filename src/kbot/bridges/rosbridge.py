@@ -24,9 +24,22 @@ PORT = 9090
 class RosbridgeBridge(TopicServer):
     """Topics out with throttling, inputs in, services, and rosapi's questions about them all."""
 
-    def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
-        """Raises KbotError: no port is free, or the address is not this machine's."""
-        super().__init__("rosbridge", link, host, port, lambda wire: _Talk(self, wire))
+    def __init__(
+        self,
+        link: Link,
+        host: str | None = None,
+        port: int = PORT,
+        *,
+        token: str = "",
+        exact: bool = False,
+    ) -> None:
+        """`token` is the path that clients have to know; `exact` sends also numbers that JSON lacks.
+
+        Raises:
+            KbotError: no port is free, or the address is not this machine's.
+        """
+        self.exact = exact
+        super().__init__("rosbridge", link, host, port, lambda wire: _Talk(self, wire), token=token)
 
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
@@ -37,8 +50,9 @@ class _Subscription:
     """One client's wish for a topic. `throttle` is the least time between two messages, in nanoseconds
     of the simulation."""
 
-    def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int) -> None:
-        self._wire, self.topic, self._is_ros1, self._throttle = wire, topic, is_ros1, throttle
+    def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int, exact: bool) -> None:
+        self._wire, self.topic, self._throttle = wire, topic, throttle
+        self._is_ros1, self._exact = is_ros1, exact
         self._last: int | None = None
 
     def send(self, packet: Packet) -> None:
@@ -46,7 +60,7 @@ class _Subscription:
         if self._last is not None and 0 <= now - self._last < self._throttle:
             return
         self._last = now
-        message = to_plain(packet.message, ros1=self._is_ros1)
+        message = to_plain(packet.message, ros1=self._is_ros1, exact=self._exact)
         self._wire.put(json.dumps({"op": "publish", "topic": self.topic, "msg": message}))
 
 
@@ -76,7 +90,9 @@ class _Talk(JsonTalk):
         if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
             raise KbotError("that is more than enough subscriptions")
         throttle = round(float(request.get("throttle_rate") or 0) * 1e6)
-        subscription = _Subscription(self._wire, topic.name, "/msg/" not in wanted, throttle)
+        subscription = _Subscription(
+            self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
+        )
         self._subscriptions[key] = subscription
         self._bridge.outlets.want(topic.name, subscription.send)
 
@@ -118,7 +134,7 @@ class _Talk(JsonTalk):
 
         def tell(done: Future[Any]) -> None:
             error = done.exception()
-            plain = {"message": str(error)} if error else to_plain(done.result(), ros1=True)
+            plain = {"message": str(error)} if error else to_plain(done.result(), ros1=not self._bridge.exact)
             self._bridge.later(lambda: answer(plain, error is None))
 
         try:

@@ -33,6 +33,7 @@ class TopicServer:
         prepare: Callable[[Packet], object] = lambda packet: None,
         subprotocols: Sequence[str] = (),
         origins: Sequence[str] = (),
+        token: str = "",
     ) -> None:
         """`prepare` makes the encoding that clients get, on the simulation's thread; the rest as for
         `WebSocketBridge`.
@@ -43,7 +44,7 @@ class TopicServer:
         self.link = link
         self.outlets = Outlets(link, prepare)
         self._server = WebSocketBridge(
-            name, host or LOOPBACK, port, make_talk, subprotocols=subprotocols, origins=origins
+            name, host or LOOPBACK, port, make_talk, subprotocols=subprotocols, origins=origins, token=token
         )
         self.outlets.start(self._server.loop)
 

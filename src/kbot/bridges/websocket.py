@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import ipaddress
+import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -79,16 +80,18 @@ class WebSocketBridge:
         *,
         subprotocols: Sequence[str] = (),
         origins: Sequence[str] = (),
+        token: str = "",
     ) -> None:
         """`port` is where it is looked for; if that is taken one of the next is. `origins` are pages of the
-        web that may connect; those of this machine always may.
+        web that may connect; those of this machine always may. `token` is the path that clients have to
+        know, any where it is empty.
 
         Raises:
             KbotError: no port is free, or the address is not this machine's.
         """
         self._name, self._host, self._make_talk = name, host, make_talk
         self._subprotocols = [Subprotocol(item) for item in subprotocols]
-        self._origins = frozenset(origins)
+        self._origins, self._token = frozenset(origins), token
         self._clients = 0
         self._server: Server | None = None
         self.loop = asyncio.new_event_loop()
@@ -104,7 +107,7 @@ class WebSocketBridge:
     @property
     def address(self) -> str:
         host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"ws://{host}:{self.port}"
+        return f"ws://{host}:{self.port}" + (f"/{self._token}" if self._token else "")
 
     def close(self) -> None:
         """Take leave of all clients."""
@@ -157,6 +160,8 @@ class WebSocketBridge:
         host = urlsplit(f"//{request.headers.get('Host', '')}").hostname
         if is_local(self._host) and not is_local(host):
             return connection.respond(HTTPStatus.FORBIDDEN, "this is served to this machine alone\n")
+        if self._token and not secrets.compare_digest(request.path.encode(), f"/{self._token}".encode()):
+            return connection.respond(HTTPStatus.FORBIDDEN, "this is for those who know the token\n")
         return None
 
     async def _serve(self, connection: ServerConnection) -> None:

@@ -29,6 +29,11 @@ VERBS = {
     "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
     "launch": ("kbot.cli.launch:command", "Carry out a ROS launch file, without ROS."),
     "new": ("kbot.cli.new:command", "Make a robot package to start from."),
+    "topic": ("kbot.cli.graph.topic:command", "Topics of a running KBot: list, echo, hz, pub."),
+    "node": ("kbot.cli.graph.node:command", "Nodes of a running KBot: list, info."),
+    "service": ("kbot.cli.graph.service:command", "Services of a running KBot: list, type, call."),
+    "param": ("kbot.cli.graph.param:command", "Parameters of a running KBot: list, get, set, dump, load."),
+    "tf": ("kbot.cli.graph.tf:command", "Frames of a running KBot: tree, echo."),
     "bag": ("kbot.cli.bag:command", "Look into recordings, cut and convert them, run them again."),
     "rule": ("kbot.cli.rule:command", "What a code of kbot check means, and how to mend it."),
 }

@@ -20,20 +20,21 @@ Plain = Any
 ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
 
 
-def to_plain(message: object, *, ros1: bool = False) -> Plain:
-    """A message's fields by name; numbers that JSON lacks are None, bytes Base64. With `ros1`, times are
-    spelled `secs` and `nsecs`."""
+def to_plain(message: object, *, ros1: bool = False, exact: bool = False) -> Plain:
+    """A message's fields by name; numbers that JSON lacks are None unless `exact`, bytes Base64. With
+    `ros1`, times are spelled `secs` and `nsecs`."""
     if isinstance(message, Time) and ros1:
         return {"secs": message.sec, "nsecs": message.nanosec}
     if dataclasses.is_dataclass(message) and not isinstance(message, type):
-        return {f.name: to_plain(getattr(message, f.name), ros1=ros1) for f in dataclasses.fields(message)}
+        fields = dataclasses.fields(message)
+        return {f.name: to_plain(getattr(message, f.name), ros1=ros1, exact=exact) for f in fields}
     if isinstance(message, tuple | list):
-        return [to_plain(item, ros1=ros1) for item in message]
+        return [to_plain(item, ros1=ros1, exact=exact) for item in message]
     if isinstance(message, bytes):
         return base64.b64encode(message).decode()
     if isinstance(message, np.ndarray):
-        return [to_plain(item) for item in message.tolist()]
-    if isinstance(message, float) and not math.isfinite(message):
+        return message.tolist() if exact else [to_plain(item) for item in message.tolist()]
+    if isinstance(message, float) and not exact and not math.isfinite(message):
         return None
     return message
 

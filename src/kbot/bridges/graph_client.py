@@ -1,0 +1,122 @@
+"""A running KBot asked from another process: its services called, its topics heard and spoken on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Any
+
+from websockets.exceptions import InvalidHandshake, InvalidURI, WebSocketException
+from websockets.sync.client import connect
+
+from kbot.text import KbotError
+
+LARGEST = 1 << 26
+OPEN_SECONDS = 5.0
+ANSWER_SECONDS = 30.0
+
+Values = dict[str, Any]
+
+
+class GraphClient:
+    """One conversation; not for several threads."""
+
+    def __init__(self, address: str) -> None:
+        """Raises KbotError: nothing answers there."""
+        self._until_closed = ExitStack()
+        try:
+            self._socket = self._until_closed.enter_context(
+                connect(
+                    address, max_size=LARGEST, max_queue=None, open_timeout=OPEN_SECONDS, compression=None
+                )
+            )
+        except (OSError, InvalidHandshake, InvalidURI, TimeoutError) as error:
+            raise KbotError(f"no KBot answers at {address.rpartition('/')[0]}: {error}") from None
+        self._calls = 0
+
+    def __enter__(self) -> GraphClient:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._until_closed.close()
+
+    def call(self, service: str, /, **arguments: object) -> Values:
+        """What a service answers. Raises KbotError: it says no, or the KBot is gone."""
+        self._calls += 1
+        number = str(self._calls)
+        self._send({"op": "call_service", "service": service, "args": arguments, "id": number})
+        while True:
+            said = self._receive(ANSWER_SECONDS)
+            if said.get("op") == "service_response" and said.get("id") == number:
+                values: Values = said.get("values") or {}
+                if not said.get("result"):
+                    raise KbotError(str(values.get("message", f"{service} says no")))
+                return values
+
+    def listen(self, *topics: str) -> Iterator[tuple[str, Values]]:
+        """Topic and message, as they come, for good. Raises KbotError: no such topic, or the KBot is gone."""
+        for topic in topics:
+            self.subscribe(topic, self.type_of(topic))
+        while True:
+            said = self._receive(None)
+            if said.get("op") == "publish":
+                yield str(said["topic"]), said["msg"]
+
+    def subscribe(self, topic: str, type_name: str) -> None:
+        """Let what is said on a topic be among what `listen` gives."""
+        self._send({"op": "subscribe", "topic": topic, "type": type_name})
+
+    def publish(self, topic: str, message: Values, type_name: str = "") -> None:
+        """Say something on a topic that is heard there."""
+        if type_name:
+            self._send({"op": "advertise", "topic": topic, "type": type_name})
+        self._send({"op": "publish", "topic": topic, "msg": message})
+
+    def advertise(self, topic: str, type_name: str) -> None:
+        """Say which type `publish` will have. Raises KbotError: nobody hears it there."""
+        self._send({"op": "advertise", "topic": topic, "type": type_name})
+        self.settle()
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def settle(self) -> None:
+        """Wait until all that was sent is taken. Raises KbotError: one of it was refused."""
+        self.call("/rosapi/get_time")
+
+    def topics(self) -> dict[str, str]:
+        """Names and types, as ROS 2 writes them."""
+        found = self.call("/rosapi/topics")
+        types = (name.replace("/", "/msg/") for name in found["types"])
+        return dict(sorted(zip(found["topics"], types, strict=True)))
+
+    def type_of(self, topic: str) -> str:
+        """Raises KbotError: there is no such topic."""
+        from kbot.text.suggest import did_you_mean
+
+        known = self.topics()
+        if topic not in known:
+            hint = did_you_mean(topic, known)
+            raise KbotError(f"there is no topic {topic}" + (f": {hint}" if hint else ""))
+        return known[topic]
+
+    def _send(self, message: Values) -> None:
+        try:
+            self._socket.send(json.dumps(message))
+        except (OSError, WebSocketException):
+            raise KbotError("the KBot is gone") from None
+
+    def _receive(self, timeout: float | None) -> Values:
+        try:
+            said: Values = json.loads(self._socket.recv(timeout))
+        except TimeoutError:
+            raise KbotError(f"the KBot does not answer within {timeout:g} s") from None
+        except (OSError, WebSocketException):
+            raise KbotError("the KBot is gone") from None
+        if said.get("op") == "status":
+            raise KbotError(str(said.get("msg")))
+        return said

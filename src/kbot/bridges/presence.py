@@ -1,0 +1,101 @@
+"""Which KBots run on this machine: each leaves a small file for as long as it can be asked."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from kbot.text import KbotError
+
+
+@dataclass(frozen=True, slots=True)
+class Presence:
+    """A running KBot. `address` is where its graph is, with the token that lets one in."""
+
+    pid: int
+    address: str
+    robot: str
+    world: str
+
+    def __str__(self) -> str:
+        where = f" in '{self.world}'" if self.world else ""
+        return f"{self.pid} ({self.robot}{where})"
+
+
+def announce(presence: Presence) -> Path:
+    """Leave the file, readable by this user alone. Raises OSError."""
+    folder = _folder()
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    path = folder / f"{presence.pid}.json"
+    path.unlink(missing_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w") as file:
+        json.dump(asdict(presence), file)
+    return path
+
+
+def running() -> list[Presence]:
+    """Those whose process is alive, oldest first; files that dead ones left are taken away."""
+    found = []
+    for path in sorted(_folder().glob("*.json"), key=_age):
+        try:
+            presence = Presence(**json.loads(path.read_text()))
+        except (OSError, ValueError, TypeError):
+            continue  # it is being written, or is no such file
+        if _is_alive(presence.pid):
+            found.append(presence)
+        else:
+            with suppress(OSError):
+                path.unlink()
+    return found
+
+
+def find(at: str = "") -> str:
+    """The address of the one that runs, or of the one that `at` names: a process's number, or an address.
+
+    Raises:
+        KbotError: none runs, several do and none is named, or none is as named.
+    """
+    if "://" in at:
+        return at
+    known = running()
+    if not known:
+        raise KbotError("no KBot runs here; start one in another terminal: kbot sim kbot")
+    chosen = [presence for presence in known if not at or str(presence.pid) == at]
+    listed = ", ".join(map(str, known))
+    if not chosen:
+        raise KbotError(f"no KBot {at} runs here; there are {listed}")
+    if len(chosen) > 1:
+        raise KbotError(f"several KBots run: {listed}; name one with --at NUMBER")
+    return chosen[0].address
+
+
+def _folder() -> Path:
+    given = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("LOCALAPPDATA")
+    if given and Path(given).is_dir():
+        return Path(given) / "kbot"
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    return Path(tempfile.gettempdir()) / f"kbot-{user}"
+
+
+def _age(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _is_alive(pid: int) -> bool:
+    if os.name == "nt":
+        return True  # signal 0 would end it there; one that is dead does not answer
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True  # another user's
+    return True

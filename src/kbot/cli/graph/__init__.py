@@ -1,0 +1,1 @@
+"""Verbs that ask a running KBot, with the words of `ros2`."""

@@ -1,0 +1,86 @@
+"""What the verbs that ask a running KBot have in common: which one, values in YAML, how to print them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from kbot.cli.output import fail
+
+if TYPE_CHECKING:
+    from kbot.bridges.graph_client import GraphClient
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+SHORTENED = 120
+"""Items of a list that `echo` prints; the rest is counted."""
+
+
+def at_option(function: _Function) -> _Function:
+    """`--at`, as `at: str`."""
+    return click.option(
+        "--at", default="", metavar="NUMBER", help="Which KBot, where several run: its process's number."
+    )(function)
+
+
+def json_option(function: _Function) -> _Function:
+    """`--json`, as `as_json: bool`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(function)
+
+
+def ask(at: str) -> GraphClient:
+    """A conversation with the KBot that runs. Raises KbotError: none does, or several."""
+    from kbot.bridges.graph_client import GraphClient
+    from kbot.bridges.presence import find
+
+    return GraphClient(find(at))
+
+
+def full_name(name: str) -> str:
+    """`odom` is `/odom`."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def read_yaml(text: str, what: str) -> Any:  # noqa: ANN401
+    """A value as it is written on a command line. Raises KbotError: it is no YAML."""
+    import yaml
+
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        fail(f"{what} is to be YAML, as in '{{linear: {{x: 0.2}}}}': {' '.join(str(error).split())}")
+
+
+def to_yaml(value: object, *, full: bool = True) -> str:
+    """As `ros2 topic echo` prints it; long lists are cut short unless `full`."""
+    import yaml
+
+    text: str = yaml.safe_dump(value if full else _shortened(value), sort_keys=False, allow_unicode=True)
+    return text.removesuffix("...\n").rstrip("\n")
+
+
+def to_line(value: object) -> str:
+    """One line of JSON; numbers that it lacks are null."""
+    return json.dumps(_finite(value), ensure_ascii=False, allow_nan=False)
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and value - value != 0.0 else value
+
+
+def _shortened(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _shortened(item) for key, item in value.items()}
+    if isinstance(value, list):
+        more = len(value) - SHORTENED
+        return [_shortened(item) for item in value[:SHORTENED]] + ([f"... {more} more"] if more > 0 else [])
+    if isinstance(value, str) and len(value) > 1 << 12:
+        return value[: 1 << 12] + "..."
+    return value

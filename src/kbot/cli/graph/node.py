@@ -1,0 +1,55 @@
+"""`kbot node`: who speaks in a running KBot."""
+
+from __future__ import annotations
+
+import click
+
+from kbot.cli.arguments import examples
+from kbot.cli.graph.asking import ask, at_option, full_name, json_option
+from kbot.cli.output import fail, print_json
+
+
+@click.group("node", epilog=examples("kbot node list", "kbot node info /kbot"))
+def command() -> None:
+    """Nodes of a running KBot, with the words of `ros2 node`."""
+
+
+@command.command("list", epilog=examples("kbot node list"))
+@json_option
+@at_option
+def list_(as_json: bool, at: str) -> None:
+    """Print the names of the nodes."""
+    with ask(at) as graph:
+        nodes = graph.call("/rosapi/nodes")["nodes"]
+    if as_json:
+        print_json(nodes)
+    else:
+        click.echo("\n".join(nodes))
+
+
+@command.command("info", epilog=examples("kbot node info /kbot"))
+@click.argument("node")
+@json_option
+@at_option
+def info(node: str, as_json: bool, at: str) -> None:
+    """Print what a node says, hears and serves."""
+    with ask(at) as graph:
+        name = full_name(node)
+        nodes = graph.call("/rosapi/nodes")["nodes"]
+        if name not in nodes:
+            fail(f"there is no node {name}: there are {', '.join(nodes)}")
+        details = graph.call("/rosapi/node_details", node=name)
+        topics = graph.topics()
+        services = {s: graph.call("/rosapi/service_type", service=s)["type"] for s in details["services"]}
+    found = {
+        "Subscribers": {topic: topics[topic] for topic in sorted(details["subscribing"])},
+        "Publishers": {topic: topics[topic] for topic in sorted(details["publishing"])},
+        "Service Servers": {s: kind.replace("/", "/srv/") for s, kind in sorted(services.items())},
+    }
+    if as_json:
+        print_json({"node": name, **found})
+        return
+    lines = [name]
+    for title, items in found.items():
+        lines += [f"  {title}:", *(f"    {item}: {kind}" for item, kind in items.items())]
+    click.echo("\n".join(lines))

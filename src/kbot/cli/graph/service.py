@@ -1,0 +1,85 @@
+"""`kbot service`: what a running KBot does when it is asked."""
+
+from __future__ import annotations
+
+import click
+
+from kbot.cli.arguments import examples
+from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_yaml, to_yaml
+from kbot.cli.output import fail, print_json
+from kbot.text.suggest import did_you_mean
+
+
+@click.group(
+    "service",
+    epilog=examples(
+        "kbot service list -t",
+        "kbot service call /gazebo/pause_physics",
+        "kbot service call /gazebo/get_model_state '{model_name: kbot}'",
+    ),
+)
+def command() -> None:
+    """Services of a running KBot, with the words of `ros2 service`: Gazebo's by their names."""
+
+
+@command.command("list", epilog=examples("kbot service list -t"))
+@click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
+@json_option
+@at_option
+def list_(show_types: bool, as_json: bool, at: str) -> None:
+    """Print the names of the services."""
+    with ask(at) as graph:
+        names = sorted(graph.call("/rosapi/services")["services"])
+        names = [name for name in names if not name.startswith("/rosapi/")]
+        typed = show_types or as_json
+        types = {n: graph.call("/rosapi/service_type", service=n)["type"] if typed else "" for n in names}
+    if as_json:
+        print_json(types)
+        return
+    for name, kind in types.items():
+        click.echo(f"{name} [{kind.replace('/', '/srv/')}]" if show_types else name)
+
+
+@command.command("type", epilog=examples("kbot service type /gazebo/spawn_urdf_model"))
+@click.argument("service")
+@at_option
+def type_(service: str, at: str) -> None:
+    """Print the type of a service, and what it is asked and answers."""
+    from kbot.wire.services import definition, service_type
+
+    with ask(at) as graph:
+        name = full_name(service)
+        kind = graph.call("/rosapi/service_type", service=name)["type"]
+        if not kind:
+            hint = did_you_mean(name, graph.call("/rosapi/services")["services"])
+            fail(f"there is no service {name}" + (f": {hint}" if hint else ""))
+    found = service_type(kind)
+    click.echo(f"{found.ros2_name}\n{definition(found.request)}\n---\n{definition(found.response)}")
+
+
+@command.command(
+    "call",
+    epilog=examples(
+        "kbot service call /gazebo/reset_world",
+        "kbot service call /gazebo/delete_model '{model_name: crate}' --json",
+    ),
+)
+@click.argument("service")
+@click.argument("words", nargs=-1, metavar="[TYPE] [VALUES]")
+@json_option
+@at_option
+def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
+    """Call a service. VALUES are YAML; what is left out is zero. Exit status 1: it says it failed."""
+    rest = words[1:] if words and "/" in words[0] and not words[0].lstrip().startswith(("{", "[")) else words
+    if len(rest) > 1:
+        fail(f"VALUES are one word of YAML, quoted: '{' '.join(rest)}'")
+    values = read_yaml(rest[0], "VALUES") if rest else {}
+    if not isinstance(values, dict | None):
+        fail("VALUES are fields by name, as in '{model_name: kbot}'")
+    with ask(at) as graph:
+        answer = graph.call(full_name(service), **(values or {}))
+    if as_json:
+        print_json(answer)
+    elif answer:
+        click.echo(to_yaml(answer))
+    return int(answer.get("success") is False)

@@ -1,0 +1,169 @@
+"""`kbot tf`: the frames of a running KBot."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kbot.cli.arguments import examples
+from kbot.cli.graph.asking import ask, at_option, json_option, to_line
+from kbot.cli.output import fail, print_json
+
+if TYPE_CHECKING:
+    from kbot.kinematics.transform import Transform
+
+TOPICS = ("/tf_static", "/tf")
+LOOK_SECONDS = 1.0
+WAIT_SECONDS = 5.0
+
+
+@click.group("tf", epilog=examples("kbot tf tree", "kbot tf echo odom base_link --once"))
+def command() -> None:
+    """Frames of a running KBot, as /tf and /tf_static say them."""
+
+
+@command.command("tree", epilog=examples("kbot tf tree"))
+@json_option
+@at_option
+def tree(as_json: bool, at: str) -> None:
+    """Print the frames, each under its parent, after hearing /tf for a second."""
+    frames = _Frames()
+    with ask(at) as graph:
+        end = time.monotonic() + LOOK_SECONDS
+        for topic, message in graph.listen(*_offered(graph.topics())):
+            frames.hear(topic, message)
+            if time.monotonic() > end:
+                break
+    if as_json:
+        print_json(
+            {child: {"parent": p, "static": child in frames.static} for child, p in frames.parents.items()}
+        )
+        return
+    roots = [name for name in frames.names() if name not in frames.parents]
+    for root in sorted(roots):
+        click.echo("\n".join(frames.lines(root, 0)))
+
+
+@command.command("echo", epilog=examples("kbot tf echo odom base_link --rate 5"))
+@click.argument("frame")
+@click.argument("child")
+@click.option(
+    "-r", "--rate", type=click.FloatRange(0.01, 100.0), default=1.0, show_default=True, metavar="HZ"
+)
+@click.option("--once", is_flag=True, help="Print it once and end.")
+@json_option
+@at_option
+def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str) -> None:
+    """Print where CHILD is in FRAME, as tf2_echo does: metres, a quaternion x y z w, and roll, pitch, yaw."""
+    frames = _Frames()
+    with ask(at) as graph:
+        started, due = time.monotonic(), 0.0
+        for topic, message in graph.listen(*_offered(graph.topics())):
+            frames.hear(topic, message)
+            now = time.monotonic()
+            found = frames.between(frame, child)
+            if found is None:
+                if now - started > WAIT_SECONDS:
+                    _explain(frames, frame, child)
+                continue
+            if now < due:
+                continue
+            due = now + 1.0 / rate
+            click.echo(to_line(_plain(frames.stamp, found)) if as_json else _text(frames.stamp, found))
+            if once:
+                return
+
+
+class _Frames:
+    """What was heard: each frame's parent, and where it is in it."""
+
+    def __init__(self) -> None:
+        self.parents: dict[str, str] = {}
+        self.static: set[str] = set()
+        self.stamp = 0.0
+        self._places: dict[str, Transform] = {}
+
+    def hear(self, topic: str, message: dict[str, Any]) -> None:
+        from kbot.kinematics.transform import Transform
+
+        for item in message["transforms"]:
+            child, place = item["child_frame_id"], item["transform"]
+            q, t = place["rotation"], place["translation"]
+            self.parents[child] = item["header"]["frame_id"]
+            self._places[child] = Transform.from_quaternion_xyzw(
+                (q["x"], q["y"], q["z"], q["w"]), (t["x"], t["y"], t["z"])
+            )
+            if topic == "/tf_static":
+                self.static.add(child)
+            else:
+                stamp = item["header"]["stamp"]
+                self.stamp = stamp["sec"] + stamp["nanosec"] * 1e-9
+
+    def names(self) -> list[str]:
+        return list(dict.fromkeys([*self.parents.values(), *self.parents]))
+
+    def between(self, frame: str, child: str) -> Transform | None:
+        """`frame_from_child`, None while they do not hang together."""
+        first, second = self._to_root(frame), self._to_root(child)
+        if first is None or second is None or first[0] != second[0]:
+            return None
+        return first[1].inverse() @ second[1]
+
+    def lines(self, frame: str, depth: int) -> list[str]:
+        mark = " (static)" if frame in self.static else ""
+        children = sorted(child for child, parent in self.parents.items() if parent == frame)
+        below = [line for child in children for line in self.lines(child, depth + 1)] if depth < 100 else []
+        return ["  " * depth + frame + mark, *below]
+
+    def _to_root(self, frame: str) -> tuple[str, Transform] | None:
+        from kbot.kinematics.transform import Transform
+
+        if frame not in self.names():
+            return None
+        root_from_frame, name = Transform.identity(), frame
+        for _ in self.parents:
+            if name not in self.parents:
+                break
+            root_from_frame = self._places[name] @ root_from_frame
+            name = self.parents[name]
+        return name, root_from_frame
+
+
+def _offered(topics: dict[str, str]) -> list[str]:
+    found = [topic for topic in TOPICS if topic in topics]
+    return found or fail("this KBot says no /tf")
+
+
+def _explain(frames: _Frames, *wanted: str) -> None:
+    from kbot.text.suggest import did_you_mean
+
+    for name in wanted:
+        if name not in frames.names():
+            hint = did_you_mean(name, frames.names()) or f"there are {', '.join(frames.names())}"
+            fail(f"there is no frame '{name}': {hint}")
+    fail(f"'{wanted[0]}' and '{wanted[1]}' do not hang together: see kbot tf tree")
+
+
+def _plain(stamp: float, found: Transform) -> dict[str, object]:
+    return {
+        "time": stamp,
+        "translation": found.translation.tolist(),
+        "quaternion": list(found.quaternion_xyzw),
+        "rpy": list(found.rpy),
+    }
+
+
+def _text(stamp: float, found: Transform) -> str:
+    def row(values: object, digits: int = 3) -> str:
+        return ", ".join(f"{value:.{digits}f}" for value in values)  # type: ignore[attr-defined]
+
+    return (
+        f"At time {stamp:.3f}\n"
+        f"- Translation: [{row(found.translation.tolist())}]\n"
+        f"- Rotation: in Quaternion [{row(found.quaternion_xyzw)}]\n"
+        f"- Rotation: in RPY (radian) [{row(found.rpy)}]\n"
+        f"- Rotation: in RPY (degree) [{row([math.degrees(angle) for angle in found.rpy])}]"
+    )

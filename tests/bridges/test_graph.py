@@ -1,0 +1,174 @@
+"""`kbot topic`, `node`, `service`, `param` and `tf` against a KBot that runs: as a user types them."""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from kbot.bridges import presence
+from kbot.bridges.graph import GraphServer
+from kbot.cli.main import run
+
+from .conftest import Running, wait_until
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path / "kbot"
+
+
+@pytest.fixture
+def graph(running: Running) -> Iterator[GraphServer]:
+    wait_until(lambda: "/tf_static" in running.link.topics)
+    found = GraphServer(running.link)
+    found.announce("kbot", "empty")
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+Said = pytest.CaptureFixture[str]
+
+
+def told(capsys: Said, *words: str, status: int = 0) -> str:
+    capsys.readouterr()
+    assert run(words) == status
+    captured = capsys.readouterr()
+    return captured.out if status == 0 else captured.err
+
+
+def test_none_runs(capsys: Said) -> None:
+    assert "no KBot runs here; start one" in told(capsys, "topic", "list", status=2)
+
+
+def test_files_of_dead_ones_are_taken_away(graph: GraphServer, folder: Path, capsys: Said) -> None:
+    """The kernel's largest process number is beyond every one that lives."""
+    dead = 1 << 30
+    stale = folder / f"{dead}.json"
+    stale.write_text(json.dumps({"pid": dead, "address": "ws://127.0.0.1:1", "robot": "r", "world": "w"}))
+    (folder / "half.json").write_text('{"pid"')
+    assert "/odom" in told(capsys, "topic", "list").splitlines()
+    assert not stale.exists()
+
+
+def test_several_run_and_one_is_named(graph: GraphServer, capsys: Said) -> None:
+    presence.announce(presence.Presence(os.getppid(), "ws://127.0.0.1:1", "other", "boxes"))
+    error = told(capsys, "topic", "list", status=2)
+    assert f"{os.getppid()} (other in 'boxes')" in error
+    assert "--at NUMBER" in error
+    assert "/odom" in told(capsys, "topic", "list", "--at", str(os.getpid()))
+    assert "no KBot 5 runs" in told(capsys, "topic", "list", "--at", "5", status=2)
+    assert "no KBot answers" in told(capsys, "topic", "list", "--at", str(os.getppid()), status=2)
+
+
+def test_the_file_is_private_and_goes_with_the_one_it_speaks_of(running: Running, folder: Path) -> None:
+    server = GraphServer(running.link)
+    server.announce("kbot", "empty")
+    (file,) = folder.iterdir()
+    assert file.stat().st_mode & 0o077 == 0
+    server.close()
+    assert not list(folder.iterdir())
+
+
+def test_strangers_have_no_token(graph: GraphServer) -> None:
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(graph.address.rpartition("/")[0] + "/")
+
+
+def test_topics(graph: GraphServer, capsys: Said) -> None:
+    assert "/odom [nav_msgs/msg/Odometry]" in told(capsys, "topic", "list", "-t").splitlines()
+    assert json.loads(told(capsys, "topic", "list", "--json"))["/clock"] == "rosgraph_msgs/msg/Clock"
+    assert told(capsys, "topic", "type", "cmd_vel") == "geometry_msgs/msg/Twist\n"
+    info = told(capsys, "topic", "info", "/cmd_vel").splitlines()
+    assert info[:3] == ["Type: geometry_msgs/msg/Twist", "Publisher count: 0", "Subscription count: 1"]
+    assert "did you mean '/odom'" in told(capsys, "topic", "info", "/odmo", status=2)
+
+
+def test_echo(graph: GraphServer, capsys: Said) -> None:
+    text = told(capsys, "topic", "echo", "/odom", "-n", "2")
+    first, second, rest = text.split("---\n")
+    assert rest == ""
+    assert yaml.safe_load(first)["child_frame_id"] == "base_footprint"
+    assert yaml.safe_load(second)["header"]["stamp"] != yaml.safe_load(first)["header"]["stamp"]
+    part = told(capsys, "topic", "echo", "/odom", "--once", "--json", "--field", "pose.covariance[0]")
+    assert json.loads(part) == 0.001
+    assert told(capsys, "topic", "echo", "/joint_states", "--once", "--field", "name") != ""
+    wrong = told(capsys, "topic", "echo", "/odom", "--once", "--field", "pose.psoe", status=2)
+    assert "there is no 'psoe': did you mean 'pose'" in wrong
+
+
+def test_hz_is_the_control_rate(graph: GraphServer, capsys: Said) -> None:
+    """The fixture steps 20 ms at a time: each step says odometry once."""
+    text = told(capsys, "topic", "hz", "/odom", "-n", "1")
+    assert text.startswith("average rate: ")
+    assert "window: " in text
+
+
+def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said) -> None:
+    words = ("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.3}}", "-r", "50")
+    told(capsys, *words, "-t", "5")
+    assert running.simulation.named().controller.wanted == (0.3, 0.0)
+    assert "what the simulation says" in told(capsys, "topic", "pub", "--once", "/odom", status=2)
+    assert "no field 'linaer'" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linaer: {}}", status=2)
+    assert "is to be YAML" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: [", status=2)
+
+
+def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) -> None:
+    assert told(capsys, "node", "list") == "/kbot\n"
+    info = told(capsys, "node", "info", "kbot").splitlines()
+    assert "    /cmd_vel: geometry_msgs/msg/Twist" in info[: info.index("  Publishers:")]
+    assert "    /gazebo/pause_physics: std_srvs/srv/Empty" in info
+    assert "/spawn_entity [gazebo_msgs/srv/SpawnEntity]" in told(capsys, "service", "list", "-t")
+    kind = told(capsys, "service", "type", "/gazebo/delete_model")
+    assert (
+        kind == "gazebo_msgs/srv/DeleteModel\nstring model_name\n---\nbool success\nstring status_message\n"
+    )
+    told(capsys, "service", "call", "/gazebo/pause_physics")
+    assert running.simulation.paused
+    answer = json.loads(told(capsys, "service", "call", "/gazebo/get_world_properties", "--json"))
+    assert answer["sim_time"] == running.simulation.time
+    capsys.readouterr()
+    assert run(("service", "call", "/gazebo/delete_model", "{model_name: ghost}")) == 1
+    assert "there is no robot 'ghost'" in yaml.safe_load(capsys.readouterr().out)["status_message"]
+    assert "did you mean '/gazebo/pause_physics'" in told(
+        capsys, "service", "call", "/gazebo/pause_phsics", status=2
+    )
+
+
+def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys: Said) -> None:
+    told(capsys, "param", "set", "/arm/gain", "2.5")
+    told(capsys, "param", "set", "names", "[a, b]")
+    assert running.link.parameters["/arm/gain"] == 2.5
+    assert told(capsys, "param", "get", "/robot_description") == "<robot/>\n"
+    assert "/arm/gain" in told(capsys, "param", "list").splitlines()
+    file = tmp_path / "params.yaml"
+    told(capsys, "param", "dump", "-o", str(file))
+    values = yaml.safe_load(file.read_text())
+    assert values == {
+        "arm": {"gain": 2.5}, "names": ["a", "b"], "robot_description": "<robot/>", "use_sim_time": True
+    }  # fmt: skip
+    told(capsys, "param", "load", str(file), "/copy")
+    assert running.link.parameters["/copy/arm/gain"] == 2.5
+    told(capsys, "param", "delete", "/arm/gain")
+    assert "there is no parameter /arm/gain" in told(capsys, "param", "get", "/arm/gain", status=2)
+
+
+def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:
+    tree = told(capsys, "tf", "tree").splitlines()
+    assert tree[:3] == ["odom", "  base_footprint", "    base_link (static)"]
+    echoed = told(capsys, "tf", "echo", "base_footprint", "left_wheel", "--once", "--json")
+    transform = running.simulation.robot.joints
+    assert "left_wheel_joint" in transform
+    pose = running.simulation.link_pose("base_footprint").inverse() @ running.simulation.link_pose(
+        "left_wheel"
+    )
+    assert json.loads(echoed)["translation"] == pytest.approx(pose.translation.tolist(), abs=1e-4)
+    wrong = told(capsys, "tf", "echo", "odom", "base_lnik", "--once", status=2)
+    assert "there is no frame 'base_lnik': did you mean 'base_link'" in wrong
