@@ -18,6 +18,7 @@ DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
 class Parameters:
     """A controller's parameters by dotted name; `origin` is where the description names the file."""
 
+    kind: str
     controller: str
     values: Mapping[str, object]
     origin: Origin
@@ -25,14 +26,18 @@ class Parameters:
 
 def diff_drive_parameters(robot: Robot, findings: Findings) -> Parameters | None:
     """Those of the first differential-drive controller, None where the robot names none."""
+    found = controller_parameters(robot, findings)
+    return next((parameters for parameters in found if parameters.kind == DIFF_DRIVE), None)
+
+
+def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Parameters]:
+    """Those of every controller that the controller manager is told of."""
     for element in _parameter_files(robot):
         document = _read(element, findings)
-        manager = _parameters(document, "controller_manager")
-        for name, value in manager.items():
-            if name.endswith(".type") and value == DIFF_DRIVE:
+        for name, kind in _parameters(document, "controller_manager").items():
+            if name.endswith(".type"):
                 controller = name.removesuffix(".type")
-                return Parameters(controller, _parameters(document, controller), element.origin)
-    return None
+                yield Parameters(str(kind), controller, _parameters(document, controller), element.origin)
 
 
 def _parameter_files(robot: Robot) -> Iterator[Element]:

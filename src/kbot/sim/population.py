@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
@@ -15,6 +17,8 @@ from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.inertia import drive_with_masses
+from kbot.sim.joint_controllers import joint_control
+from kbot.sim.joint_orders import joint_command, trajectory_points
 from kbot.sim.joints import rest
 from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
 from kbot.sim.recipe import Contacts
@@ -110,6 +114,8 @@ class Population(Running):
         self.diagnostics = (*self.diagnostics, *findings)
         self._put_joints(simulated)
         simulated.reset()
+        if simulated.is_slewing:
+            self.serve(simulated)
         self._topics[name] = RobotTopics(self.bus, simulated, namespace=name)
         if self.journal is not None:
             self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, description=to_urdf(robot))
@@ -148,6 +154,34 @@ class Population(Running):
         if self.journal is not None:
             self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
 
+    def command_joints(
+        self, values: Mapping[str, float], interface: str = "position", robot: str | None = None
+    ) -> None:
+        """Tell joints that do not drive where to be (`position`, rad or m), how fast to go (`velocity`, rad/s
+        or m/s) or what to exert (`effort`, N m or N), within their limits, until they are told otherwise.
+
+        Raises:
+            KbotError: no such robot, joint or interface, a joint that drives or follows another, or a number
+                that is none.
+        """
+        self.named(robot).take_joint_command(*joint_command(values, interface))
+        self._note("command_joints", values=dict(values), interface=str(interface), robot=robot)
+
+    def follow_trajectory(
+        self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None = None
+    ) -> None:
+        """Let joints go through points, as joint_trajectory_controller does: each a time from now (s), then
+        positions (rad or m) in the order of `joints`, and if wanted velocities and accelerations. Without
+        points they stay where they are.
+
+        Raises:
+            KbotError: no such robot or joint, one that drives or follows another, points of the wrong shape,
+                or times that do not grow.
+        """
+        names, way = trajectory_points(joints, points)
+        self.named(robot).take_trajectory(names, way, self._steps)
+        self._note("follow_trajectory", joints=list(names), points=[list(p) for p in way], robot=robot)
+
     def _forget(self, robot: str) -> None:
         """Drop what is done to a robot that goes."""
 
@@ -165,7 +199,9 @@ class Population(Running):
             settings = drive_settings(robot, drive, findings)
             if limits is not None:
                 settings = dataclasses.replace(settings, limits=limits)
-        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self)
+        driven = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        control = joint_control(robot, driven, findings)
+        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self, control)
         plan = plan_of(name, robot, drive, settings, self.contacts, pose)
         return simulated, plan, tuple(findings.diagnostics)
 

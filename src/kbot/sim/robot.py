@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
@@ -10,11 +11,13 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
-from kbot.sim.holds import JointHolds
+from kbot.sim.joint_controllers import Interface, JointControl
+from kbot.sim.joint_servos import JointServos
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.servo import speed_limit
+from kbot.sim.trajectory import Point
 from kbot.sim.wheel_servos import WheelServos
 from kbot.text import KbotError
 
@@ -32,11 +35,28 @@ class Host(Protocol):
         """Take a twist that holds, or, with a watchdog (s), is taken for lost after that time."""
         ...
 
+    def command_joints(self, values: Mapping[str, float], interface: str, robot: str | None) -> None:
+        """See `Simulation.command_joints`."""
+        ...
+
+    def follow_trajectory(
+        self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None
+    ) -> None:
+        """See `Simulation.follow_trajectory`."""
+        ...
+
+    def serve(self, robot: SimulatedRobot) -> None:
+        """Call the robot's `slew` when it is due, from now on."""
+        ...
+
+
+NO_CONTROL = JointControl()
+
 
 class SimulatedRobot(RobotBody):
     """A robot in a simulation: commands in; motion, joints and links out."""
 
-    holds: JointHolds
+    joint_servos: JointServos
 
     def __init__(
         self,
@@ -46,14 +66,18 @@ class SimulatedRobot(RobotBody):
         settings: DriveSettings | None,
         timestep: float,
         host: Host,
+        control: JointControl = NO_CONTROL,
     ) -> None:
-        """`settings`: how the robot's own controller drives; None for one that cannot drive."""
+        """`settings`: how the robot's own controller drives; None for one that cannot drive. `control`: what
+        commands its other joints."""
         base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
         super().__init__(name, robot, base, host)
         self._host = host
         self.drive = drive
+        self.control = control
+        self._timestep = timestep
         self._is_bound = False
-        self.is_slewing = False
+        self._is_driving = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
         self._next_slew = 0
         self.settings = settings
@@ -68,27 +92,29 @@ class SimulatedRobot(RobotBody):
             self._odometry = WheelOdometry(reckoned)
 
     def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
-        """Look up this robot's places in a compiled model; joints that are held stay so."""
-        held = self.holds.engaged if self._is_bound else frozenset()
+        """Look up this robot's places in a compiled model; joints go on as they were told."""
+        told = self.joint_servos.save() if self._is_bound else None
         self._is_bound = True
         super().bind(model, data)
         driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
-        self.holds = JointHolds(
-            model, data, self.prefix, [name for name in self._joints if name not in driven]
-        )
-        self.holds.engage_only(held)
+        others = [name for name in self._joints if name not in driven]
+        period = self._slew_steps * self._timestep
+        self.joint_servos = JointServos(self.robot, model, data, others, self.prefix, period, self._timestep)
+        if told is not None:
+            self.joint_servos.restore(told)
         self._servos: WheelServos | None = None
         if isinstance(self.drive, DifferentialDrive):
             self._servos = WheelServos(model, data, self.drive, self.prefix)
 
     def reset(self) -> None:
-        """Forget commands and odometry; the engine's state is the simulation's to reset."""
+        """Forget commands and odometry; the engine's state is the simulation's to reset. Joints that the
+        description's controllers hold are held from here on."""
         if self._controller is not None:
             self._controller.reset()
         if self._odometry is not None:
             self._odometry.reset()
-        self.is_slewing, self._next_slew = False, 0
-        self.holds.release_all()
+        self._is_driving, self._next_slew = False, 0
+        self._start_joints()
         self._start_counting_turns()
 
     @property
@@ -133,41 +159,75 @@ class SimulatedRobot(RobotBody):
         if controller.wanted == (linear, angular):
             controller.deadline = deadline
         elif controller.command(linear, angular, deadline):
-            self.is_slewing = True
-        return self.is_slewing
+            self._is_driving = True
+        return self._is_driving
+
+    @property
+    def is_slewing(self) -> bool:
+        """Whether `slew` has to be called."""
+        return self._is_driving or self.joint_servos.is_active
 
     def slew(self, step: int) -> int:
-        """Hand the wheels their next speeds when that is due; steps until it is due again, 0 when the
-        wheels have what was commanded."""
-        controller, servos = self._controller, self._servos
-        if controller is None or servos is None:
-            return 0
+        """Hand wheels and joints their next commands when that is due; steps until it is due again, 0 when
+        they have what was commanded."""
         if step >= self._next_slew:
-            left, right, settled = controller.advance()
-            servos.command(left, right)
-            if settled:
-                self.is_slewing = False
+            if self._is_driving and self._controller is not None and self._servos is not None:
+                left, right, settled = self._controller.advance()
+                self._servos.command(left, right)
+                self._is_driving = not settled
+            self.joint_servos.advance(step)
+            if not self.is_slewing:
                 return 0
             self._next_slew = step + self._slew_steps
         return self._next_slew - step
 
-    def hold(self, joint: str, position: float) -> None:
-        """Hold a joint at a position (rad or m) by a servo, within its effort limit.
+    def command_joints(self, values: Mapping[str, float], interface: str = Interface.POSITION) -> None:
+        """See `Simulation.command_joints`."""
+        self._host.command_joints(values, interface, self.name)
+
+    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[Any]]) -> None:
+        """See `Simulation.follow_trajectory`."""
+        self._host.follow_trajectory(joints, points, self.name)
+
+    def take_joint_command(self, values: Mapping[str, float], interface: Interface) -> None:
+        """Command joints from now on.
 
         Raises:
-            KbotError: no such joint, a joint that drives or follows another, or a number that is none.
+            KbotError: no such joint, one that drives or follows another, or a number that is none.
         """
+        for joint in values:
+            self._require_free_joint(joint)
+        self.joint_servos.command(values, interface)
+        self._host.serve(self)
+
+    def take_trajectory(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
+        """Let joints follow points from a step on. Raises KbotError as `take_joint_command` does."""
+        for joint in joints:
+            self._require_free_joint(joint)
+        self.joint_servos.follow(joints, points, step)
+        self._host.serve(self)
+
+    def release(self, joint: str) -> None:
+        """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
         self._require_joint(joint)
-        if joint not in self.holds.joints:
+        self.joint_servos.release(joint)
+
+    def _require_free_joint(self, joint: str) -> None:
+        self._require_joint(joint)
+        if joint not in self.joint_servos.joints:
             drives = isinstance(self.drive, DifferentialDrive) and joint in self.drive.forward
             why = "drives the robot" if drives else "follows another joint"
             raise KbotError(f"joint '{joint}' {why} and cannot be held")
-        self.holds.hold(joint, position)
 
-    def release(self, joint: str) -> None:
-        """Let a held joint move freely again. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
-        self.holds.release(joint)
+    def _start_joints(self) -> None:
+        """Put joints where the description has them start, and hold those that its controllers hold."""
+        self.joint_servos.release_all()
+        for joint, position in self.control.starts.items():
+            if joint in self.joint_servos.joints:
+                self.set_position(joint, position)
+        held = [joint for joint in self.joint_servos.joints if joint in self.control.holds]
+        here = self.joint_positions
+        self.joint_servos.command({joint: here[joint] for joint in held}, Interface.POSITION)
 
     def tick(self, step: int) -> bool:
         """Called every control period: reckon odometry, keep the servos from winding up, and drop a
@@ -213,10 +273,12 @@ class SimulatedRobot(RobotBody):
         mine, theirs = self._controller, other._controller
         if mine is not None and theirs is not None:
             self.obey(*theirs.target, theirs.deadline)
+        self.joint_servos.restore(other.joint_servos.save())
 
     def set_back(self, steps: int) -> None:
         """Let what is due come so many steps earlier, for time itself was set back by as much."""
         self._next_slew -= steps
+        self.joint_servos.set_back(steps)
         if self._controller is not None and self._controller.deadline is not None:
             self._controller.deadline -= steps
 
@@ -230,18 +292,18 @@ class SimulatedRobot(RobotBody):
         controller = self._controller
         commanded = controller.save() if controller else None
         odometry = self._odometry.state if self._odometry else None
-        slewing = self.is_slewing, self._next_slew
-        return commanded, slewing, odometry, self._turns, self._is_left, self.holds.engaged
+        slewing = self._is_driving, self._next_slew
+        return commanded, slewing, odometry, self._turns, self._is_left, self.joint_servos.save()
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Take back what `save` gave; the engine's own state has been restored before."""
-        commanded, slewing, odometry, self._turns, self._is_left, engaged = saved
-        self.is_slewing, self._next_slew = slewing
+        commanded, slewing, odometry, self._turns, self._is_left, told = saved
+        self._is_driving, self._next_slew = slewing
         if self._controller is not None and commanded is not None:
             self._controller.restore(commanded)
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
-        self.holds.engage_only(engaged)
+        self.joint_servos.restore(told)
 
 
 def _base(robot: Robot) -> str:

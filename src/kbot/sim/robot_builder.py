@@ -17,7 +17,7 @@ from kbot.sim.geometry import add_shape, wxyz
 from kbot.sim.inertia import check_masses, held_joints, is_fixed, set_inertial
 from kbot.sim.joints import add_joint, add_mimics, held_pose, origin
 from kbot.sim.recipe import Contacts
-from kbot.sim.servo import add_drive_servos, add_hold_servos
+from kbot.sim.servo import add_drive_servos, add_joint_servos
 from kbot.sim.surfaces import PLAIN, link_surfaces
 from kbot.text import KbotError
 from kbot.world.findings import Findings
@@ -73,7 +73,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
         driven = plan.drive.joints
         grip = min(shapes.surfaces.get(w.link, PLAIN).friction for w in plan.drive.wheels.values())
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
-    add_hold_servos(spec, robot, (*driven, *held), prefix)
+    add_joint_servos(spec, robot, (*driven, *held), prefix)
     shapes.keep_from_each_other()
 
 

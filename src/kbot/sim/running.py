@@ -214,6 +214,11 @@ class Running:
                 self._slewing.remove(robot)
         return wait
 
+    def serve(self, robot: SimulatedRobot) -> None:
+        """Call a robot's `slew` when it is due, from now on."""
+        if robot not in self._slewing:
+            self._slewing.append(robot)
+
     def _note(self, what: str, **numbers: object) -> None:
         if self.journal is not None:
             self.journal(what, numbers)

@@ -19,9 +19,6 @@ GRAVITY = 9.81
 LEAST_GRIP = 0.05
 """Coefficient of friction that a servo is sized for at least, so that a wheel on ice still turns."""
 
-HOLD_FREQUENCY = 30.0
-"""rad/s: how fast a held joint goes to where it is told to."""
-
 
 def add_drive_servos(
     spec: Any,  # noqa: ANN401
@@ -58,8 +55,8 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
 
 
-def add_hold_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:  # noqa: ANN401
-    """A position servo, without force until it is told to hold, on every other joint with a position."""
+def add_joint_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:  # noqa: ANN401
+    """A servo, without force until it is told something, on every other joint with a position."""
     for joint in robot.movable_joints:
         if joint.name in driven or joint.mimic is not None:
             continue
@@ -70,20 +67,6 @@ def add_hold_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: st
         if effort < float("inf"):
             servo.forcelimited = True
             servo.forcerange = (-effort, effort)
-
-
-def engage_hold(model: Any, actuator: int, dof: int) -> None:  # noqa: ANN401
-    """Give a position servo the gains of a critically damped oscillator about the joint's inertia."""
-    inertia = max(float(model.dof_M0[dof]), 1e-6)
-    stiffness = inertia * HOLD_FREQUENCY**2
-    model.actuator_gainprm[actuator, 0] = stiffness
-    model.actuator_biasprm[actuator, 1] = -stiffness
-    model.actuator_biasprm[actuator, 2] = -2.0 * inertia * HOLD_FREQUENCY
-
-
-def release_hold(model: Any, actuator: int) -> None:  # noqa: ANN401
-    model.actuator_gainprm[actuator, 0] = 0.0
-    model.actuator_biasprm[actuator, 1:3] = 0.0
 
 
 def effort_limit(robot: Robot, joint: str) -> float:

@@ -16,6 +16,7 @@ from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
 from kbot.sim.drive import DriveLimits
+from kbot.sim.joint_controllers import Interface
 from kbot.sim.joints import limits
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
@@ -136,7 +137,7 @@ class Simulation(Models):
             KbotError: no such robot or joint, one that drives or follows another, or a number that is not
                 finite.
         """
-        self.named(robot).hold(joint, position)
+        self.named(robot).take_joint_command({joint: position}, Interface.POSITION)
         self._note("set_joint", joint=joint, position=float(position), robot=robot)
 
     def release_joint(self, joint: str, robot: str | None = None) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription, absolute
 from kbot.messages.clock import Clock
+from kbot.sim.joint_topics import hear
 from kbot.sim.robot import SimulatedRobot
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
@@ -35,7 +36,9 @@ class RobotTopics:
         ]
         if tells_time:
             self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
-        self._commands: Subscription | None = None
+        self._commands: list[Subscription] = [
+            hear(bus, robot, controller, namespace) for controller in robot.control.controllers
+        ]
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
             self._odometry_frame += robot.settings.odometry_frame
@@ -46,17 +49,16 @@ class RobotTopics:
                 ),
                 (bus.advertise("/tf", msg.TFMessage), self._transform),
             ]
-            self._commands = bus.subscribe(
-                absolute(robot.settings.command_topic, namespace),
-                msg.Twist,
-                lambda m: robot.command(m.linear.x, m.angular.z),
+            command_topic = absolute(robot.settings.command_topic, namespace)
+            self._commands.append(
+                bus.subscribe(command_topic, msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z))
             )
         self._heard = self._outputs
 
     def close(self) -> None:
         """Hear no more commands."""
-        if self._commands is not None:
-            self._commands.close()
+        for commands in self._commands:
+            commands.close()
 
     def find_listeners(self) -> bool:
         """Find out who listens, to be called whenever that may have changed; whether anyone does."""

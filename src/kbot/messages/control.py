@@ -1,0 +1,55 @@
+"""Messages that command joints: std_msgs/Float64 and its array, trajectory_msgs/JointTrajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kbot.messages.sensing import MultiArrayLayout
+from kbot.messages.types import Header
+
+HEADER, LAYOUT = Header(), MultiArrayLayout()
+
+
+@dataclass(frozen=True, slots=True)
+class Duration:
+    """`nanosec` is less than a second, also where `sec` is below zero."""
+
+    sec: int = 0
+    nanosec: int = 0
+
+    @classmethod
+    def from_seconds(cls, seconds: float) -> Duration:
+        return cls(*divmod(round(seconds * 1e9), 1_000_000_000))
+
+    @property
+    def seconds(self) -> float:
+        return self.sec + self.nanosec * 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Float64:
+    data: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Float64MultiArray:
+    layout: MultiArrayLayout = LAYOUT
+    data: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectoryPoint:
+    """rad or m, rad/s or m/s, and so on, one number a joint; a list that is empty says nothing of it."""
+
+    positions: tuple[float, ...] = ()
+    velocities: tuple[float, ...] = ()
+    accelerations: tuple[float, ...] = ()
+    effort: tuple[float, ...] = ()
+    time_from_start: Duration = Duration()
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectory:
+    header: Header = HEADER
+    joint_names: tuple[str, ...] = ()
+    points: tuple[JointTrajectoryPoint, ...] = ()

@@ -1,0 +1,213 @@
+"""Servos of the joints that do not drive: each held at a position, turned at a speed, or pushed, as it is
+commanded; without force until it is.
+
+A position servo is a critically damped spring about the joint's inertia that is told where it should be,
+how fast, and what weighs upon it (computed torque: Spong, Robot Modeling and Control, 8.3), so that a joint
+follows its trajectory without lag and does not sag.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import mujoco
+
+from kbot.model import Robot
+from kbot.sim.joint_bounds import JointBounds
+from kbot.sim.joint_controllers import Interface
+from kbot.sim.numbers import FURTHEST, is_within, numbers, shortened
+from kbot.sim.trajectory import Point, Trajectory
+from kbot.text import KbotError
+
+FREQUENCY = 50.0
+"""rad/s: how fast a servo mends an error."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Of a joint in the engine; `inertia` in kg m^2 or kg is what its servo reckons with."""
+
+    actuator: int
+    position: int
+    dof: int
+    inertia: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """What a joint was told; for a position also where it is told to be by now."""
+
+    interface: Interface
+    wanted: float
+    now: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A trajectory that is followed, from a step on."""
+
+    joints: tuple[str, ...]
+    trajectory: Trajectory
+    start: int
+
+
+class JointServos:
+    """The servos of a robot's joints that do not drive."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        model: Any,  # noqa: ANN401
+        data: Any,  # noqa: ANN401
+        joints: Iterable[str],
+        prefix: str,
+        period: float,
+        timestep: float,
+    ) -> None:
+        """`period`: seconds between two calls of `advance`."""
+        self._model, self._ctrl = model, numbers(data.ctrl)
+        self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
+        self._bias, self._passive = numbers(data.qfrc_bias), numbers(data.qfrc_passive)
+        self._period, self._timestep = period, timestep
+        self._places: dict[str, _Place] = {}
+        self._bounds: dict[str, JointBounds] = {}
+        for name in joints:
+            actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
+            if actuator >= 0:
+                index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
+                dof = int(model.jnt_dofadr[index])
+                inertia = max(float(model.dof_M0[dof]), 1e-6)
+                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, inertia)
+                self._bounds[name] = JointBounds.of(robot.joints[name])
+        self._orders: dict[str, _Order] = {}
+        self._ways: tuple[_Way, ...] = ()
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Those that can be commanded."""
+        return tuple(self._places)
+
+    @property
+    def is_active(self) -> bool:
+        """Whether any is commanded, and `advance` has to be called."""
+        return bool(self._orders)
+
+    def command(self, values: Mapping[str, float], interface: Interface) -> None:
+        """Tell joints where to be, how fast to go, or what to exert. Raises KbotError for no number."""
+        for value in values.values():
+            if not is_within(value, FURTHEST):
+                raise KbotError(
+                    f"a joint's {interface} is a finite number up to {FURTHEST:g}, not {shortened(value)}"
+                )
+        for joint, value in values.items():
+            self._leave_ways(joint)
+            self._take(joint, _Order(interface, float(value), self._now(joint)))
+
+    def follow(self, joints: tuple[str, ...], points: Iterable[Point], step: int) -> None:
+        """Go through points from this step on, from where the joints are told to be now."""
+        for joint in joints:
+            self._leave_ways(joint)
+            self._take(joint, _Order(Interface.POSITION, self._now(joint), self._now(joint)))
+        here = tuple(self._orders[joint].now for joint in joints)
+        still = (0.0,) * len(joints)
+        way = _Way(joints, Trajectory(Point(0.0, here, still, still), tuple(points)), step)
+        self._ways = (*self._ways, way)
+
+    def release(self, joint: str) -> None:
+        if joint in self._orders:
+            self._leave_ways(joint)
+            del self._orders[joint]
+            self._set_gains(joint, 0.0, 0.0, 0.0)
+
+    def release_all(self) -> None:
+        for joint in tuple(self._orders):
+            self.release(joint)
+
+    def save(self) -> tuple[Any, ...]:
+        """What `restore` takes back."""
+        return dict(self._orders), self._ways
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        self.release_all()
+        orders, self._ways = saved
+        for joint, order in orders.items():
+            if joint in self._places:
+                self._take(joint, order)
+        self._ways = tuple(way for way in self._ways if all(joint in self._places for joint in way.joints))
+
+    def set_back(self, steps: int) -> None:
+        """Time was set back by so many steps."""
+        self._ways = tuple(_Way(way.joints, way.trajectory, way.start - steps) for way in self._ways)
+
+    def advance(self, step: int) -> None:
+        """Give the servos their next commands."""
+        # what a command holds for is a period: it is right in the middle of it
+        late = self._period / 2.0
+        samples = [
+            (way.joints, way.trajectory.at((step - way.start) * self._timestep + late)) for way in self._ways
+        ]
+        followed = {
+            joint: (float(s.positions[i]), float(s.velocities[i]), float(s.accelerations[i]))
+            for joints, s in samples
+            for i, joint in enumerate(joints)
+        }
+        for joint, order in self._orders.items():
+            place, bounds = self._places[joint], self._bounds[joint]
+            position, velocity = self._qpos[place.position], self._qvel[place.dof]
+            load = self._bias[place.dof] - self._passive[place.dof]
+            damping = 2.0 * place.inertia * FREQUENCY
+            if order.interface is Interface.EFFORT:
+                command = bounds.force(order.wanted, position, velocity)
+            elif order.interface is Interface.VELOCITY:
+                command = bounds.velocity(order.wanted, position) + load / damping
+            else:
+                target, speed, acceleration = followed.get(joint) or self._towards(order, bounds)
+                target = bounds.position(target)
+                wanted = target if joint in followed else order.wanted
+                self._orders[joint] = _Order(order.interface, wanted, target)
+                pushed = place.inertia * acceleration + damping * speed + load
+                command = target + pushed / (place.inertia * FREQUENCY**2)
+            self._ctrl[place.actuator] = command
+        self._ways = tuple(
+            way for way in self._ways if (step - way.start) * self._timestep < way.trajectory.end
+        )
+
+    def _towards(self, order: _Order, bounds: JointBounds) -> tuple[float, float, float]:
+        """The next place on the way to the one that is wanted, within the joint's speed."""
+        aim = bounds.position(order.wanted)
+        if bounds.speed == inf:
+            return aim, 0.0, 0.0
+        most = bounds.speed * self._period
+        move = min(max(aim - order.now, -most), most)
+        return order.now + move, move / self._period, 0.0
+
+    def _now(self, joint: str) -> float:
+        """Where a joint is told to be, or else where it is."""
+        order = self._orders.get(joint)
+        if order is not None and order.interface is Interface.POSITION:
+            return order.now
+        return self._qpos[self._places[joint].position]
+
+    def _leave_ways(self, joint: str) -> None:
+        """A new command ends the trajectory that the joint is on, for all of its joints: they stay."""
+        self._ways = tuple(way for way in self._ways if joint not in way.joints)
+
+    def _take(self, joint: str, order: _Order) -> None:
+        inertia = self._places[joint].inertia
+        damping = 2.0 * inertia * FREQUENCY
+        if order.interface is Interface.POSITION:
+            stiffness = inertia * FREQUENCY**2
+            self._set_gains(joint, stiffness, -stiffness, -damping)
+        elif order.interface is Interface.VELOCITY:
+            self._set_gains(joint, damping, 0.0, -damping)
+        else:
+            self._set_gains(joint, 1.0, 0.0, 0.0)
+        self._orders[joint] = order
+
+    def _set_gains(self, joint: str, gain: float, position: float, velocity: float) -> None:
+        actuator = self._places[joint].actuator
+        self._model.actuator_gainprm[actuator, 0] = gain
+        self._model.actuator_biasprm[actuator, 1:3] = (position, velocity)

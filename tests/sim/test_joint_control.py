@@ -1,0 +1,251 @@
+"""Joints that controllers command: held, followed, turned and pushed as theory and the namesakes have it."""
+
+from math import exp
+
+import pytest
+
+from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+MASS, LENGTH, MOMENT = 2.0, 0.5, 0.01
+INERTIA = MOMENT + MASS * LENGTH**2
+"""About the joint, kg m^2."""
+
+MANAGER = """
+controller_manager:
+  ros__parameters:
+    joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}
+    arm: {type: joint_trajectory_controller/JointTrajectoryController}
+    group: {type: velocity_controllers/JointGroupVelocityController}
+    push: {type: forward_command_controller/ForwardCommandController}
+    odd: {type: some_controllers/Odd}
+"""
+
+
+def arm(
+    extensions: str = "", limit: str = 'lower="-3" upper="3" effort="100" velocity="0"', more: str = ""
+) -> str:
+    """A bar that hangs on the world by a level axis along y, its mass at the end, 0 straight ahead."""
+    return (
+        '<robot name="arm"><link name="world"/><link name="bar">'
+        f'<inertial><origin xyz="{LENGTH} 0 0"/><mass value="{MASS}"/>'
+        f'<inertia ixx="{MOMENT}" iyy="{MOMENT}" izz="{MOMENT}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="shoulder" type="revolute"><parent link="world"/><child link="bar"/>'
+        f'<origin xyz="0 0 2"/><axis xyz="0 1 0"/><limit {limit}/>{more}</joint>'
+        f"{extensions}</robot>"
+    )
+
+
+def hardware(interface: str = "position", initial: str = "") -> str:
+    start = f'<param name="initial_value">{initial}</param>' if initial else ""
+    return (
+        '<ros2_control name="c" type="system"><joint name="shoulder">'
+        f'<command_interface name="{interface}"/><state_interface name="position">{start}</state_interface>'
+        "</joint></ros2_control>"
+    )
+
+
+def gz(kind: str, inner: str) -> str:
+    named = f'filename="gz-sim-{kind}-system" name="gz::sim::systems::X"'
+    return f"<gazebo><plugin {named}>{inner}</plugin></gazebo>"
+
+
+@pytest.fixture
+def controlled(urdf, tmp_path):
+    """The arm with controllers of ros2_control from a YAML file."""
+
+    def build(yaml: str, interface: str = "position") -> Simulation:
+        (tmp_path / "controllers.yaml").write_text(MANAGER + yaml)
+        plugin = (
+            '<gazebo><plugin filename="gz_ros2_control-system" name="c">\n'
+            f"<parameters>{tmp_path}/controllers.yaml</parameters></plugin></gazebo>"
+        )
+        return Simulation(urdf(arm(hardware(interface) + plugin)))
+
+    return build
+
+
+TRAJECTORY = "arm: {ros__parameters: {joints: [shoulder]}}"
+
+
+def to(seconds: float, position: float, *velocity: float) -> JointTrajectoryPoint:
+    return JointTrajectoryPoint((position,), velocity, time_from_start=Duration.from_seconds(seconds))
+
+
+def test_a_joint_of_ros2_control_is_held_against_its_weight(urdf):
+    """A plain spring would sag by m g l / k."""
+    held, free = Simulation(urdf(arm(hardware()))), Simulation(urdf(arm()))
+    held.run(3.0)
+    free.run(0.5)
+    assert held.joint_positions["shoulder"] == pytest.approx(0.0, abs=1e-4)
+    assert held.joint_states.effort[0] == pytest.approx(-MASS * 9.81 * LENGTH, rel=1e-3)
+    assert free.joint_positions["shoulder"] > 0.5
+
+
+def test_a_joint_starts_where_its_hardware_says(urdf):
+    sim = Simulation(urdf(arm(hardware(initial="-0.7"))))
+    assert sim.joint_positions["shoulder"] == -0.7
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.7, abs=1e-4)
+    sim.reset()
+    assert sim.joint_positions["shoulder"] == -0.7
+
+
+def test_a_trajectory_goes_along_cubics_through_its_points(controlled):
+    """From rest to rest in T: a quarter of the way in time is 3/16 - 2/64 = 5/32 of it, half is a half."""
+    sim = controlled(TRAJECTORY)
+    sim.run(0.5)
+    sim.bus.publish(
+        "arm/joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(2.0, -1.0, 0.0),))
+    )
+    for seconds, share in ((0.5, 5 / 32), (0.5, 0.5), (0.5, 27 / 32), (0.5, 1.0), (1.0, 1.0)):
+        sim.run(seconds)
+        assert sim.joint_positions["shoulder"] == pytest.approx(-share, abs=2e-3)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-1.0, abs=2e-4)
+
+
+def test_without_speeds_a_trajectory_goes_straight(controlled):
+    sim = controlled(TRAJECTORY)
+    sim.follow_trajectory(["shoulder"], [(1.0, [-0.5]), (3.0, [0.5])])
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.0, abs=2e-3)
+    sim.run(0.5)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.25, abs=2e-3)
+
+
+def test_a_new_trajectory_takes_the_place_of_the_old(controlled):
+    sim = controlled(TRAJECTORY)
+    sim.follow_trajectory(["shoulder"], [(2.0, [1.0])])
+    sim.run(1.0)
+    sim.follow_trajectory(["shoulder"], [(1.0, [0.5])])
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_group_turns_its_joints_at_the_speed_it_is_told(controlled):
+    sim = controlled("group: {ros__parameters: {joints: [shoulder]}}", "velocity")
+    sim.run(0.5)
+    sim.bus.publish("group/commands", Float64MultiArray(data=(-0.4,)))
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.8, abs=0.01)
+    with pytest.raises(KbotError, match="1 joints and got 2 numbers"):
+        sim.bus.publish("group/commands", Float64MultiArray(data=(1.0, 2.0)))
+
+
+def test_an_effort_is_what_is_exerted(controlled):
+    """What just bears the weight holds it; a newton metre more turns it by M / I."""
+    sim = controlled("push: {ros__parameters: {joints: [shoulder], interface_name: effort}}", "effort")
+    sim.bus.publish("push/commands", Float64MultiArray(data=(-MASS * 9.81 * LENGTH - 1.0,)))
+    sim.run(0.2)
+    assert sim.joint_velocities["shoulder"] == pytest.approx(-0.2 / INERTIA, rel=0.02)
+
+
+def test_effort_and_speed_limits_of_a_joint_hold(urdf):
+    weak = Simulation(urdf(arm(hardware(), 'lower="-3" upper="3" effort="5" velocity="0"')))
+    weak.run(1.0)
+    assert weak.joint_positions["shoulder"] > 0.5, "5 N m do not bear 9.81 N m"
+    slow = Simulation(urdf(arm(hardware(), 'lower="-3" upper="3" effort="100" velocity="0.25"')))
+    slow.set_joint("shoulder", -1.0)
+    slow.run(2.0)
+    assert slow.joint_positions["shoulder"] == pytest.approx(-0.5, abs=0.01)
+    slow.run(4.0)
+    assert slow.joint_positions["shoulder"] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_a_safety_controller_keeps_from_the_end(urdf):
+    """A position is held to the soft limit; a speed towards it is k_position times what is left, so that
+    what is left shrinks as exp(-k_position t)."""
+    safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="2" k_velocity="20"/>'
+    sim = Simulation(urdf(arm(hardware(), more=safety)))
+    sim.set_joint("shoulder", -2.5)
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-1.0, abs=1e-3)
+    sim.reset()
+    sim.command_joints({"shoulder": -2.0}, "velocity")
+    for seconds in (0.25, 0.5):
+        sim.run(seconds)
+        assert sim.joint_positions["shoulder"] == pytest.approx(-1.0 + exp(-2.0 * sim.time), abs=0.03)
+
+
+def test_a_safety_controller_bounds_efforts_by_speed(urdf):
+    """Beyond the soft limit the greatest effort outwards falls to nothing: -50 N m does not drive it on."""
+    safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="5" k_velocity="20"/>'
+    sim = Simulation(urdf(arm(hardware("effort"), more=safety)))
+    sim.command_joints({"shoulder": -50.0}, "effort")
+    sim.run(3.0)
+    assert -1.1 < sim.joint_positions["shoulder"] < -0.8
+
+
+def test_the_plugins_of_gz_command_their_joints(urdf):
+    position = gz("joint-position-controller", "<joint_name>shoulder</joint_name><topic>lift</topic>")
+    sim = Simulation(urdf(arm(position)))
+    sim.bus.publish("lift", Float64(-0.3))
+    sim.run(1.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.3, abs=1e-3)
+    speed = Simulation(urdf(arm(gz("joint-controller", "<joint_name>shoulder</joint_name>"))))
+    speed.bus.publish("/model/arm/joint/shoulder/cmd_vel", Float64(-0.3))
+    speed.run(1.0)
+    assert speed.joint_positions["shoulder"] == pytest.approx(-0.3, abs=0.02)
+    way = Simulation(urdf(arm(gz("joint-trajectory-controller", "<topic>way</topic>"))))
+    way.bus.publish("way", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, -0.3),)))
+    way.run(2.0)
+    assert way.joint_positions["shoulder"] == pytest.approx(-0.3, abs=1e-3)
+
+
+def test_the_plugin_of_classic_follows_trajectories(urdf):
+    plugin = '<gazebo><plugin name="p" filename="libgazebo_ros_joint_pose_trajectory.so"/></gazebo>'
+    sim = Simulation(urdf(arm(plugin)))
+    sim.bus.publish(
+        "set_joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, 0.4),))
+    )
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.4, abs=1e-3)
+
+
+def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(controlled, urdf):
+    sim = controlled("arm: {ros__parameters: {joints: [shoulder, sholder]}}")
+    found = {d.code: d for d in sim.diagnostics}
+    assert "names the joint 'sholder'" in found["W134"].message
+    assert found["W134"].origin.span.line == 2
+    assert "'shoulder'" in found["W134"].hint
+    assert "some_controllers/Odd is not run" in found["W135"].message
+    plugin = gz("joint-position-controller", "\n<joint_name>elbow</joint_name>")
+    (said,) = Simulation(urdf(arm(plugin))).diagnostics
+    assert (said.code, said.origin.span.line) == ("W134", 2)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([(1.0, [0.1]), (1.0, [0.2])], "times of a trajectory grow"),
+        ([(1.0, [0.1, 0.2])], "1 numbers, one a joint, not 2"),
+        ([(-1.0, [0.1])], "from 0 on"),
+        ([(1.0, [float("nan")])], "finite"),
+        ([(1.0,)], "a point is a time"),
+    ],
+)
+def test_a_trajectory_that_is_none_is_refused_and_changes_nothing(controlled, points, message):
+    sim = controlled(TRAJECTORY)
+    before = sim.state_sha256()
+    with pytest.raises(KbotError, match=message):
+        sim.follow_trajectory(["shoulder"], points)
+    assert sim.state_sha256() == before
+
+
+def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(controlled):
+    runs = []
+    for cuts in ((1.5,), (0.3, 0.004, 0.196, 1.0)):
+        sim = controlled(TRAJECTORY)
+        sim.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
+        for seconds in cuts:
+            sim.run(seconds)
+        runs.append(sim.state_sha256())
+    sim = controlled(TRAJECTORY)
+    sim.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
+    sim.run(0.5)
+    saved = sim.state()
+    sim.run(0.7)
+    sim.restore(saved)
+    sim.run(1.0)
+    assert {*runs, sim.state_sha256()} == {runs[0]}
