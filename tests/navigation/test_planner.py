@@ -12,7 +12,10 @@ from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath, Refusal
 from kbot.navigation.taut import pull_taut, sees
 from kbot.text import KbotError
+from kbot.world.builders import box
 from kbot.world.occupancy import OccupancyGrid
+from kbot.world.occupancy_of_world import world_grid
+from kbot.world.world import World
 
 START = PlanarPose(0.55, 0.55)
 
@@ -167,3 +170,24 @@ def test_a_radius_and_margins_must_be_lengths():
         GridPlanner(_grid(), -0.1)
     with pytest.raises(KbotError):
         GridPlanner(_grid(), 0.1, margins=())
+
+
+def test_a_way_that_wide_cells_hide_is_found_on_finer_ones():
+    """A door from y = -0.14 to 0.16 m, its posts not on the edges of cells, and no way around them."""
+    posts = (box("left", (0.1, 2.0, 0.3), 1.02, 1.16), box("right", (0.1, 2.0, 0.3), 1.02, -1.14))
+    asked = []
+
+    def grid(resolution):
+        asked.append(resolution)
+        return world_grid(World("door", posts), resolution, around=((0.0, 0.0), (2.0, 0.0)), margin=0.1)
+
+    start, goal = PlanarPose(0.0, 0.0), PlanarPose(2.0, 0.0)
+    assert isinstance(GridPlanner(grid(0.1), 0.13).plan(start, goal), NoPath)
+    planner = GridPlanner(grid(0.1), 0.13, finer=lambda: grid(0.005))
+    path = planner.plan(start, goal)
+    assert isinstance(path, Path)
+    assert path.length == pytest.approx(2.0, abs=0.02)
+    assert isinstance(planner.plan(goal, start), Path)
+    assert asked == [0.1, 0.1, 0.005]
+    # a robot of more than half its width does not fit through it
+    assert isinstance(GridPlanner(grid(0.1), 0.151, finer=lambda: grid(0.005)).plan(start, goal), NoPath)

@@ -14,7 +14,7 @@ from kbot.navigation.goal import GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, robot_map
+from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, robot_planner
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -48,6 +48,7 @@ class Goals:
         self._seen: LidarPoints | None = None
         self._radius: float | None = None
         self._pilot: Pilot | None = None
+        self._prepared: PlanarPose | None = None
         self._time = -math.inf
         self._watchers: list[Callable[[], None]] = []
         self._told: tuple[GoalStatus | None, Path | None] = (None, None)
@@ -133,14 +134,16 @@ class Goals:
         known = self.grid
         if self._making is not None:
             return  # asked again once that is there
-        if known is not None and (self._given or all(known.contains(*known.cell(*at)) for at in around)):
-            return
-        if self._in_background:
+        reaches = known is not None and all(known.contains(*known.cell(*at)) for at in around)
+        planner = self._navigator.planner if self._given is not None or reaches else None
+        if not self._in_background:
+            if planner is None:
+                self._take(lambda: self._make(around))
+        elif planner is None or goal is not None:
+            self._prepared = goal
             threads = ThreadPoolExecutor(1, "map")
-            self._making = threads.submit(self._make, around)
+            self._making = threads.submit(self._make_and_try, planner, places, around)
             threads.shutdown(wait=False)
-        else:
-            self._take(lambda: self._make(around))
 
     def update(self, observation: Observation) -> Twist:
         """As a controller; called by the pilot while there is a goal."""
@@ -170,9 +173,16 @@ class Goals:
 
     def _make(self, around: list[tuple[float, float]]) -> GridPlanner:
         """Raises KbotError: the world is too large for a map."""
-        grid = self._given or robot_map(self._simulation, around)
-        planner = GridPlanner(grid, self._radius or 0.0)
-        planner.prepare()
+        if self._given is not None:
+            return GridPlanner(self._given, self._radius or 0.0)
+        return robot_planner(self._simulation, around)
+
+    def _make_and_try(
+        self, planner: GridPlanner | None, places: list[PlanarPose], around: list[tuple[float, float]]
+    ) -> GridPlanner:
+        """A planner that has made all that a plan from the first to the last of the places takes."""
+        planner = planner or self._make(around)
+        planner.plan(places[0], places[-1])
         return planner
 
     def _collect(self) -> None:
@@ -182,8 +192,9 @@ class Goals:
             return
         self._making = None
         self._take(making.result)
-        if self._pilot is not None and self.status is not None and not self.status.state.is_end:
-            self.prepare(self.status.goal)
+        goal = self.status.goal if self.status is not None else None
+        if self._pilot is not None and goal is not None and goal != self._prepared:
+            self.prepare(goal)
 
     def _take(self, result: Callable[[], GridPlanner]) -> None:
         try:

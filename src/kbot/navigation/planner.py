@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -35,6 +35,10 @@ class Refusal(StrEnum):
     UNREACHABLE = "goal unreachable"
 
 
+_NARROW = (Refusal.GOAL_BLOCKED, Refusal.GOAL_TOO_NEAR, Refusal.START_BLOCKED, Refusal.UNREACHABLE)
+"""Refusals that smaller cells may take back."""
+
+
 @dataclass(frozen=True, slots=True)
 class NoPath:
     """Why there is no path, as a kind and in one sentence."""
@@ -52,9 +56,11 @@ class GridPlanner:
         radius: float,
         margins: Sequence[float] = MARGINS,
         unknown_is_free: bool = False,
+        finer: Callable[[], OccupancyGrid] | None = None,
     ) -> None:
         """`radius` in m: what the robot's furthest point sweeps as it turns on the spot. `margins` in m are
-        kept beside it, the first that leaves a way.
+        kept beside it, the first that leaves a way. `finer` makes a map of smaller cells, which is asked for
+        where this one shows no way: narrow ones are lost in wide cells.
 
         Raises:
             KbotError: a radius or margin that is none.
@@ -65,13 +71,10 @@ class GridPlanner:
         self.radius = radius
         self.margins = tuple(sorted(margins, reverse=True))
         self.unknown_is_free = unknown_is_free
+        self._make_finer = finer
         taken = grid.cells >= FREE_BELOW
         self._blocked: Cells = taken if unknown_is_free else taken | (grid.cells == UNKNOWN)
         self._layers = [_Layer(self._blocked, m, self._reach(m)) for m in self.margins]
-
-    def prepare(self) -> None:
-        """Make the tables that a plan with the widest margin needs, which the first plan makes else."""
-        _ = self._layers[0].search
 
     def with_obstacles(self, points: NDArray[np.float64]) -> GridPlanner:
         """The same with the cells of points (n, 2) in m taken as well, where they are inside the grid."""
@@ -83,6 +86,12 @@ class GridPlanner:
         grid = OccupancyGrid(cells, self.grid.resolution, self.grid.origin, self.grid.frame)
         return GridPlanner(grid, self.radius, self.margins, self.unknown_is_free)
 
+    @cached_property
+    def _finer(self) -> GridPlanner | None:
+        if self._make_finer is None:
+            return None
+        return GridPlanner(self._make_finer(), self.radius, (0.0,), self.unknown_is_free)
+
     def _reach(self, margin: float) -> float:
         """Cells; half a one more, for the robot's middle may be anywhere in its own."""
         return (self.radius + margin) / self.grid.resolution + 0.5
@@ -92,6 +101,13 @@ class GridPlanner:
 
         A robot that stands too near an obstacle first leaves by the shortest way.
         """
+        found = self._plan(start, goal)
+        if isinstance(found, NoPath) and found.refusal in _NARROW and self._finer is not None:
+            finer = self._finer.plan(start, goal)
+            return found if isinstance(finer, NoPath) and finer.refusal not in _NARROW else finer
+        return found
+
+    def _plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
         grid = self.grid
         first, last = grid.cell(start.x, start.y), grid.cell(goal.x, goal.y)
         refused = self._refuse(first, last)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -35,18 +35,28 @@ MARGIN = 2.0
 """Free ground on a robot's map around all that stands in its world; metres."""
 MOST_CELLS = 2_000_000
 """Of a robot's map: what a planner makes tables of in a second."""
+FINE = 0.005
+MOST_FINE_CELLS = 4_000_000
+"""Metres a cell, and how many, where a way is too narrow for the usual ones."""
 LEVEL = math.cos(math.radians(5.0))
 
 
-def robot_map(simulation: Simulation, around: Iterable[tuple[float, float]]) -> OccupancyGrid:
-    """What stands in the way of a simulation's robot, as far as the points `around` (m) and some way beyond.
+def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]]) -> GridPlanner:
+    """Plans over what stands in the way of a simulation's robot, as far as the points `around` (m) and some way
+    beyond; where that shows no way, over a map of finer cells.
 
     Raises:
-        KbotError: the robot cannot drive, or the world is too large for a map.
+        KbotError: the robot cannot drive or has no size, or the world is too large for a map.
     """
     low, high = HEIGHTS
-    heights = low, max(high, height(simulation.robot))
-    return world_grid(simulation.world, heights=heights, around=around, margin=MARGIN, most_cells=MOST_CELLS)
+    robot, world = simulation.robot, simulation.world
+    heights = low, max(high, height(robot))
+    grid = world_grid(world, heights=heights, around=around, margin=MARGIN, most_cells=MOST_CELLS)
+
+    def finer() -> OccupancyGrid:
+        return world_grid(world, FINE, heights, around, most_cells=MOST_FINE_CELLS)
+
+    return GridPlanner(grid, turning_radius(robot), finer=finer)
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:
@@ -169,11 +179,13 @@ def go_to(
     if navigator is None:
         here = simulation.ground_truth.pose
         around = ((here.x, here.y), (goal.x, goal.y)) if math.isfinite(goal.x + goal.y) else ()
-        if grid is None:
-            grid = world_grid(simulation.world, around=around)
         robot = simulation.robot
-        around_it = outline(robot) if lidar is not None else None
-        navigator = Navigator(GridPlanner(grid, turning_radius(robot)), settings, around_it)
+        planner = (
+            robot_planner(simulation, around) if grid is None else GridPlanner(grid, turning_radius(robot))
+        )
+        navigator = Navigator(planner, settings)
+        if lidar is not None:
+            navigator.watch_out(outline(robot), lidar.spec.rate)
     begun = simulation.time
     status = navigator.go(goal, timeout)
     odometer = _Odometer(simulation)
