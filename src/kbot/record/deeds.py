@@ -32,8 +32,8 @@ def do_again(simulation: Simulation, what: str, note: Note) -> None:
 
 _PLAIN = frozenset(
     {
-        "attach", "clear_body_wrenches", "command_joints", "detach", "follow_trajectory", "release_joint", "reset",
-        "reset_time", "reset_world", "set_joint", "set_pose", "set_twist",
+        "attach", "clear_body_wrenches", "command_joints", "detach", "follow_trajectory", "release_joint",
+        "reset", "reset_time", "reset_world", "set_joint", "set_pose", "set_twist",
     }
 )  # fmt: skip
 """Methods of a simulation that are called with just what is noted."""
