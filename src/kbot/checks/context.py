@@ -16,7 +16,7 @@ from kbot.checks.sources import SourceFile, in_order, read_sources
 from kbot.checks.spatial import Frame
 from kbot.checks.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
-from kbot.text import Diagnostic, Element, Fix, Origin, Source
+from kbot.text import Call, Diagnostic, Element, Fix, Origin, Source
 
 if TYPE_CHECKING:
     from kbot.xacro import Expansion, Packages
@@ -160,6 +160,14 @@ class Context:
         span = origin.span
         at = span.source.data.rfind(b"<", 0, span.start + 1)
         return self._elements_by_place.get((span.file, at))
+
+    def call_element(self, call: Call) -> Element | None:
+        """The element, as it is written, that calls a macro."""
+        return self._calls.get((call.span.file, call.span.start))
+
+    @cached_property
+    def _calls(self) -> Mapping[tuple[str, int], Element]:
+        return {(f.path, e.start): e for f in self.sources for e in f.xacro if e.tag.startswith("xacro:")}
 
     def replace_plain(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
         """A fix that writes another value between an attribute's quotes, where it holds no expression."""

@@ -33,5 +33,5 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
         replace(d, severity=Severity.WARNING) if d.code in MESHES else d
-        for d in said_once(found, lambda: context.elements, context.parameters)
+        for d in said_once(found, lambda: context.elements, context.parameters, context.call_element)
     ]

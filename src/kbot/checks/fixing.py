@@ -17,6 +17,19 @@ def plain(span: Span) -> bool:
     return "$" not in span.text
 
 
+def set_attribute(element: Element, name: str, text: str) -> tuple[Edit, ...]:
+    """An attribute with this value, added behind the others where the element has none of the name."""
+    spans = element.attribute_spans()
+    if name in spans:
+        return set_value(spans[name][1], text)
+    data, at = element.source.data, element.tag_end - 1
+    if data[at - 1 : at] == b"/":
+        at -= 1
+    while data[at - 1 : at].isspace():
+        at -= 1
+    return (Edit(Span(element.source, at, at), f' {name}="{text}"'),)
+
+
 def replace_value(element: Element | None, name: str, text: str, title: str, safe: bool) -> Fix | None:
     spans = element.attribute_spans() if element is not None else {}
     if name not in spans or not plain(spans[name][1]):

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 
 from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
-from kbot.checks.fixing import set_value
 from kbot.checks.geometry import shapes_of
+from kbot.checks.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.masses import weight_below
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.spatial import eigenvalues, rotation, scale_matrix, tensor_in, transpose
+from kbot.checks.spatial import eigenvalues
 from kbot.model import Inertial, Link, Mesh
-from kbot.text import Edit, Fix, Related, Severity
+from kbot.text import Related, Severity
 
 
 def weighed(context: Context) -> Iterator[tuple[Link, Inertial]]:
@@ -71,7 +71,7 @@ def zero_tensor(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         joint = context.robot.parent_joint.get(link.name)
@@ -86,38 +86,6 @@ def zero_tensor(context: Context) -> Found:
             )
 
 
-def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
-    """The moments of a solid of the link's shape, as a hint."""
-    solid = context.bodies[link.name].solid
-    if solid is None or not inertial.mass > 0.0:
-        return ""
-    t = [[inertial.mass * v for v in row] for row in solid.unit_tensor]
-    return (
-        f"a solid of its shape and mass has ixx={t[0][0]:.4g} iyy={t[1][1]:.4g} izz={t[2][2]:.4g} kg m^2 "
-        "in the link's axes"
-    )
-
-
-def solid_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
-    """A fix that writes the tensor of a solid of the link's shape, where six plain numbers stand now."""
-    solid = context.bodies[link.name].solid
-    element = context.element_at(inertial.inertia_origin)
-    if solid is None or element is None or not inertial.mass > 0.0:
-        return None
-    turn = transpose(rotation(inertial.pose.rpy))
-    tensor = scale_matrix(tensor_in(turn, solid.unit_tensor), inertial.mass)
-    spans, edits = element.attribute_spans(), list[Edit]()
-    largest = max(tensor[0][0], tensor[1][1], tensor[2][2])
-    for i, a in enumerate("xyz"):
-        for j, b in list(enumerate("xyz"))[i:]:
-            name, value = f"i{a}{b}", tensor[i][j]
-            if name not in spans or "$" in spans[name][1].text:
-                return None
-            text = f"{value:.6g}" if abs(value) > 1e-9 * largest else "0"
-            edits += set_value(spans[name][1], text)
-    return Fix("write the tensor of a solid of its shape", tuple(edits), safe=False) if edits else None
-
-
 @rule("I104", "not-positive-definite", Severity.ERROR, "robot")
 def not_positive_definite(context: Context) -> Found:
     """A tensor with a moment that is zero or negative.
@@ -129,7 +97,7 @@ def not_positive_definite(context: Context) -> Found:
 
     Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
@@ -165,7 +133,7 @@ def triangle_inequality(context: Context) -> Found:
 
     Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial):

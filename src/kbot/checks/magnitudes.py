@@ -6,7 +6,8 @@ import math
 
 from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
-from kbot.checks.inertia import solid_fix, solid_hint, sound, weighed
+from kbot.checks.inertia import sound, weighed
+from kbot.checks.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import eigenvalues
 from kbot.checks.tensors import geometry_of
@@ -35,7 +36,7 @@ def gyration_too_large(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape and mass.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -67,7 +68,7 @@ def tensor_units(context: Context) -> Found:
 
     Mend: write kg m^2: 1 g mm^2 is 1e-9 kg m^2, 1 kg mm^2 is 1e-6 kg m^2.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -97,7 +98,7 @@ def tensor_too_small(context: Context) -> Found:
 
     Mend: use the tensor of a solid of the link's shape and mass.
 
-    Fix: unsafe: the tensor of a solid of the link's shape is written, where six plain numbers stand.
+    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         solid = context.bodies[link.name].solid

@@ -6,8 +6,9 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 
-from kbot.text import Call, Diagnostic, Element, Origin, Related, Span
+from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
 _SHOWN = 8
 
@@ -17,15 +18,19 @@ Parameters = Mapping[str, frozenset[str]]
 
 
 def said_once(
-    found: Iterable[Diagnostic], elements: Callable[[], Iterable[Element]], parameters: Parameters
+    found: Iterable[Diagnostic],
+    elements: Callable[[], Iterable[Element]],
+    parameters: Parameters,
+    call_element: Callable[[Call], Element | None],
 ) -> list[Diagnostic]:
-    """Findings of one code at one place made into one. `elements` gives those of the whole result.
+    """Findings of one code at one place made into one. `elements` gives those of the whole result,
+    `call_element` what a call is written as.
 
     A value that a macro passes on as it was given (`${m}`) is its caller's, and is found there.
 
     Where every expansion of that place has the fault it is the macro's own, and its calls are
     named as related places. Where only some have it, it is those calls that are at fault: the finding
-    moves to the innermost call that tells them from the others.
+    moves to the innermost call that tells them from the others, and keeps a fix that edits this call only.
     """
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
@@ -41,7 +46,7 @@ def said_once(
         copies = _Copies(elements(), groups.values())
         moved: dict[tuple[str, str, int], list[Diagnostic]] = defaultdict(list)
         for group in groups.values():
-            for diagnostic in copies.placed(group):
+            for diagnostic in copies.placed(group, call_element):
                 span = diagnostic.origin.span  # type: ignore[union-attr]  # placed ones have an origin
                 moved[diagnostic.code, span.file, span.start].append(diagnostic)
         result += [_one_of(group) for group in moved.values()]
@@ -81,7 +86,9 @@ class _Copies:
                 if calls is not None:
                     calls.append(element.call)
 
-    def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
+    def placed(
+        self, group: list[Diagnostic], call_element: Callable[[Call], Element | None]
+    ) -> list[Diagnostic]:
         """Findings of one place: as they are when all its copies have them, else at their calls."""
         by_calls = {_chain(d.origin): d for d in group if d.origin}
         span = group[0].origin.span if group[0].origin else None
@@ -89,7 +96,7 @@ class _Copies:
         others = [c for c in calls if _spans(c) not in by_calls]
         if not others:
             return list(by_calls.values())
-        return [_at_call(d, [_macros(c) for c in others]) for d in by_calls.values()]
+        return [_at_call(d, [_macros(c) for c in others], call_element) for d in by_calls.values()]
 
 
 def _tag_at(span: Span) -> int:
@@ -113,7 +120,9 @@ def _chain(origin: Origin) -> tuple[Span, ...]:
     return _spans(origin.call)
 
 
-def _at_call(diagnostic: Diagnostic, others: list[list[Call]]) -> Diagnostic:
+def _at_call(
+    diagnostic: Diagnostic, others: list[list[Call]], call_element: Callable[[Call], Element | None]
+) -> Diagnostic:
     """The finding at its innermost call that no faultless copy shares."""
     origin = diagnostic.origin
     if origin is None:
@@ -122,8 +131,30 @@ def _at_call(diagnostic: Diagnostic, others: list[list[Call]]) -> Diagnostic:
         if not any(len(o) > level and o[level].span == call.span for o in others):
             made = Related(f"made here, in macro '{call.name}'", Origin(origin.span, origin.call))
             related = (made, *diagnostic.related)
-            return replace(diagnostic, origin=Origin(call.span, call.caller), related=related, fix=None)
+            fix = diagnostic.fix if _edits_only(diagnostic.fix, call_element(call)) else None
+            return replace(diagnostic, origin=Origin(call.span, call.caller), related=related, fix=fix)
     return diagnostic
+
+
+def _edits_only(fix: Fix | None, element: Element | None) -> bool:
+    """Whether all that a fix edits is within an element."""
+    if fix is None or element is None:
+        return False
+    spans = [edit.span for edit in fix.edits]
+    return all(
+        s.file == element.source.path and element.start <= s.start and s.end <= element.end for s in spans
+    )
+
+
+def _joined(fixes: list[Fix | None]) -> Fix | None:
+    """One fix of those of several calls, each of which edits its own; None where they are at odds."""
+    there = [fix for fix in fixes if fix is not None]
+    if len(there) < len(fixes) or len({(fix.title, fix.safe) for fix in there}) > 1:
+        return None
+    edits = sorted({edit for fix in there for edit in fix.edits}, key=lambda e: (e.span.file, e.span.start))
+    if any(a.span.file == b.span.file and a.span.end >= b.span.start for a, b in pairwise(edits)):
+        return None
+    return Fix(there[0].title, tuple(edits), there[0].safe)
 
 
 def _one_of(group: list[Diagnostic]) -> Diagnostic:
@@ -132,7 +163,7 @@ def _one_of(group: list[Diagnostic]) -> Diagnostic:
     if len(group) == 1:
         return first
     if any(d.fix != first.fix for d in group):
-        first = replace(first, fix=None)
+        first = replace(first, fix=_joined([d.fix for d in group]))
     related = list(first.related)
     for other in group[1 : _SHOWN + 1]:
         calls = _macros(other.origin.call) if other.origin else []

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from kbot.checks.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
 from kbot.checks.context import Context
-from kbot.checks.fixing import replace_value
 from kbot.checks.inertia import is_finite, sound, weighed
+from kbot.checks.inertia_fixes import exchanging_fix, turning_fix
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.spatial import Matrix, Vector, dot, eigenvalues, norm, rotate, subtract, tensor_in, transpose
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
-from kbot.text import Fix, Related, Severity
+from kbot.text import Related, Severity
 
 _SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
 _AXES = "xyz"
@@ -125,7 +125,7 @@ def tensor_not_turned(context: Context) -> Found:
 
     Mend: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
 
-    Fix: unsafe: those angles are written into the inertial.
+    Fix: unsafe: those angles are written into the inertial, or into the call of the macro that makes it.
     """
     for link, inertial in weighed(context):
         body = context.bodies[link.name]
@@ -165,16 +165,8 @@ def tensor_not_turned(context: Context) -> Found:
             ),
             hint,
             geometry_of(body),
-            fix=_turned(context, inertial, rpy) if own_axis and rpy else None,
+            fix=turning_fix(context, link, inertial) if own_axis and rpy else None,
         )
-
-
-def _turned(context: Context, inertial: Inertial, rpy: str) -> Fix | None:
-    """A fix that gives the inertial these angles, where it is not moved from the link's own origin."""
-    title = "turn the inertial with its geometry"
-    if inertial.pose.origin is None:
-        return context.insert_into(inertial.origin, f'<origin xyz="0 0 0" rpy="{rpy}"/>', title, safe=False)
-    return replace_value(context.element_at(inertial.pose.origin), "rpy", rpy, title, safe=False)
 
 
 def part_rpy(context: Context, link: Link) -> str:
@@ -213,7 +205,7 @@ def moments_swapped(context: Context) -> Found:
 
     Mend: pass the sizes in the order that the macro wants.
 
-    Fix: unsafe: the two values are exchanged when both are plain numbers.
+    Fix: unsafe: two plain moments are exchanged, or two sizes in the call of the macro that makes them.
     """
     for link, inertial in weighed(context):
         body = context.bodies[link.name]
@@ -231,7 +223,7 @@ def moments_swapped(context: Context) -> Found:
             f"solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and i{_AXES[b] * 2} {due[b]:.4g}",
             "pass the sizes in the order that the formula wants",
             geometry_of(body),
-            fix=context.exchange(inertial.inertia_origin, f"i{_AXES[a] * 2}", f"i{_AXES[b] * 2}"),
+            fix=exchanging_fix(context, inertial, a, b),
         )
 
 

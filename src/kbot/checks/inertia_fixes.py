@@ -1,0 +1,204 @@
+"""Mending an inertial: the right tensor in plain numbers, or the macro call that computes it.
+
+Texts are taken over as they are written, so that what is computed from a property stays so. Where a macro
+made the inertial, its call is edited and never its body.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from kbot.checks.context import Context
+from kbot.checks.fixing import set_attribute, set_value
+from kbot.checks.inertia_macros import InertiaMacro, Kind, find_macros, known_macro
+from kbot.checks.spatial import rotation, scale_matrix, tensor_in, transpose
+from kbot.model import Box, Collision, Cylinder, Inertial, Link, Sphere, Visual
+from kbot.text import Call, Edit, Element, Fix
+from kbot.xacro.macros import Macro
+
+_WORDS = re.compile(r"(?:\$\{[^}]*\}|[^\s$])+")
+_COMPUTED = "let the macro compute the tensor of its shape"
+
+
+def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
+    """The moments of a solid of the link's shape, as a hint."""
+    solid = context.bodies[link.name].solid
+    if solid is None or not inertial.mass > 0.0:
+        return ""
+    t = [[inertial.mass * v for v in row] for row in solid.unit_tensor]
+    return (
+        f"a solid of its shape and mass has ixx={t[0][0]:.4g} iyy={t[1][1]:.4g} izz={t[2][2]:.4g} kg m^2 "
+        "in the link's axes"
+    )
+
+
+def solid_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
+    """A fix that gives the link the tensor of a solid of its shape.
+
+    The sizes are written into the call of the inertia macro that made the inertial; else a macro that
+    computes the tensor is called in its place; else the tensor is written where six plain numbers stand.
+    """
+    solid = context.bodies[link.name].solid
+    if solid is None or not inertial.mass > 0.0:
+        return None
+    shape = _shape_of(link)
+    made = _macro_call(context, inertial)
+    if made is not None:
+        return _with_sizes(context, made, shape) if shape else None
+    return (_as_call(context, inertial, shape) if shape else None) or _as_numbers(context, link, inertial)
+
+
+def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
+    """A fix that turns an inertial as the link's first shape is turned."""
+    shapes: tuple[Collision | Visual, ...] = (*link.collisions, *link.visuals)
+    title = "turn the inertial with its geometry"
+    made = _macro_call(context, inertial)
+    if made is None:
+        rpy = _numbers(shapes[0].pose.rpy)
+        if inertial.pose.origin is None:
+            text = f'<origin xyz="0 0 0" rpy="{rpy}"/>'
+            return context.insert_into(inertial.origin, text, title, safe=False)
+        element = context.element_at(inertial.pose.origin)
+        edits = set_attribute(element, "rpy", rpy) if element is not None else ()
+        return Fix(title, edits, safe=False) if edits else None
+    rpy = _angles(context, shapes[0], made.scope)
+    if made.macro.rpy:
+        edits = set_attribute(made.element, made.macro.rpy, rpy)
+    else:
+        block = made.element.find("origin") if made.macro.block else None
+        edits = set_attribute(block, "rpy", rpy) if block is not None else ()
+    return Fix(title, edits, safe=False) if edits else None
+
+
+def exchanging_fix(context: Context, inertial: Inertial, one: int, other: int) -> Fix | None:
+    """A fix that exchanges what is along two axes (0, 1, 2): two sizes of a box macro's call, or two plain
+    moments."""
+    made = _macro_call(context, inertial)
+    if made is None:
+        names = ("ixx", "iyy", "izz")
+        return context.exchange(inertial.inertia_origin, names[one], names[other])
+    if made.macro.kind != "box":
+        return None
+    spans = made.element.attribute_spans()
+    first, second = made.macro.sizes[one], made.macro.sizes[other]
+    if first not in spans or second not in spans:
+        return None
+    texts = spans[first][1].text, spans[second][1].text
+    edits = (*set_value(spans[first][1], texts[1]), *set_value(spans[second][1], texts[0]))
+    return Fix(f"exchange {first} and {second}", edits, safe=False) if edits else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """The call that made an inertial: its element as written, its macro, the calls around it."""
+
+    element: Element
+    macro: InertiaMacro
+    scope: Call | None
+
+
+def _macro_call(context: Context, inertial: Inertial) -> _Made | None:
+    """The call of an inertia macro that an inertial comes from."""
+    call, table = inertial.origin.call, context.expansion.macros
+    if call is None or call.kind != "macro" or table is None:
+        return None
+    macro = table.find(call.name.removeprefix("xacro:"))
+    known = known_macro(macro) if isinstance(macro, Macro) else None
+    element = context.call_element(call)
+    return _Made(element, known, call.caller) if known is not None and element is not None else None
+
+
+def _shape_of(link: Link) -> Collision | Visual | None:
+    """The shape that a link's mass is judged by, where it is one box, cylinder or sphere."""
+    shapes: tuple[Collision | Visual, ...] = link.collisions or link.visuals
+    return shapes[0] if len(shapes) == 1 and isinstance(shapes[0].geometry, Box | Cylinder | Sphere) else None
+
+
+def _sizes(context: Context, shape: Collision | Visual, scope: Call | None) -> tuple[Kind, list[str]] | None:
+    """A shape's sizes, as they are written where the same names hold, else as numbers."""
+    kind: Kind
+    match shape.geometry:
+        case Box(size=(x, y, z)):
+            kind, names, values = "box", ["size"], [x, y, z]
+        case Cylinder(radius=radius, length=length):
+            kind, names, values = "cylinder", ["radius", "length"], [radius, length]
+        case Sphere(radius=radius):
+            kind, names, values = "sphere", ["radius"], [radius]
+        case _:
+            return None
+    numbers = [f"{value:.10g}" for value in values]
+    element = context.element_at(shape.geometry.origin)
+    if element is None or shape.geometry.origin.call != scope:
+        return kind, numbers
+    spans = element.attribute_spans()
+    texts = [word for name in names if name in spans for word in _WORDS.findall(spans[name][1].text)]
+    return kind, texts if len(texts) == len(numbers) else numbers
+
+
+def _angles(context: Context, shape: Collision | Visual, scope: Call | None) -> str:
+    """A shape's roll, pitch, yaw, as they are written where the same names hold, else as numbers."""
+    origin = shape.pose.origin
+    element = context.element_at(origin) if origin is not None and origin.call == scope else None
+    spans = element.attribute_spans() if element is not None else {}
+    return spans["rpy"][1].text if "rpy" in spans else _numbers(shape.pose.rpy)
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return " ".join(f"{value:.10g}" for value in values)
+
+
+def _with_sizes(context: Context, made: _Made, shape: Collision | Visual) -> Fix | None:
+    """The call with the sizes of the link's shape as its arguments."""
+    sizes = _sizes(context, shape, made.scope)
+    spans = made.element.attribute_spans()
+    if sizes is None or sizes[0] != made.macro.kind or any(name not in spans for name in made.macro.sizes):
+        return None
+    pairs = zip(made.macro.sizes, sizes[1], strict=True)
+    edits = tuple(edit for name, text in pairs for edit in set_value(spans[name][1], text))
+    return Fix("give the macro the sizes of its shape", edits, safe=False) if edits else None
+
+
+def _as_call(context: Context, inertial: Inertial, shape: Collision | Visual) -> Fix | None:
+    """A call of a fitting inertia macro in the place of the inertial, with the same names in force."""
+    element, scope = context.element_at(inertial.origin), inertial.origin.call
+    if element is None or shape.geometry.origin.call != scope or "<!--" in element.whole.text:
+        return None
+    sizes = _sizes(context, shape, scope)
+    mass = element.find("mass")
+    weight = mass.attribute_spans().get("value") if mass is not None else None
+    macro = next((m for m in find_macros(context.expansion.macros) if sizes and m.kind == sizes[0]), None)
+    if macro is None or sizes is None or weight is None:
+        return None
+    rpy = _angles(context, shape, scope) if any(shape.pose.rpy) and macro.kind != "sphere" else ""
+    xyz = _numbers(inertial.pose.xyz) if any(inertial.pose.xyz) else ""
+    given = {macro.mass: weight[1].text, **dict(zip(macro.sizes, sizes[1], strict=True))}
+    end = "/>"
+    if macro.block:
+        end = f'><origin xyz="{xyz or "0 0 0"}" rpy="{rpy or "0 0 0"}"/></xacro:{macro.name}>'
+    elif (xyz and not macro.xyz) or (rpy and not macro.rpy):
+        return None
+    else:
+        given |= {name: text for name, text in ((macro.xyz, xyz), (macro.rpy, rpy)) if text}
+    values = " ".join(f'{name}="{text}"' for name, text in given.items())
+    return Fix(_COMPUTED, (Edit(element.whole, f"<xacro:{macro.name} {values}{end}"),), safe=False)
+
+
+def _as_numbers(context: Context, link: Link, inertial: Inertial) -> Fix | None:
+    """The tensor of a solid of the link's shape, where six plain numbers stand now."""
+    solid = context.bodies[link.name].solid
+    element = context.element_at(inertial.inertia_origin)
+    if solid is None or element is None:
+        return None
+    turn = transpose(rotation(inertial.pose.rpy))
+    tensor = scale_matrix(tensor_in(turn, solid.unit_tensor), inertial.mass)
+    spans, edits = element.attribute_spans(), list[Edit]()
+    largest = max(tensor[0][0], tensor[1][1], tensor[2][2])
+    for i, a in enumerate("xyz"):
+        for j, b in list(enumerate("xyz"))[i:]:
+            name, value = f"i{a}{b}", tensor[i][j]
+            if name not in spans or "$" in spans[name][1].text:
+                return None
+            text = f"{value:.6g}" if abs(value) > 1e-9 * largest else "0"
+            edits += set_value(spans[name][1], text)
+    return Fix("write the tensor of a solid of its shape", tuple(edits), safe=False) if edits else None
