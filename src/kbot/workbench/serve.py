@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from os import environ
 from typing import TYPE_CHECKING
 
+from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.workbench.access import Access, bracketed, is_loopback
 from kbot.workbench.server import Server
@@ -22,6 +23,7 @@ from kbot.workbench.session import Session
 if TYPE_CHECKING:
     from kbot.workbench.driving import Attend
 
+ORIGIN = PlanarPose()
 FIRST_PORT, LAST_PORT = 8300, 8399
 SEND_BUFFER = 64 * 1024
 
@@ -36,9 +38,10 @@ def open_session(
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
     attend: Attend = lambda simulation: None,
+    start: PlanarPose = ORIGIN,
 ) -> Session:
     """Read a description (or `kbot`, the robot that ships) and make it ready to be shown or driven.
-    `attend` is told of each simulation before it first moves.
+    `attend` is told of each simulation before it first moves; `start` is where the robot stands at first.
 
     Raises:
         DescriptionError: it makes no robot; with everything that is wrong.
@@ -51,7 +54,7 @@ def open_session(
     if simulate:
         from kbot.workbench.driving import driven_session
 
-        return driven_session(description, world, seed, contacts, attend)
+        return driven_session(description, world, seed, contacts, attend, start)
     from kbot.workbench.motion import Sliders
 
     return Session(description, "view", Sliders)
@@ -70,6 +73,7 @@ def serve(
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
     attend: Attend = lambda simulation: None,
+    start: PlanarPose = ORIGIN,
 ) -> None:
     """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
 
@@ -87,6 +91,7 @@ def serve(
         contacts=contacts,
         package_path=package_path,
         attend=attend,
+        start=start,
     )
     with bind(host, port) as listening:
         server, address = _server(session, host, listening)
