@@ -17,6 +17,7 @@ from __future__ import annotations
 TYPE_CHECKING = False  # as in typing, which takes longer to import than all of this
 if TYPE_CHECKING:
     from kbot import checks, kinematics, messages, model, navigation, sensors, sim, text, world, xacro
+    from kbot.client import Node
     from kbot.kinematics import PlanarPose, Transform
     from kbot.robot import DescriptionWarning, Robot, load
     from kbot.sim import Simulation
@@ -29,6 +30,7 @@ _HOMES = {
     "DescriptionError": "kbot.text",
     "DescriptionWarning": "kbot.robot",
     "Diagnostic": "kbot.text",
+    "Node": "kbot.client",
     "KbotError": "kbot.text",
     "PlanarPose": "kbot.kinematics",
     "Robot": "kbot.robot",
@@ -47,6 +49,7 @@ __all__ = [
     "DescriptionWarning",
     "Diagnostic",
     "KbotError",
+    "Node",
     "PlanarPose",
     "Robot",
     "Simulation",

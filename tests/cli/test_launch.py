@@ -105,7 +105,7 @@ def test_a_node_that_nothing_stands_in_for_is_named_at_its_line(
     launch.write_text(LAUNCH.replace("</launch>", '<node pkg="p" type="t" name="n"/></launch>'))
     assert run(["launch", str(launch), "--dry-run"]) == 1
     out, err = said(capsys)
-    assert f"{launch}:6:21: warning: nothing stands in for the node p/t: /n is not run [L055]" in err
+    assert f"{launch}:6:21: warning: /n (p/t) is not run: the package 'p' is not found [L055]" in err
     assert "not run" in out
 
 
@@ -115,7 +115,7 @@ def test_a_required_node_that_cannot_run_ends_the_launch(
     node = '<node pkg="p" type="t" name="n" required="true"/></launch>'
     launch.write_text(LAUNCH.replace("</launch>", node))
     assert run(["launch", str(launch), "--no-browser"]) == 2
-    assert "/n is not run [L055]" in said(capsys)[1]
+    assert "error: /n (p/t) is not run" in said(capsys)[1]
 
 
 def test_a_launch_file_without_a_robot_says_so(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:

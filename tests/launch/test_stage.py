@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch
+from kbot.launch.spawning import Spawn
 from kbot.launch.stage import Stage, stage
 from kbot.xacro import Packages
 
@@ -33,7 +34,8 @@ def staged(folder: Path, text: str) -> Stage:
 def test_a_spawned_model_is_simulated_in_the_world_that_is_named(folder: Path) -> None:
     world = '<arg name="world_name" value="worlds/boxes.world"/>'
     found = staged(folder, GAZEBO.format(passed=world, param="robot_description", more=""))
-    assert found == Stage(str(folder / "r.xacro"), {}, True, "worlds/boxes.world", ())
+    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {})
+    assert (found.simulate, found.world, found.paused, found.notes) == (True, "worlds/boxes.world", False, ())
 
 
 def test_the_parameter_that_is_spawned_is_the_robot(folder: Path) -> None:
@@ -42,13 +44,62 @@ def test_the_parameter_that_is_spawned_is_the_robot(folder: Path) -> None:
     assert found.world == "worlds/empty.world"
 
 
-def test_a_start_elsewhere_is_told_not_to_be_done(folder: Path) -> None:
-    found = staged(folder, GAZEBO.format(passed="", param="other", more=" -x 1 -Y 0.5"))
+def test_a_file_that_is_spawned_is_the_robot(folder: Path) -> None:
+    found = staged(folder, GAZEBO.format(passed="", param="other", more=f" -file {folder}/r.xacro"))
+    assert found.path == str(folder / "r.xacro")
+
+
+def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
+    more = " -x 1 -y -2.5 -z 0.3 -R 0.1 -P 0.2 -Y 0.5 -J arm 0.7 -J lift -1"
+    found = staged(folder, GAZEBO.format(passed="", param="other", more=more))
+    assert found.spawn == Spawn(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0})
+    assert found.notes == ()
+
+
+def test_a_start_that_is_no_number_is_an_error_at_the_word(folder: Path) -> None:
+    found = staged(folder, GAZEBO.format(passed="", param="other", more=" -x two"))
     (note,) = found.notes
-    assert (note.code, note.is_error) == ("L059", False)
-    assert note.message.startswith("-x, -Y")
+    assert note.origin is not None
+    assert (note.code, note.is_error, note.origin.span.text) == ("L062", True, "two")
+
+
+@pytest.mark.parametrize("option", ["-sdf", "-reference_frame table::top", "-robot_namespace left"])
+def test_what_a_spawner_is_told_in_vain_is_said(folder: Path, option: str) -> None:
+    found = staged(folder, GAZEBO.format(passed="", param="other", more=f" {option}"))
+    (note,) = found.notes
+    assert note.origin is not None
+    assert (note.code, note.is_error, note.origin.span.text) == ("L063", False, option.split()[0])
+
+
+@pytest.mark.parametrize(
+    ("passed", "unpause", "paused", "window"),
+    [
+        ("", "", False, True),
+        ('<arg name="paused" value="true"/>', "", True, True),
+        ('<arg name="paused" value="true"/>', " -unpause", False, True),
+        ('<arg name="gui" value="false"/>', "", False, False),
+        ('<arg name="headless" value="true"/>', "", False, False),
+    ],
+)
+def test_gazebo_s_arguments_count(
+    folder: Path, passed: str, unpause: str, paused: bool, window: bool
+) -> None:
+    found = staged(folder, GAZEBO.format(passed=passed, param="other", more=unpause))
+    assert (found.paused, found.window) == (paused, window)
+
+
+def test_who_looks_by_rviz_has_a_window_without_gazebo_s(folder: Path) -> None:
+    rviz = '<node pkg="rviz" type="rviz" name="rviz"/></launch>'
+    text = GAZEBO.format(passed='<arg name="gui" value="false"/>', param="other", more="")
+    assert staged(folder, text.replace("</launch>", rviz)).window
 
 
 def test_without_a_spawner_the_robot_is_shown_and_not_simulated(folder: Path) -> None:
     text = '<launch><param name="robot_description" command="xacro $(dirname)/r.xacro"/></launch>'
-    assert staged(folder, text) == Stage(str(folder / "r.xacro"), {}, False, "empty", ())
+    found = staged(folder, text)
+    assert (found.path, found.simulate, found.world) == (str(folder / "r.xacro"), False, "empty")
+
+
+def test_a_world_s_own_launch_file_names_it(folder: Path) -> None:
+    text = '<launch><include file="$(find gazebo_ros)/launch/mud_world.launch"/></launch>'
+    assert staged(folder, text).world == "mud.world"

@@ -8,16 +8,24 @@ from typing import Protocol
 
 from kbot.bridges.gazebo import gazebo_services
 from kbot.bridges.gazebo_states import GazeboTopics
-from kbot.bridges.link import Link
+from kbot.bridges.graph import GraphServer
+from kbot.bridges.link import Link, Live
 from kbot.bridges.wishes import Wishes
+from kbot.launch.static_transforms import to_json
+from kbot.messages import ClockMessage, String, Timer
+from kbot.model import Robot
 from kbot.model.writer import to_urdf
 from kbot.navigation.topics import TOPICS as NAVIGATION_TOPICS
 from kbot.nodes import RobotStatePublisher
+from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.recorder import Recorder
-from kbot.record.replay import NODES, STATE_PUBLISHER
+from kbot.record.replay import NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed
+
+CLOCK_RATE = 50.0
+"""Hz of /clock where there is no simulation to say it."""
 
 
 class Bridge(Protocol):
@@ -33,17 +41,19 @@ class Bridge(Protocol):
 class Companions:
     """Opened once; `join` goes along with a simulation, also with one that takes another's place."""
 
-    def __init__(self, wishes: Wishes, tell: Callable[[str], None]) -> None:
-        """`tell` is given sentences for the user."""
+    def __init__(self, wishes: Wishes, tell: Callable[[str], None], *, served: bool = False) -> None:
+        """`tell` is given sentences for the user; `served`: it runs by the wall's clock, so that others of
+        this machine may ask it."""
         self._wishes, self._tell = wishes, tell
+        self._is_live = served or wishes.is_live
         self.failure: KbotError | None = None
         """Why the recording ended early, if it did."""
         self._gazebo: GazeboTopics | None = None
         self._link = Link(tell, frozenset() if wishes.navigation else NAVIGATION_TOPICS)
-        self._link.services = gazebo_services()
         self._bridges: list[Bridge] = []
         self._recorder: Recorder | None = None
         self._publisher: RobotStatePublisher | None = None
+        self._timer: Timer | None = None
         self._joined = 0
         self._first_world = ""
 
@@ -63,6 +73,9 @@ class Companions:
         self._publisher = RobotStatePublisher(
             simulation.robot, simulation.bus, simulation.clock, description=description
         )
+        transforms = self._wishes.transforms
+        if transforms:
+            publish_static_transforms(simulation.bus, simulation.clock, transforms)
         if self._wishes.record:
             self._recorder = Recorder(
                 simulation,
@@ -71,21 +84,47 @@ class Companions:
                 topics=self._wishes.topics,
                 description=description,
                 world=world,
-                facts={NODES: STATE_PUBLISHER},
+                facts={NODES: STATE_PUBLISHER, TRANSFORMS: to_json(transforms)},
                 on_failure=self._lost,
             )
         self._joined += 1
-        if self._wishes.is_live:
-            told = {"/robot_description": description, "/use_sim_time": True}
-            self._link.parameters = {**self._link.parameters, **told}
+        if self._is_live:
+            self._link.services = gazebo_services()
             self._gazebo = GazeboTopics(simulation)
-            self._link.attach(simulation, feed)
-            if not self._bridges:
-                self._open_bridges()
+            self._connect(simulation, feed, description, simulation.robot.name, world)
+
+    def show(self, shown: Live, robot: Robot) -> None:
+        """Go along with a robot that is shown and not simulated: `shown` says its joints and transforms.
+        There is nothing to be recorded.
+
+        Raises:
+            KbotError: a bridge cannot be opened.
+        """
+        self._leave()
+        description = to_urdf(robot)
+        clock = shown.bus.advertise("/clock", ClockMessage)
+        self._timer = shown.clock.every(CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp)))
+        shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
+        if self._wishes.transforms:
+            publish_static_transforms(shown.bus, shown.clock, self._wishes.transforms)
+        if self._is_live:
+            feed = Feed(shown.bus, lambda: shown.clock.nanoseconds)
+            self._connect(shown, feed, description, robot.name)
+
+    def _connect(self, live: Live, feed: Feed, description: str, robot: str, world: str = "") -> None:
+        told = {"/robot_description": description, "/use_sim_time": True}
+        self._link.parameters = {**self._wishes.parameters, **self._link.parameters, **told}
+        self._link.attach(live, feed)
+        if not self._bridges:
+            self._open_bridges()
+            graph = GraphServer(self._link)
+            self._bridges.append(graph)
+            graph.announce(robot, world)
 
     def close(self) -> None:
         """Finish the recording and take leave of all peers."""
         self._leave()
+        self._link.end()
         for bridge in self._bridges:
             bridge.close()
         self._bridges.clear()
@@ -99,6 +138,9 @@ class Companions:
         if self._publisher is not None:
             self._publisher.close()
             self._publisher = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
         self._link.detach()
         if self._gazebo is not None:
             self._gazebo.close()
@@ -115,7 +157,9 @@ class Companions:
 
                 self._add(Ros1Bridge(self._link, self._wishes.host))
             if self._wishes.ros2:
-                self._add(_ros2_bridge(self._link, self._wishes.host))
+                self._add(ros2_bridge(self._link, self._wishes.host))
+            if self._wishes.zenoh:
+                self._add(_zenoh_bridge(self._link, self._wishes.host))
             if self._wishes.foxglove:
                 from kbot.bridges.foxglove import FoxgloveBridge
 
@@ -133,14 +177,25 @@ class Companions:
         self._tell(bridge.describe())
 
 
-def _ros2_bridge(link: Link, host: str | None) -> Bridge:
+def ros2_bridge(link: Link, host: str | None, node: str = "/kbot") -> Bridge:
+    """Raises KbotError: the extra is not installed, or ROS 2 cannot be served."""
     try:
         from kbot.bridges.ros2 import Ros2Bridge
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "cyclonedds":
             raise
         raise KbotError("ROS 2 needs an extra: pip install 'kbot[ros2]'") from None
-    return Ros2Bridge(link, host)
+    return Ros2Bridge(link, host, node)
+
+
+def _zenoh_bridge(link: Link, host: str | None) -> Bridge:
+    try:
+        from kbot.bridges.zenoh import ZenohBridge
+    except ModuleNotFoundError as error:
+        if error.name != "zenoh":
+            raise
+        raise KbotError("Zenoh needs an extra: pip install 'kbot[zenoh]'") from None
+    return ZenohBridge(link, host)
 
 
 def _numbered(path: str, number: int) -> str:

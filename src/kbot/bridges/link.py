@@ -12,13 +12,16 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from kbot.bridges.services import Service, require_service
+from kbot.messages import Bus, Clock
 from kbot.messages.types import Twist, TwistStamped
-from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet, ros_name
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
 
 SERVE_RATE = 50.0
 WAITING = 16
@@ -46,6 +49,25 @@ class Topic:
         return ros_name(self.message_type)
 
 
+class Live(Protocol):
+    """What a link serves: a simulation, or anything else that speaks on a bus as time passes.
+
+    `errands` are run between two steps, also while it is `paused`.
+    """
+
+    @property
+    def bus(self) -> Bus: ...
+
+    @property
+    def clock(self) -> Clock: ...
+
+    @property
+    def errands(self) -> list[Callable[[], bool]]: ...
+
+    @property
+    def paused(self) -> bool: ...
+
+
 class Link:
     """Thread-safe but for `attach`, `detach`, `serve` and `work`, which are the simulation's thread's."""
 
@@ -67,7 +89,7 @@ class Link:
         self._wanted: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []
         self._feed: Feed | None = None
-        self._simulation: Simulation | None = None
+        self._simulation: Live | None = None
         self._seen = -1
 
     def open(self, topic: str, receiver: Receiver) -> None:
@@ -122,7 +144,7 @@ class Link:
             self._told.add(text)
         self._tell(text)
 
-    def attach(self, simulation: Simulation, feed: Feed) -> None:
+    def attach(self, simulation: Live, feed: Feed) -> None:
         """Serve this simulation from now on, instead of the one before."""
         self.detach()
         self._simulation, self._feed, self._seen = simulation, feed, -1
@@ -141,6 +163,15 @@ class Link:
         if self._simulation is not None:
             self._simulation.errands.remove(self.work)
         self._simulation = self._feed = None
+
+    def end(self) -> None:
+        """Nobody is served any more; whoever waits for a service is told."""
+        self.detach()
+        with self._lock:
+            calls, self._calls = self._calls, deque()
+        for _, _, future in calls:
+            if future.set_running_or_notify_cancel():
+                future.set_exception(KbotError("the simulation is gone"))
 
     def serve(self) -> None:
         """Do what peers asked for and deliver what they said since the last time."""
@@ -181,12 +212,13 @@ class Link:
             if not future.set_running_or_notify_cancel():
                 continue
             try:
-                future.set_result(service.answer(simulation, request))
+                # services are offered beside simulations only
+                future.set_result(service.answer(cast("Simulation", simulation), request))
             except KbotError as error:
                 future.set_exception(error)
         return called > 0
 
-    def _look(self, simulation: Simulation, feed: Feed) -> None:
+    def _look(self, simulation: Live, feed: Feed) -> None:
         bus = simulation.bus
         self._seen = bus.changes
         inputs = bus.inputs
@@ -204,7 +236,7 @@ class Link:
         if self._feed is not None and topic not in self._hidden and topic in self._feed.offered():
             self._feed.open(topic, receiver)
 
-    def _deliver(self, simulation: Simulation, topic: str, message: object) -> None:
+    def _deliver(self, simulation: Live, topic: str, message: object) -> None:
         known = self.topics.get(topic)
         if known is None or not known.is_input:
             return

@@ -54,8 +54,9 @@ def running() -> list[Presence]:
     return found
 
 
-def find(at: str = "") -> str:
-    """The address of the one that runs, or of the one that `at` names: a process's number, or an address.
+def find(at: str = "", how: str = "--at NUMBER") -> str:
+    """The address of the one that runs, or of the one that `at` names: a process's number, or an address;
+    `how` is how a user names it.
 
     Raises:
         KbotError: none runs, several do and none is named, or none is as named.
@@ -70,7 +71,7 @@ def find(at: str = "") -> str:
     if not chosen:
         raise KbotError(f"no KBot {at} runs here; there are {listed}")
     if len(chosen) > 1:
-        raise KbotError(f"several KBots run: {listed}; name one with --at NUMBER")
+        raise KbotError(f"several KBots run: {listed}; name one with {how}")
     return chosen[0].address
 
 

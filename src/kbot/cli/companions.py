@@ -14,6 +14,7 @@ from kbot.cli.output import fail
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
+    from kbot.bridges.companions import Companions
 
     Join = Callable[[Simulation, str, str], None]
 
@@ -85,22 +86,34 @@ _OPTIONS = (
 
 
 @contextmanager
-def going_along(wishes: Wishes) -> Iterator[Join]:
-    """What is wished for, until the end of the block; each simulation is to be handed to it.
+def going_along(wishes: Wishes, *, served: bool = False) -> Iterator[Join]:
+    """What is wished for, until the end of the block; each simulation is to be handed to it. `served`: it
+    runs by the wall's clock, so that `kbot topic` and its like may ask it.
 
     Raises:
         KbotError: the recording cannot be made, or a bridge cannot be opened.
         Exit: with status 2 at the end, if the recording broke off; why was told when it happened.
     """
-    if not wishes:
+    if not wishes and not served:
         yield lambda simulation, description, world: None
         return
     from kbot.bridges.companions import Companions
 
-    companions = Companions(wishes, lambda text: click.echo(text, err=True))
+    going = Companions(wishes, lambda text: click.echo(text, err=True), served=served)
     try:
-        yield companions.join
+        yield going
     finally:
-        companions.close()
-    if companions.failure is not None:
+        going.close()
+    if going.failure is not None:
         raise click.exceptions.Exit(2)
+    with companions(wishes, served=served) as going:
+        yield going.join
+
+
+@contextmanager
+def companions(wishes: Wishes, *, served: bool = False) -> Iterator[Companions]:
+    """As `going_along`, for those who show robots too.
+
+    Raises:
+        KbotError, Exit: as `going_along`.
+    """

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
+from kbot.cli.companions import companion_options
+from kbot.cli.launch_text import print_answers, table
 from kbot.cli.output import fail, report, warn_of_others
-from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.launch.known import role
-from kbot.launch.stage import Stage, stage
+from kbot.launch import is_ros_2, read_launch, read_launch_2
+from kbot.launch.stage import stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
+
+if TYPE_CHECKING:
+    from kbot.bridges.wishes import Wishes
 
 
 @click.command(
@@ -41,6 +45,7 @@ from kbot.xacro import PackageNotFound, Packages
 @click.option("--trust", is_flag=True, help="Run a launch file in Python (ROS 2): it is a program.")
 @click.option("--allow-commands", is_flag=True, help="Let command= run any program, not only xacro.")
 @click.option("--world", metavar="W", help="The world to simulate in, whatever the launch file says.")
+@companion_options
 @page_options
 def command(
     words: tuple[str, ...],
@@ -57,6 +62,7 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
+    wishes: Wishes,
 ) -> int:
     """Carry out a launch file of ROS 1 (XML) or ROS 2 (Python, XML, YAML) without ROS.
 
@@ -76,45 +82,25 @@ def command(
     plan.require()
     if nodes or files or dump_params or ros_args or args_of:
         report(d for d in plan.problems)
-        _print(plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of)
+        print_answers(
+            plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of
+        )
         return 0
-    staged = stage(plan)
+    staged = stage(plan, packages)
     if dry_run:
         found = (*plan.diagnostics, *staged.notes)
         report(found)
-        click.echo(_table(plan, staged))
+        click.echo(table(plan, staged))
         return int(any(d.severity is not Severity.INFO for d in found))
-    return _carry_out(plan, staged, world or _known_world(staged), package_path, host, port, browser)
-
-
-def _carry_out(
-    plan: Plan,
-    staged: Stage,
-    world: str,
-    package_path: tuple[str, ...],
-    host: str,
-    port: int | None,
-    browser: bool,
-) -> int:
     report(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L"))
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.path is None:
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
-    from kbot.workbench.serve import serve
+    from kbot.cli.launch_run import Place, carry_out
 
-    click.echo(_table(plan, staged))
-    serve(
-        staged.path,
-        simulate=staged.simulate,
-        world=world,
-        arguments=staged.arguments,
-        host=host,
-        port=port,
-        open_browser=browser,
-        package_path=package_path,
-    )
-    return 0
+    click.echo(table(plan, staged))
+    return carry_out(plan, staged, wishes, world, Place(host, port, browser, package_path))
 
 
 def _ask_for_trust(path: str) -> bool:
@@ -163,95 +149,3 @@ def _launch_files(folder: Path) -> list[str]:
 
 def _is_launch_file(file: Path) -> bool:
     return file.suffix == ".launch" or file.name.endswith((".launch.py", ".launch.xml", ".launch.yaml"))
-
-
-def _known_world(staged: Stage) -> str:
-    """A world file that is there, else KBot's own of that name, else the empty one, which is said."""
-    if not staged.simulate:
-        return "empty"
-    if Path(staged.world).is_file():
-        return staged.world
-    from kbot.world import BUILDERS
-
-    name = PurePosixPath(staged.world.replace("\\", "/")).stem
-    if name in BUILDERS:
-        return name
-    click.echo(f"The world '{staged.world}' is not here: the robot stands in 'empty'.", err=True)
-    return "empty"
-
-
-def _table(plan: Plan, staged: Stage) -> str:
-    """A line for each node: its name, what it is, what stands in for it, where it was written."""
-    rows = [
-        (n.full_name, f"{n.package}/{n.type}", role(n.package, n.type) or "not run", _place(str(n.origin)))
-        for n in plan.nodes
-    ]
-    rows += [
-        (f"{i.namespace}gazebo", f"{i.package}/{i.name}", "KBot's simulation", _place(str(i.origin)))
-        for i in plan.included
-    ]
-    widths = [max((len(row[column]) for row in rows), default=0) for column in range(3)]
-    lines = [
-        f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
-    ]
-    given = "".join(f" {name}:={value}" for name, value in staged.arguments.items())
-    robot = f"  robot: {staged.path}{given}" if staged.path else "  no robot"
-    return "\n".join(
-        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, robot]
-    )
-
-
-def _place(origin: str) -> str:
-    file, line, _ = origin.rsplit(":", 2)
-    return f"{Path(file).name}:{line}"
-
-
-def _print(
-    plan: Plan, *, nodes: bool, files: bool, dump_params: bool, ros_args: bool, args_of: str | None
-) -> None:
-    if nodes:
-        for node in plan.nodes:
-            click.echo(node.full_name)
-    if files:
-        for file in dict.fromkeys(plan.files):
-            click.echo(file)
-    if dump_params:
-        import yaml
-
-        click.echo(yaml.safe_dump({name: param.value for name, param in plan.params.items()}))
-    if ros_args:
-        click.echo(_arguments(plan))
-    if args_of:
-        click.echo(_command_line(plan, args_of))
-
-
-def _arguments(plan: Plan) -> str:
-    """The launch file's arguments, as `roslaunch --ros-args` prints them."""
-    if not plan.arguments:
-        return "No arguments."
-    lines = []
-    for title, wanted in (("Required Arguments:", False), ("Optional Arguments:", True)):
-        some = [a for name, a in sorted(plan.arguments.items()) if bool(a.default) is wanted]
-        if some:
-            lines.append(title)
-        for argument in some:
-            default = f' (default "{argument.default}")' if wanted else ""
-            lines.append(f"  {argument.name}{default}: {argument.doc or 'undocumented'}")
-    return "\n".join(lines)
-
-
-def _command_line(plan: Plan, name: str) -> str:
-    by_name = {node.full_name: node for node in plan.nodes}
-    node = by_name.get(name) or by_name.get("/" + name)
-    if node is None:
-        hint = did_you_mean(name, by_name) or f"there are {', '.join(by_name)}"
-        raise KbotError(f"no node is named {name}: {hint}")
-    remaps: Mapping[str, str] = dict(node.remaps)
-    environment = [f'{key}="{value}"' for key, value in node.env]
-    words = [node.launch_prefix or "", f"{node.package}/{node.type}", re.sub(r"\s+", " ", node.args.strip())]
-    words += [*(f"{source}:={target}" for source, target in remaps.items()), f"__name:={node.name}"]
-    return " ".join([*environment, *(word for word in words if word)])
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -18,7 +18,10 @@ class Role(StrEnum):
     SIMULATOR = "KBot's simulation"
     SPAWNER = "the robot in KBot's simulation"
     CONTROLLER = "the drive controller of KBot's simulation"
-    TELEOP = "the drive keys of the workbench"
+    TELEOP = "the drive keys of the workbench and of this terminal"
+    TRANSFORM = "a static transform of KBot's"
+    MAP = "KBot's map"
+    RECORDER = "KBot's recorder"
 
 
 NODES: Mapping[str, Mapping[str, Role | None]] = {
@@ -40,10 +43,11 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
         "controller_manager": Role.CONTROLLER,
         "ros2_control_node": Role.CONTROLLER,
     },
-    "tf": {"static_transform_publisher": None},
-    "tf2_ros": {"static_transform_publisher": None},
-    "map_server": {"map_server": None, "map_saver": None},
-    "rosbag": {"play": None, "record": None},
+    "tf": {"static_transform_publisher": Role.TRANSFORM},
+    "tf2_ros": {"static_transform_publisher": Role.TRANSFORM},
+    "map_server": {"map_server": Role.MAP, "map_saver": None},
+    "nav2_map_server": {"map_server": Role.MAP, "map_saver_cli": None, "map_saver_server": None},
+    "rosbag": {"play": None, "record": Role.RECORDER},
     "rviz2": {"rviz2": Role.VIEWER},
     "ros_gz_sim": {"create": Role.SPAWNER, "gzserver": Role.SIMULATOR},
     "ros_gz_bridge": {"parameter_bridge": Role.CONTROLLER, "bridge_node": Role.CONTROLLER},
@@ -156,8 +160,13 @@ LAUNCH_FILES_2 = frozenset(
 """The same of ROS 2, whose arguments are not checked."""
 
 
-def role(package: str, type_: str) -> Role | None:
-    """What stands in for a node, its old names included; None where nothing does."""
+def role(package: str, type_: str, args: str = "") -> Role | None:
+    """What stands in for a node, its old names included; None where nothing does.
+
+    A process without a package is known by its program and `args`.
+    """
+    if not package:
+        return Role.RECORDER if type_ == "ros2" and args.split()[:2] == ["bag", "record"] else None
     renamed = RENAMED.get((package, type_))
     if renamed:
         package, type_ = renamed.new_package, renamed.new_type

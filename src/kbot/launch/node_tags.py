@@ -11,7 +11,8 @@ from kbot.launch.parameters import Parameters
 from kbot.launch.plan import Node, Param
 from kbot.launch.reading import Attributes, Reporter
 from kbot.launch.schema import CHILDREN
-from kbot.text import Diagnostic, Edit, Element, Fix, Origin, Severity, Span
+from kbot.launch.words import place_of
+from kbot.text import Diagnostic, Edit, Element, Fix, Severity
 from kbot.text.suggest import did_you_mean
 
 
@@ -162,23 +163,7 @@ def _review_spawn_model(node: Node, reporter: Reporter) -> None:
             hint = f"{near} drop it; " if near else "drop it; "
             hint += f"there are {' '.join(SPAWN_MODEL_VALUES)}"
             message = f"spawn_model has no option '{word}': it refuses to start, and the robot never appears"
-            reporter.finding(Diagnostic("L056", Severity.ERROR, message, _word(node, word), hint))
+            reporter.finding(Diagnostic("L056", Severity.ERROR, message, place_of(node, word), hint))
             continue
         for _ in range(count):
             next(rest, None)
-
-
-def _word(node: Node, word: str) -> Origin:
-    """Where a word of a node's args was written; all of them where it is not found."""
-    origin = node.spans["args"]
-    span = origin.span
-    words = span.text.split()
-    if word not in words:
-        return origin
-    at = span.start
-    for other in words:
-        at = span.source.data.index(other.encode(), at)
-        if other == word:
-            break
-        at += len(other.encode())
-    return Origin(Span(span.source, at, at + len(word.encode())), origin.call)

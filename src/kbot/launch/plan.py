@@ -72,6 +72,10 @@ class Node:
     launch_prefix: str | None = None
     machine: str | None = None
     is_test: bool = False
+    delay: float = 0.0
+    """Seconds after the launch's start, or after `after`, at which it is started."""
+    after: tuple[str, str] | None = None
+    """It is started once that node (a full name) did this: `exit` or `start`."""
 
     @property
     def full_name(self) -> str:
@@ -116,6 +120,7 @@ class Plan:
     store: tuple[tuple[str, str, str], ...] = ()
     problems: tuple[Diagnostic, ...] = ()
     findings: tuple[Diagnostic, ...] = ()
+    is_ros_2: bool = False
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

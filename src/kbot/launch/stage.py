@@ -1,84 +1,153 @@
-"""What a plan comes to without ROS: which robot is shown or simulated where, and what cannot be run."""
+"""What a plan comes to without ROS: which robot is shown or simulated where, and what runs beside it."""
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TypeVar
 
-from kbot.launch.known import Role, role
-from kbot.launch.plan import Included, Node, Param, Plan
+from kbot.launch.gazebo import read_gazebo
+from kbot.launch.joint_states import JointStateSettings, read_joint_states
+from kbot.launch.known import NODES, RENAMED, Role, role
+from kbot.launch.plan import Description, Node, Param, Plan
+from kbot.launch.programs import Program, find_program
+from kbot.launch.rosbag import Recording, read_recording
+from kbot.launch.spawning import Spawn, read_spawn, spawned
+from kbot.launch.static_transforms import StaticTransform, read_static_transform
+from kbot.launch.words import split
 from kbot.text import Diagnostic, Severity
+from kbot.xacro.packages import Packages
 
-_POSE_OPTIONS = ("-x", "-y", "-z", "-R", "-P", "-Y")
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
 class Stage:
-    """The robot file and its xacro arguments, whether it is simulated and in which world.
+    """What KBot does in the place of a launch's nodes.
 
-    `path` is None where no parameter holds a robot; `notes` say what is not done and why.
+    path, arguments  the robot file and its xacro arguments; None where no parameter holds a robot
+    simulate         whether it is simulated, in `world`, from `spawn` on, `paused` at first
+    window           whether the launch wants anything to be seen
+    joints           what a joint_state_publisher is told
+    maps             map.yaml files that a map server publishes
+    programs         the user's own nodes that can be run
+    notes            what is not done and why
     """
 
     path: str | None
     arguments: Mapping[str, str]
     simulate: bool
     world: str
+    paused: bool
+    window: bool
+    spawn: Spawn
+    joints: JointStateSettings
+    transforms: tuple[StaticTransform, ...]
+    maps: tuple[str, ...]
+    recordings: tuple[Recording, ...]
+    has_teleop: bool
+    programs: tuple[Program, ...]
     notes: tuple[Diagnostic, ...]
 
 
-def stage(plan: Plan) -> Stage:
+def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     """What stands in for a plan's nodes, and a note for each that nothing stands in for."""
-    notes = [*_unknown_nodes(plan)]
-    spawners = [n for n in plan.nodes if role(n.package, n.type) is Role.SPAWNER]
-    robot = _robot(plan, spawners)
-    for node in spawners:
-        given = [word for word in _words(node) if word in _POSE_OPTIONS]
-        if given:
-            message = f"{', '.join(given)}: the robot starts at the origin"
-            notes.append(Diagnostic("L059", Severity.WARNING, message, node.spans["args"]))
-    description = robot.description if robot else None
-    if robot is None or description is None:
-        return Stage(None, {}, bool(spawners), _world(plan.included), tuple(notes))
-    return Stage(description.path, description.arguments, bool(spawners), _world(plan.included), tuple(notes))
-
-
-def _robot(plan: Plan, spawners: list[Node]) -> Param | None:
-    """The description that is spawned, else the first that there is."""
-    described = {name: param for name, param in plan.params.items() if param.description}
-    for node in spawners:
-        words = _words(node)
-        if "-param" in words[:-1]:
-            name = words[words.index("-param") + 1]
-            for full in (name, f"{node.namespace}{name}", f"/{name}"):
-                if full in described:
-                    return described[full]
-    return described.get("/robot_description") or next(iter(described.values()), None)
-
-
-def _words(node: Node) -> list[str]:
-    try:
-        return shlex.split(node.args)
-    except ValueError:
-        return []
-
-
-def _world(included: tuple[Included, ...]) -> str:
-    """The world that Gazebo would load, as the launch file names it."""
-    for launch in included:
-        if launch.package == "gazebo_ros":
-            given = launch.arguments.get("world_name") or launch.arguments.get("world")
-            return given or launch.name.replace("_world.launch", ".world")
-    return "empty"
-
-
-def _unknown_nodes(plan: Plan) -> list[Diagnostic]:
-    notes = []
+    packages = packages or Packages(around=plan.path)
+    cast: dict[Role | None, list[Node]] = {}
     for node in plan.nodes:
-        if role(node.package, node.type) is not None:
+        cast.setdefault(role(node.package, node.type, node.args), []).append(node)
+    notes: list[Diagnostic] = []
+    programs = _programs(cast.get(None, []), packages, notes)
+    spawners = cast.get(Role.SPAWNER, [])
+    spawn = Spawn()
+    for node in spawners[:1]:
+        spawn, found = read_spawn(node)
+        notes += found
+    notes += [_one_robot(node) for node in spawners[1:]]
+    transforms = [_taken(read_static_transform(node), notes) for node in cast.get(Role.TRANSFORM, [])]
+    now = datetime.now()
+    recordings = [_taken(read_recording(node, now), notes) for node in cast.get(Role.RECORDER, [])]
+    gazebo, found = read_gazebo(plan)
+    notes += found
+    joints, found = read_joint_states(plan)
+    notes += found
+    description = _description(plan, spawners)
+    views = bool(cast.get(Role.VIEWER))
+    return Stage(
+        path=description.path if description else None,
+        arguments=description.arguments if description else {},
+        simulate=bool(spawners),
+        world=gazebo.world,
+        paused=gazebo.paused and not spawn.unpause,
+        window=gazebo.window or views,
+        spawn=spawn,
+        joints=joints,
+        transforms=tuple(t for t in transforms if t is not None),
+        maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
+        recordings=tuple(recordings),
+        has_teleop=bool(cast.get(Role.TELEOP)),
+        programs=tuple(programs),
+        notes=tuple(notes),
+    )
+
+
+def _taken(read: tuple[_T, list[Diagnostic]], notes: list[Diagnostic]) -> _T:
+    value, found = read
+    notes += found
+    return value
+
+
+def _programs(nodes: list[Node], packages: Packages, notes: list[Diagnostic]) -> list[Program]:
+    programs = []
+    for node in nodes:
+        if node.package in NODES or (node.package, node.type) in RENAMED or not node.package:
+            notes.append(_unknown(node))
             continue
-        severity = Severity.ERROR if node.required else Severity.WARNING
-        message = f"nothing stands in for the node {node.package}/{node.type}: {node.full_name} is not run"
-        hint = "the launch needs it (required)" if node.required else "it runs where a ROS is installed"
-        notes.append(Diagnostic("L055", severity, message, node.spans["type"], hint))
-    return notes
+        found = find_program(node, packages)
+        if isinstance(found, Program):
+            programs.append(found)
+        else:
+            notes.append(found)
+    return programs
+
+
+def _unknown(node: Node) -> Diagnostic:
+    severity = Severity.ERROR if node.required else Severity.WARNING
+    what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
+    message = f"nothing stands in for the {what}: {node.full_name} is not run"
+    hint = "the launch needs it (required)" if node.required else "it runs where a ROS is installed"
+    return Diagnostic("L055", severity, message, node.spans["type"], hint)
+
+
+def _one_robot(node: Node) -> Diagnostic:
+    message = f"{node.full_name} spawns a further robot, which is left out: a launch simulates one"
+    return Diagnostic("L063", Severity.WARNING, message, node.origin)
+
+
+def _description(plan: Plan, spawners: list[Node]) -> Description | None:
+    """The description that is spawned, else the first that there is."""
+    for node in spawners:
+        found = spawned(plan, node)
+        if found is not None:
+            return found.description if isinstance(found, Param) else found
+    described = {name: param for name, param in plan.params.items() if param.description}
+    robot = described.get("/robot_description") or next(iter(described.values()), None)
+    return robot.description if robot else None
+
+
+def _maps(plan: Plan, servers: list[Node], notes: list[Diagnostic]) -> list[str]:
+    """The map files of ROS 1's arguments and of ROS 2's parameter."""
+    found = []
+    for node in servers:
+        param = plan.params.get(f"{node.full_name}/yaml_filename")
+        words = [word for word in split(node) if ":=" not in word and not word.startswith("-")]
+        path = str(param.value) if param is not None else (words[0] if words else "")
+        if Path(path).is_file():
+            found.append(path)
+        else:
+            what = f"the map {path} is not there" if path else "map_server is given no map"
+            where = param.origin if param is not None else node.spans.get("args", node.origin)
+            notes.append(Diagnostic("L059", Severity.ERROR, f"{what}: nothing is on /map", where))
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Any
 
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
@@ -50,6 +51,25 @@ def load_yaml(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
         raise ValueError(" ".join(str(error).split())) from None
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
+
+
+def dump_yaml(parameters: Mapping[str, Any], namespace: str) -> str:
+    """The parameters beneath a namespace as a tree, as `rosparam dump` writes them."""
+    import yaml
+
+    tree: dict[str, Any] = {}
+    base = namespace.strip("/")
+    for name, value in parameters.items():
+        parts = name.strip("/").removeprefix(base).strip("/").split("/")
+        if base and not f"{name.strip('/')}/".startswith(f"{base}/"):
+            continue
+        folder = tree
+        for part in parts[:-1]:
+            if not isinstance(folder.get(part), dict):
+                folder[part] = {}
+            folder = folder[part]
+        folder[parts[-1]] = value
+    return str(yaml.safe_dump(tree))
 
 
 def _guessed(text: str) -> bool | int | float | str:

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from math import isfinite, pi
 
+from kbot.launch.joint_states import RATE, Dependent
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
-from kbot.model import Joint, JointType, Robot
+from kbot.model import Joint, JointType, Mimic, Robot
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-
-RATE = 10.0
-
-
-@dataclass(frozen=True, slots=True)
-class Dependent:
-    """position = factor * position of `parent` + offset."""
-
-    parent: str
-    factor: float = 1.0
-    offset: float = 0.0
 
 
 class JointStatePublisher:
@@ -138,6 +128,22 @@ class JointStatePublisher:
                 return offset
             seen.add(joint)
         return factor * self.positions.get(joint, 0.0) + offset
+
+
+def with_dependent_joints(
+    robot: Robot, dependent: Mapping[str, Dependent], use_mimic_tags: bool = True
+) -> Robot:
+    """The robot whose joints follow each other as the node's parameters have it, as if by mimic tags; names
+    that it has not are left out."""
+    joints = dict(robot.joints)
+    for name, joint in robot.joints.items():
+        mimic = joint.mimic if use_mimic_tags else None
+        rule = dependent.get(name)
+        if rule is not None and rule.parent in joints:
+            mimic = Mimic(rule.parent, rule.factor, rule.offset, joint.origin)
+        if mimic is not joint.mimic:
+            joints[name] = replace(joint, mimic=mimic)
+    return replace(robot, joints=joints)
 
 
 def _range(joint: Joint, smallest: bool) -> tuple[float, float]:

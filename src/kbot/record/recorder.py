@@ -6,6 +6,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import astuple
 from importlib.metadata import version
 from typing import Any
 
@@ -165,6 +166,7 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
         "seed": str(simulation.seed),
         "timestep": repr(simulation.timestep),
         "contacts": str(simulation.contacts),
+        "start": json.dumps(astuple(simulation.start)),
         "first_step": str(simulation.steps),
         "kbot": version("kbot"),
         "mujoco": _engine_version(),

@@ -7,8 +7,11 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import Any
 
+from kbot.kinematics.odometry import PlanarPose
+from kbot.launch.static_transforms import from_json
 from kbot.model.load import load_robot_text
 from kbot.nodes import RobotStatePublisher
+from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
@@ -22,6 +25,7 @@ MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states", "/tf_
 TURNS_TIME_BACK = frozenset({"reset", "reset_time"})
 NODES = "nodes"
 STATE_PUBLISHER = "robot_state_publisher"
+TRANSFORMS = "static_transforms"
 """What a recording's facts say of nodes that ran beside the simulation."""
 
 
@@ -86,9 +90,13 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
         int(facts["seed"]),
         timestep=float(facts["timestep"]),
         contacts=facts["contacts"],
+        start=PlanarPose(*json.loads(facts.get("start", "[0, 0, 0]"))),
     )
     if facts.get(NODES) == STATE_PUBLISHER:
         RobotStatePublisher(robot, simulation.bus, simulation.clock)
+    transforms = from_json(facts.get(TRANSFORMS, "[]"))
+    if transforms:
+        publish_static_transforms(simulation.bus, simulation.clock, transforms)
     return simulation
 
 

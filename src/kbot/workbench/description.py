@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kbot.model import Robot
@@ -42,11 +42,17 @@ class Description:
     """
 
     def __init__(
-        self, path: str, arguments: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
+        self,
+        path: str,
+        arguments: Mapping[str, str] | None = None,
+        package_path: Sequence[str] = (),
+        alter: Callable[[Robot], Robot] = lambda robot: robot,
     ) -> None:
+        """`alter` makes of the robot that is written the one that is shown."""
         self.path = path
         self.overrides = Overrides(arguments)
         self.package_path = tuple(package_path)
+        self._alter = alter
 
     def read(self) -> Reading:
         """Expand, read and check the file as it is now. Never raises for faults of the description."""
@@ -59,5 +65,15 @@ class Description:
         loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
         findings = check_file(self.path, arguments, packages) if usable else loaded.diagnostics
+        if usable and loaded.robot is not None and _has_sensors(loaded.robot):
+            from kbot.sensors.declared import declared_sensors
+
+            findings = [*findings, *declared_sensors(loaded.robot).diagnostics]
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
-        return Reading(loaded.robot, usable, loaded.expansion.document, tuple(findings), tuple(files))
+        robot = None if loaded.robot is None else self._alter(loaded.robot)
+        return Reading(robot, usable, loaded.expansion.document, tuple(findings), tuple(files))
+
+
+def _has_sensors(robot: Robot) -> bool:
+    tags = ("gazebo", "ros2_control")
+    return any(e.tag in tags and e.find("sensor") is not None for e in robot.extensions)

@@ -110,6 +110,7 @@ class Sliders:
     paused: bool = False
     setting: SliderSetting = SliderSetting()
     bus: Bus = field(default_factory=Bus, init=False)
+    errands: list[Callable[[], bool]] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
         self._tree = FrameTree(self.robot)
@@ -127,7 +128,7 @@ class Sliders:
         return self.robot.root
 
     def run_errands(self) -> bool:
-        return False
+        return sum(errand() for errand in self.errands) > 0
 
     def moment(self) -> Moment:
         return Moment(0.0, self._all_positions(), self._tree.poses(self.positions))

@@ -93,6 +93,15 @@ def serve(
         attend=attend,
         start=start,
     )
+    serve_session(session, host=host, port=port, open_browser=open_browser)
+
+
+def serve_session(session: Session, *, host: str, port: int | None, open_browser: bool) -> None:
+    """As `serve`, for a session that is open already.
+
+    Raises:
+        KbotError: the address is taken or not this machine's.
+    """
     with bind(host, port) as listening:
         server, address = _server(session, host, listening)
 

@@ -28,18 +28,27 @@ class Ros1Bridge:
     It registers anew when a master comes back after it was gone.
     """
 
-    def __init__(self, link: Link, host: str | None = None, master: str | None = None) -> None:
+    def __init__(
+        self,
+        link: Link,
+        host: str | None = None,
+        master: str | None = None,
+        *,
+        node: str = NODE,
+        own_master: bool = True,
+    ) -> None:
         """`host` is the address that peers reach this node at: as given, else ROS_IP or ROS_HOSTNAME, else
-        loopback. `master` as given, else ROS_MASTER_URI, else port 11311 here.
+        loopback. `master` as given, else ROS_MASTER_URI, else port 11311 here; where none
+        answers it is one of its own, unless `own_master` is false. `node` is its full name.
 
         Raises:
             KbotError: the master is another machine's and does not answer, or an address cannot be used.
         """
         environment = os.environ.get
         self._host = host or environment("ROS_IP") or environment("ROS_HOSTNAME") or LOOPBACK
-        self._link = link
+        self._link, self._node = link, node
         self._own_master: Master | None = None
-        self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER)
+        self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER, own_master)
         self._outgoing: dict[str, Outgoing] = {}
         self._incoming: dict[str, Incoming] = {}
         self._given: dict[str, Any] = {}
@@ -47,7 +56,7 @@ class Ros1Bridge:
         self._lock = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
         try:
-            self._door = Door(self._host, link, NODE, self._outgoing)
+            self._door = Door(self._host, link, self._node, self._outgoing)
             self._server = RpcServer(self._host, 0, self._functions())
         except OSError as error:
             raise KbotError(f"ROS 1 cannot be served at {self._host}: {error.strerror or error}") from None
@@ -61,7 +70,7 @@ class Ros1Bridge:
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
         whose = "its own master" if self._own_master else "the master"
-        return f"ROS 1: node {NODE} with {whose} at {self.master}"
+        return f"ROS 1: node {self._node} with {whose} at {self.master}"
 
     def close(self) -> None:
         """Take leave of the master and of all peers."""
@@ -73,11 +82,15 @@ class Ros1Bridge:
         if self._own_master is not None:
             self._own_master.close()
 
-    def _find_master(self, uri: str) -> str:
+    def _find_master(self, uri: str, own_master: bool) -> str:
         try:
-            call(uri, "getPid", NODE)
+            call(uri, "getPid", self._node)
         except RpcFailed as failed:
             parts = urlsplit(uri)
+            if not own_master:
+                raise KbotError(
+                    f"no ROS 1 master answers at {uri}: start roscore, or kbot sim kbot --ros1"
+                ) from None
             if parts.hostname not in ("localhost", LOOPBACK, self._host):
                 raise KbotError(f"no ROS 1 master: {failed}") from None
             host = LOOPBACK if parts.hostname == "localhost" else parts.hostname
@@ -127,29 +140,29 @@ class Ros1Bridge:
 
     def _is_known(self) -> bool:
         try:
-            return bool(call(self.master, "lookupNode", NODE, NODE) == self.uri)
+            return bool(call(self.master, "lookupNode", self._node, self._node) == self.uri)
         except RpcFailed:
-            call(self.master, "getPid", NODE)  # raises where the master is gone
+            call(self.master, "getPid", self._node)  # raises where the master is gone
             return False
 
     def _register(self) -> None:
         with self._lock:
             self._give_parameters()
             for service in self._link.services:
-                call(self.master, "registerService", NODE, service, self._services_uri, self.uri)
+                call(self.master, "registerService", self._node, service, self._services_uri, self.uri)
             self._drop_what_is_gone()
             for topic in self._link.topics.values():
                 if topic.is_input:
-                    heard = self._incoming.setdefault(topic.name, Incoming(self._link, topic, NODE))
+                    heard = self._incoming.setdefault(topic.name, Incoming(self._link, topic, self._node))
                     uris = call(
-                        self.master, "registerSubscriber", NODE, topic.name, heard.type_name, self.uri
+                        self.master, "registerSubscriber", self._node, topic.name, heard.type_name, self.uri
                     )
                     heard.update([str(uri) for uri in uris])
                 else:
                     if topic.name not in self._outgoing:
-                        self._outgoing[topic.name] = Outgoing(self._link, topic, NODE)
+                        self._outgoing[topic.name] = Outgoing(self._link, topic, self._node)
                     said = self._outgoing[topic.name]
-                    call(self.master, "registerPublisher", NODE, topic.name, said.type_name, self.uri)
+                    call(self.master, "registerPublisher", self._node, topic.name, said.type_name, self.uri)
 
     def _give_parameters(self) -> None:
         """Those that the master has not from here yet; it tells of what others set."""
@@ -157,11 +170,11 @@ class Ros1Bridge:
         for name, value in parameters.items():
             if name not in self._given or self._given[name] != value:
                 self._given[name] = value
-                call(self.master, "setParam", NODE, name, value)
+                call(self.master, "setParam", self._node, name, value)
         for name in self._given.keys() - parameters.keys():
             del self._given[name]
             self._quietly("deleteParam", name)
-        call(self.master, "subscribeParam", NODE, self.uri, "/")
+        call(self.master, "subscribeParam", self._node, self.uri, "/")
 
     def _drop_what_is_gone(self) -> None:
         topics = self._link.topics
@@ -174,7 +187,7 @@ class Ros1Bridge:
 
     def _quietly(self, method: str, *arguments: object) -> None:
         try:
-            call(self.master, method, NODE, *arguments)
+            call(self.master, method, self._node, *arguments)
         except RpcFailed:
             return  # a master that is gone has forgotten it anyway
 
@@ -196,7 +209,9 @@ class Ros1Bridge:
 
     def _shutdown(self, caller: str, reason: str = "") -> Reply:
         """A master sends this when another node takes the name; `rosnode kill` too."""
-        self._link.tell(f"ROS 1: {caller} asked {NODE} to go ({reason}); the simulation goes on without it")
+        self._link.tell(
+            f"ROS 1: {caller} asked {self._node} to go ({reason}); the simulation goes on without it"
+        )
         self._closed.set()
         self._changed.set()
         return 1, "the node goes, the simulation stays", 0

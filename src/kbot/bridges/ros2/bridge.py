@@ -22,7 +22,7 @@ from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
 from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
 
-NODE = "kbot"
+NODE = "/kbot"
 WAITING = 500
 LOOK_SECONDS = 0.25
 MOST_AT_ONCE = 64
@@ -40,14 +40,14 @@ class Ros2Bridge:
     """A node /kbot: topics out reliably, latched ones also for those who come late, commands in by best
     effort. A thread of its own does what may have to wait for a peer."""
 
-    def __init__(self, link: Link, host: str | None = None) -> None:
+    def __init__(self, link: Link, host: str | None = None, node: str = NODE) -> None:
         """The domain is ROS_DOMAIN_ID's, else 0. It stays on this machine unless `host` is the address of
-        one of its networks.
+        one of its networks. `node` is its full name.
 
         Raises:
             KbotError: the domain is none, or the address cannot be used.
         """
-        self._link, self._host = link, host
+        self._link, self._host, self._node = link, host, node
         self.domain = _domain()
         config = LOOPBACK if host is None else _network(host)
         try:
@@ -80,7 +80,7 @@ class Ros2Bridge:
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
         where = "on this machine only" if self._host is None else f"at {self._host}"
-        return f"ROS 2: node /{NODE} in domain {self.domain}, {where}"
+        return f"ROS 2: node {self._node} in domain {self.domain}, {where}"
 
     def close(self) -> None:
         """Take leave of all peers."""
@@ -149,7 +149,7 @@ class Ros2Bridge:
     def _tell_graph(self) -> None:
         writers = [entry[1].guid.bytes for entry in self._writers.values()]
         readers = [reader.guid.bytes for reader in self._readers]
-        data = node_message(self._participant.guid.bytes, NODE, readers, writers)
+        data = node_message(self._participant.guid.bytes, self._node, readers, writers)
         self._write(self._graph, sample_type(GRAPH_TYPE), data)
 
     def _open_what_is_heard(self) -> None:

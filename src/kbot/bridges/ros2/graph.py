@@ -11,9 +11,10 @@ GID_BYTES = 16
 
 
 def node_message(participant: bytes, node: str, readers: list[bytes], writers: list[bytes]) -> bytes:
-    """The message, in CDR, of a participant with one node in the root namespace; GUIDs are 16 bytes."""
+    """The message, in CDR, of a participant with one node of that full name; GUIDs are 16 bytes."""
+    namespace, _, name = node.rpartition("/")
     body = _gid(participant) + struct.pack("<I", 1)
-    body = _text(_text(body, "/"), node)
+    body = _text(_text(body, namespace or "/"), name)
     for gids in (readers, writers):
         body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(gids)) + b"".join(map(_gid, gids))
     return b"\0\1\0\0" + body

@@ -206,7 +206,9 @@ class OpaqueFunction(Action):
 
 
 class EventHandler:
-    """What is to be done when something happens to an action."""
+    """What is to be done when something happens to an action: its `event`."""
+
+    event = "exit"
 
     def __init__(self, *, target_action: object = None, **more: Value) -> None:
         reaction = next((more[key] for key in ("on_exit", "on_start") if more.get(key) is not None), ())
@@ -219,7 +221,7 @@ class OnProcessExit(EventHandler):
 
 
 class OnProcessStart(EventHandler):
-    pass
+    event = "start"
 
 
 class OnShutdown(EventHandler):
@@ -252,8 +254,10 @@ class Shutdown(Silent):
     """Ends the launch; as `on_exit` of a node it makes the node a required one."""
 
 
-class EmitEvent(Silent):
-    pass
+class EmitEvent(Action):
+    def __init__(self, *, event: object = None, **more: Value) -> None:
+        super().__init__(**more)
+        self.event = event
 
 
 class ParameterValue:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
 from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
+from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 MAX_INCLUDES = 64
@@ -33,6 +36,10 @@ class Carrier:
         self.included: list[Included] = []
         self.files: list[str] = []
         self.depth = 0
+        self._delay = 0.0
+        self._after: tuple[str, str] | None = None
+        self._names: dict[int, str] = {}
+        """Full names of the nodes that actions made, by the action's identity."""
 
     def plan(self, path: str) -> Plan:
         return Plan(
@@ -44,6 +51,7 @@ class Carrier:
             files=tuple(self.files),
             problems=tuple(self.reporter.problems),
             findings=tuple(self.reporter.findings),
+            is_ros_2=True,
         )
 
     def read(self, source: Source) -> None:
@@ -114,9 +122,9 @@ class Carrier:
             case act.ExecuteProcess():
                 self._process(action, origin)
             case act.TimerAction():
-                self.visit_all(action.actions)
+                self._timer(action)
             case act.RegisterEventHandler():
-                self.visit_all(action.handler.actions)
+                self._handler(action.handler)
             case act.OpaqueFunction():
                 self.visit_all(action.function(context, *action.args, **action.kwargs) or ())
 
@@ -134,6 +142,30 @@ class Carrier:
             raise Fault("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
         if self.depth == 1 or name not in self.arguments:
             self.arguments[name] = Argument(name, value, default, action.description, origin)
+
+    def _timer(self, action: act.TimerAction) -> None:
+        text = performed(action.period, self.context) if act.is_value(action.period) else str(action.period)
+        try:
+            seconds = to_float(text)
+        except ValueError:
+            raise Fault("L005", f"'{text}' is no number of seconds", "", text) from None
+        outer, self._delay = self._delay, self._delay + seconds
+        try:
+            self.visit_all(action.actions)
+        finally:
+            self._delay = outer
+
+    def _handler(self, handler: act.EventHandler) -> None:
+        """What is done when a process ends or starts; of one that is not there it is done at once."""
+        outer, target = self._after, self._names.get(id(handler.target))
+        if target is not None:
+            self._after = handler.event, target
+            if handler.event == "exit" and _ends_launch(handler.actions):
+                self.nodes = [replace(n, required=True) if n.full_name == target else n for n in self.nodes]
+        try:
+            self.visit_all(handler.actions)
+        finally:
+            self._after = outer
 
     def _group(self, action: act.GroupAction) -> None:
         context = self.context
@@ -201,7 +233,10 @@ class Carrier:
             respawn_delay=action.respawn_delay or 0.0,
             required=_ends_launch(action.on_exit),
             launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
+            delay=self._delay,
+            after=self._after,
         )
+        self._names[id(action)] = node.full_name
         full = node.full_name
         values = {**context.parameters, **parameters_of(action.parameters, full, context)}
         for key, value in values.items():
@@ -222,23 +257,29 @@ class Carrier:
         words = [performed(word, self.context) for word in action.command]
         program = Path(words[0]).name if words else ""
         name = performed(action.name, self.context) if action.name is not None else program
-        self.nodes.append(
-            Node(
-                package="",
-                type=program,
-                name=name,
-                namespace=self.context.namespace,
-                args=" ".join(words[1:]),
-                origin=origin,
-                spans={"type": origin, "args": origin},
-                required=_ends_launch(action.on_exit),
-            )
+        node = Node(
+            package="",
+            type=program,
+            name=name,
+            namespace=self.context.namespace,
+            args=shlex.join(words[1:]),
+            origin=origin,
+            spans={"type": origin, "args": origin},
+            required=_ends_launch(action.on_exit),
+            delay=self._delay,
+            after=self._after,
         )
+        self._names[id(action)] = node.full_name
+        self.nodes.append(node)
 
 
 def _ends_launch(on_exit: Any) -> bool:  # noqa: ANN401 - an action, several, or a function
     reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
-    return any(isinstance(reaction, act.Shutdown) for reaction in reactions)
+    return any(
+        isinstance(reaction, act.Shutdown)
+        or (isinstance(reaction, act.EmitEvent) and isinstance(reaction.event, act.Shutdown))
+        for reaction in reactions
+    )
 
 
 def _word(argument: object, text: str) -> str:

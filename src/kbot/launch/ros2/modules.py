@@ -80,7 +80,7 @@ def _modules(context: Context) -> dict[str, ModuleType]:
         "launch.conditions": _CONDITIONS,
         "launch.substitutions": _SUBSTITUTIONS,
         "launch.event_handlers": _HANDLERS,
-        "launch.events": {"Shutdown": actions.Silent},
+        "launch.events": {"Shutdown": actions.Shutdown},
         "launch.launch_description_sources": _SOURCES,
         "launch.launch_context": {"LaunchContext": Context},
         "launch.launch_description": {"LaunchDescription": actions.LaunchDescription},

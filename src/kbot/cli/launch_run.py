@@ -1,0 +1,247 @@
+"""Carries out a launch: the robot in the workbench, and what the launch file wants beside it."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.companions import companions
+from kbot.cli.keys import keys
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.launch.processes import Process, Processes
+from kbot.launch.programs import Program, command_line, environment
+from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+from kbot.workbench.serve import serve_session
+
+if TYPE_CHECKING:
+    from kbot.bridges.companions import Companions
+    from kbot.bridges.wishes import Wishes
+    from kbot.launch import Node, Plan
+    from kbot.launch.stage import Stage
+    from kbot.messages import Bus
+    from kbot.sim import Simulation
+    from kbot.workbench.session import Session
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the page is served, whether a browser is opened, and where packages are looked for."""
+
+    host: str
+    port: int | None
+    browser: bool
+    package_path: Sequence[str]
+
+
+def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, place: Place) -> int:
+    """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one ends;
+    the exit status.
+
+    Raises:
+        DescriptionError, KbotError: the robot, the world, a bridge or the address cannot be used.
+    """
+    _dump(plan)
+    wishes = _wishes(plan, staged, wishes)
+    with ExitStack() as stack:
+        going = stack.enter_context(companions(wishes, served=True))
+        teleop = TeleopKeys() if staged.has_teleop else None
+        if staged.simulate:
+            session = _simulated(staged, going, world or _known_world(staged.world), place, teleop)
+        else:
+            session = _shown(staged, going, place)
+        processes = None
+        if staged.programs:
+            told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
+            processes = Processes(_processes(plan, staged.programs, told), _tell, _thread.interrupt_main)
+            stack.callback(processes.close)
+        if teleop is not None and staged.simulate:
+            _tell(HELP)
+            stack.enter_context(keys(teleop.press))
+        browser = place.browser and staged.window
+        serve_session(session, host=place.host, port=place.port, open_browser=browser)
+    return processes.status if processes is not None else 0
+
+
+def _tell(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
+    """What was asked for on the command line, and what the launch file itself needs."""
+    values = {name: param.value for name, param in plan.params.items() if not isinstance(param.value, bytes)}
+    wishes = replace(wishes, transforms=staged.transforms, parameters=values)
+    for recording in staged.recordings[:1]:
+        if not wishes.record and staged.simulate:
+            wishes = replace(wishes, record=recording.path, topics=recording.topics)
+            _tell(f"Recording to {recording.path}")
+    if staged.programs and not wishes.is_live:
+        from kbot.client import wanted_transport
+
+        speaks_2 = any("rclpy" in program.ros for program in staged.programs)
+        if speaks_2 or wanted_transport(os.environ) == "ros2":
+            return replace(wishes, ros2=True)
+        return replace(wishes, ros1=True)
+    return wishes
+
+
+def _simulated(
+    staged: Stage, going: Companions, world: str, place: Place, teleop: TeleopKeys | None
+) -> Session:
+    from kbot.workbench.description import Description
+    from kbot.workbench.driving import driven_session
+
+    spawn = staged.spawn
+    description = Description(str(staged.path), staged.arguments, place.package_path)
+
+    def attend(simulation: Simulation) -> None:
+        going.join(simulation, "", world)
+        if simulation.steps == 0 and simulation.start == start:
+            _put(simulation, staged)
+        _publish_maps(simulation.bus, staged)
+        if teleop is not None:
+            simulation.clock.every(RATE, lambda: teleop.drive(simulation.command))
+
+    start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
+    session = driven_session(description, world, 0, "recipe", attend, start)
+    session.paused = staged.paused
+    if staged.paused:
+        _tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
+    return session
+
+
+def _put(simulation: Simulation, staged: Stage) -> None:
+    """The joints that were given, and the height and attitude, where the ground does not say them."""
+    spawn = staged.spawn
+    if spawn.joints:
+        simulation.place(simulation.start, spawn.joints)
+    name, standing = simulation.robot.name, simulation.link_pose(simulation.robot.root)
+    x, y, height = standing.translation.tolist()
+    lift = max(0.0, (spawn.z or 0.0) - height)
+    if lift > 0.0 or spawn.roll or spawn.pitch:
+        pose = Transform.from_xyz_rpy((x, y, height + lift), (spawn.roll, spawn.pitch, standing.yaw))
+        simulation.set_model_state(name, pose)
+
+
+def _shown(staged: Stage, going: Companions, place: Place) -> Session:
+    from kbot.messages import JointState
+    from kbot.nodes import with_dependent_joints
+    from kbot.text import KbotError
+    from kbot.workbench.description import Description
+    from kbot.workbench.motion import Sliders, SliderSetting
+    from kbot.workbench.session import Session
+
+    joints = staged.joints
+
+    def attend(sliders: Sliders) -> None:
+        going.show(sliders, sliders.robot)
+        _publish_maps(sliders.bus, staged)
+
+        def take_over(message: JointState) -> None:
+            for name, position in zip(message.name, message.position, strict=False):
+                try:
+                    sliders.set_joint(name, position)
+                except KbotError:
+                    continue  # joints that it does not have are another robot's
+
+        for topic in joints.sources:
+            sliders.bus.subscribe(topic, JointState, take_over)
+
+    description = Description(
+        str(staged.path),
+        staged.arguments,
+        place.package_path,
+        lambda robot: with_dependent_joints(robot, joints.dependent, joints.use_mimic_tags),
+    )
+    setting = SliderSetting(joints.zeros, joints.rate, attend)
+    return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
+
+
+def _publish_maps(bus: Bus, staged: Stage) -> None:
+    if not staged.maps:
+        return
+    from kbot.messages.navigation import MapMetaData, OccupancyGrid
+    from kbot.world.occupancy_files import read_map
+
+    for path in staged.maps:
+        message = read_map(path).to_message()
+        bus.advertise("/map", OccupancyGrid, latched=True).publish(message)
+        bus.advertise("/map_metadata", MapMetaData, latched=True).publish(message.info)
+
+
+def _known_world(name: str) -> str:
+    """A world file that is there, else KBot's own of that name, else the empty one, which is said."""
+    if Path(name).is_file():
+        return name
+    from kbot.world import BUILDERS
+
+    own = PurePosixPath(name.replace("\\", "/")).stem
+    if own in BUILDERS:
+        return own
+    _tell(f"The world '{name}' is not here: the robot stands in 'empty'.")
+    return "empty"
+
+
+def _dump(plan: Plan) -> None:
+    """`rosparam dump`: what the launch sets beneath a name, into a file."""
+    from kbot.launch.values import dump_yaml
+    from kbot.text.files import write_text
+
+    for command, name, file in plan.store:
+        if command == "dump":
+            values = {key: param.value for key, param in plan.params.items()}
+            write_text(file, dump_yaml(values, name))
+
+
+def _processes(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> list[Process]:
+    logs = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
+    _tell(f'Nodes with output="log" write to {logs}')
+    return [_process(plan, program, logs, told) for program in programs]
+
+
+def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) -> Process:
+    node = program.node
+    stem = node.full_name.strip("/").replace("/", "-")
+    log = logs / f"{stem}.log" if node.output == "log" else None
+    return Process(
+        name=node.full_name,
+        command=command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml")),
+        environment={**told, **environment(program)},
+        folder=_folder(node, program),
+        log=log,
+        respawn=node.respawn_delay if node.respawn else None,
+        required=node.required,
+        delay=node.delay,
+        after=node.after,
+    )
+
+
+def _folder(node: Node, program: Program) -> str:
+    """`cwd="node"` is the program's folder, ROS_HOME that of ROS; by default where the launch was begun."""
+    if node.cwd == "node":
+        return str(Path(program.file).parent)
+    if node.cwd in ("ROS_HOME", "ros-root", "ros_home"):
+        home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+        home.mkdir(parents=True, exist_ok=True)
+        return str(home)
+    return str(Path.cwd())
+
+
+def _parameter_file(plan: Plan, node: Node, path: Path) -> str:
+    """A file of ROS 2 with the node's parameters; none for ROS 1, where they are the master's."""
+    prefix = f"{node.full_name}/"
+    own = {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
+    if not plan.is_ros_2 or not own:
+        return ""
+    import yaml
+
+    path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
+    return str(path)

@@ -1,0 +1,166 @@
+"""Processes of a launch: started, watched, started again, and ended as roslaunch ends them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kbot.text import KbotError
+
+SIGINT_SECONDS = 15.0
+SIGTERM_SECONDS = 2.0
+"""How long a process has after each signal, as in roslaunch."""
+_LOOK_SECONDS = 0.05
+_WINDOWS = sys.platform == "win32"
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """What to run, by the node's full name. `log` is the file for what it prints; None is the terminal.
+
+    `respawn` seconds after its end it is started again (None: never). The end of a `required` one ends the
+    launch. It is started after `delay` seconds, counted from when the node of `after` started or ended.
+    """
+
+    name: str
+    command: Sequence[str]
+    environment: Mapping[str, str]
+    folder: str
+    log: Path | None = None
+    respawn: float | None = None
+    required: bool = False
+    delay: float = 0.0
+    after: tuple[str, str] | None = None
+
+
+class Processes:
+    """Runs processes until it is closed. A thread of its own watches them."""
+
+    def __init__(
+        self, processes: Sequence[Process], tell: Callable[[str], None], end: Callable[[], None]
+    ) -> None:
+        """`tell` is given sentences for the user; `end` is called once a required process is gone."""
+        self._tell, self._end = tell, end
+        self._running: dict[str, tuple[Process, subprocess.Popen[bytes]]] = {}
+        self._due: list[tuple[float, Process]] = []
+        self._waiting: list[Process] = []
+        self.status = 0
+        """Exit status of the required process that ended the launch; 0 when none did."""
+        self._closed = threading.Event()
+        now = time.monotonic()
+        known = {process.name for process in processes}
+        for process in processes:
+            if process.after is not None and process.after[1] in known:
+                self._waiting.append(process)
+            else:
+                self._due.append((now + process.delay, process))
+        self._thread = threading.Thread(target=self._watch, daemon=True, name="kbot-processes")
+        self._thread.start()
+
+    def close(self) -> None:
+        """End all: SIGINT, after a while SIGTERM, then SIGKILL, each to the process and what it started."""
+        self._closed.set()
+        self._thread.join()
+        left = [running for _, running in self._running.values() if running.poll() is None]
+        for number, seconds in _ENDINGS:
+            for running in left:
+                _signal(running, number)
+            deadline = time.monotonic() + seconds
+            while left and time.monotonic() < deadline:
+                left = [running for running in left if running.poll() is None]
+                time.sleep(0.01)
+        for _, running in self._running.values():
+            _signal(running, _KILL)  # what it left behind
+
+    def _watch(self) -> None:
+        while not self._closed.wait(_LOOK_SECONDS):
+            now = time.monotonic()
+            due = [process for at, process in self._due if at <= now]
+            self._due = [entry for entry in self._due if entry[0] > now]
+            for process in due:
+                self._start(process)
+            for name, (process, running) in list(self._running.items()):
+                status = running.poll()
+                if status is not None:
+                    del self._running[name]
+                    self._ended(process, status)
+
+    def _start(self, process: Process) -> None:
+        try:
+            running = start(process)
+        except KbotError as error:
+            self._tell(str(error))
+            self._ended(process, 127, silently=True)
+            return
+        self._running[process.name] = process, running
+        self._follow("start", process)
+
+    def _ended(self, process: Process, status: int, silently: bool = False) -> None:
+        where = f"; what it printed is in {process.log}" if process.log and status else ""
+        if process.respawn is not None:
+            self._tell(f"{process.name} ended with status {status} and is started again{where}")
+            self._due.append((time.monotonic() + process.respawn, process))
+        elif process.required:
+            self._tell(f"{process.name} is required and ended with status {status}: the launch ends{where}")
+            self.status = 1 if status else 0
+            self._end()
+        elif not silently:
+            how = "ended" if status == 0 else f"ended with status {status}"
+            self._tell(f"{process.name} {how}{where}")
+        self._follow("exit", process)
+
+    def _follow(self, event: str, process: Process) -> None:
+        now = time.monotonic()
+        ready = [waiting for waiting in self._waiting if waiting.after == (event, process.name)]
+        self._waiting = [waiting for waiting in self._waiting if waiting not in ready]
+        self._due += [(now + waiting.delay, waiting) for waiting in ready]
+
+
+def start(process: Process) -> subprocess.Popen[bytes]:
+    """Start it in a group of its own, so that Ctrl-C in the terminal reaches it through us alone.
+
+    Raises:
+        KbotError: it cannot be started.
+    """
+    flags = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if _WINDOWS else 0
+    try:
+        log = process.log.open("ab") if process.log else None
+        try:
+            return subprocess.Popen(
+                list(process.command),
+                env=dict(process.environment),
+                cwd=process.folder,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT if log else None,
+                start_new_session=not _WINDOWS,
+                creationflags=flags,
+            )
+        finally:
+            if log:
+                log.close()
+    except OSError as error:
+        raise KbotError(f"{process.name} cannot be started: {error.strerror or error}") from None
+
+
+_INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
+_KILL: int = getattr(signal, "SIGKILL", signal.SIGTERM)
+_ENDINGS = ((_INTERRUPT, SIGINT_SECONDS), (signal.SIGTERM, SIGTERM_SECONDS), (_KILL, 5.0))
+
+
+def _signal(running: subprocess.Popen[bytes], number: int) -> None:
+    try:
+        if _WINDOWS:
+            if running.poll() is None:
+                running.send_signal(number)
+        else:
+            os.killpg(running.pid, number)
+    except (ProcessLookupError, PermissionError, OSError):
+        return  # it is gone

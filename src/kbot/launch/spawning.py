@@ -1,0 +1,100 @@
+"""spawn_model, spawn_entity.py and create: which robot is put where in the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from kbot.launch.known import SPAWN_MODEL_VALUES
+from kbot.launch.plan import Description, Node, Param, Plan
+from kbot.launch.words import Options, number, place_of, read_options
+from kbot.text import Diagnostic, Severity
+
+_CREATE_VALUES: Mapping[str, int] = {
+    **dict.fromkeys(("-world", "-param", "-file", "-string", "-topic", "-name"), 1),
+    **dict.fromkeys(("-x", "-y", "-z", "-R", "-P", "-Y"), 1),
+    "-allow_renaming": 1,
+}
+_SPAWN_ENTITY_VALUES: Mapping[str, int] = {
+    **SPAWN_MODEL_VALUES,
+    **dict.fromkeys(("-entity", "-topic", "-timeout", "-spawn_service_timeout"), 1),
+}
+_WORLD_FRAMES = ("", "world", "map", "odom")
+
+
+@dataclass(frozen=True, slots=True)
+class Spawn:
+    """Where a robot starts in the world: m and rad. `z` is None where it is put on the ground."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float | None = None
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+    joints: Mapping[str, float] = field(default_factory=dict)
+    unpause: bool = False
+
+
+def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
+    """What a spawner's arguments ask for, and what of it is not done."""
+    options = _options(node)
+    spawn = Spawn(
+        x=options.number("-x"),
+        y=options.number("-y"),
+        z=options.number("-z") if options.has("-z") else None,
+        roll=options.number("-R"),
+        pitch=options.number("-P"),
+        yaw=options.number("-Y"),
+        joints=_joints(options),
+        unpause=options.has("-unpause"),
+    )
+    for option, why in (
+        ("-sdf", "KBot simulates robots that are URDF"),
+        ("-database", "there is no database of models"),
+        ("-package_to_model", "nothing is rewritten"),
+        ("-robot_namespace", "the robot's topics stay at the root"),
+    ):
+        if options.has(option):
+            options.notes.append(_partly(node, option, why))
+    frame = options.text("-reference_frame") or ""
+    if frame not in _WORLD_FRAMES:
+        options.notes.append(_partly(node, "-reference_frame", "the pose is taken in the world"))
+    return spawn, options.notes
+
+
+def spawned(plan: Plan, node: Node) -> Param | Description | None:
+    """The description that a spawner names: a parameter that is set, or a file."""
+    options = _options(node)
+    file = options.text("-file")
+    if file:
+        return Description(file, {})
+    described = {name: param for name, param in plan.params.items() if param.description}
+    topic = options.text("-topic")
+    name = options.text("-param") or (topic and topic.rpartition("/")[2])
+    if not name:
+        return None
+    for full in (name, f"{node.namespace}{name}", f"/{name}"):
+        if full in described:
+            return described[full]
+    if topic:  # the topic of robot_state_publisher, whose parameter has its name
+        return next((p for full, p in described.items() if full.endswith(f"/{name}")), None)
+    return None
+
+
+def _options(node: Node) -> Options:
+    values = {"create": _CREATE_VALUES, "spawn_model": SPAWN_MODEL_VALUES}.get(
+        node.type, _SPAWN_ENTITY_VALUES
+    )
+    return read_options(node, values)
+
+
+def _joints(options: Options) -> dict[str, float]:
+    words = options.given.get("-J", ())
+    pairs = zip(words[::2], words[1::2], strict=False)
+    notes = options.notes
+    return {joint: number(options.node, word, f"-J {joint}", 0.0, notes) for joint, word in pairs}
+
+
+def _partly(node: Node, option: str, why: str) -> Diagnostic:
+    return Diagnostic("L063", Severity.WARNING, f"{option}: {why}", place_of(node, option))

@@ -1,0 +1,90 @@
+"""static_transform_publisher: its forms in ROS 1 (tf, tf2_ros) and in ROS 2."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+
+from kbot.launch.plan import Node
+from kbot.launch.words import number, read_options
+from kbot.text import Diagnostic, Severity
+
+_NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
+_FLAGS: Mapping[str, int] = {f"--{name}": 1 for name in (*_NAMES, "frame-id", "child-frame-id")}
+
+
+@dataclass(frozen=True, slots=True)
+class StaticTransform:
+    """`parent_from_child`: m, and a quaternion x, y, z, w."""
+
+    parent: str
+    child: str
+    xyz: tuple[float, float, float]
+    xyzw: tuple[float, float, float, float]
+
+
+def to_json(transforms: Iterable[StaticTransform]) -> str:
+    """As a recording keeps them."""
+    return json.dumps([asdict(transform) for transform in transforms])
+
+
+def from_json(text: str) -> list[StaticTransform]:
+    return [
+        StaticTransform(t["parent"], t["child"], tuple(t["xyz"]), tuple(t["xyzw"])) for t in json.loads(text)
+    ]
+
+
+def read_static_transform(node: Node) -> tuple[StaticTransform | None, list[Diagnostic]]:
+    """What the node would publish; None where its arguments are of no form that it takes.
+
+    The order is x y z yaw pitch roll, or x y z qx qy qz qw; then the frames, and for tf a period.
+    """
+    options = read_options(node, {} if "--" not in node.args else _FLAGS)
+    notes = options.notes
+    rest = [word for word in options.rest if ":=" not in word]
+    if options.given:
+        values = {name: options.number(f"--{name}", float(name == "qw")) for name in _NAMES}
+        frames = options.text("--frame-id"), options.text("--child-frame-id")
+        turned = any(options.has(f"--{name}") for name in ("roll", "pitch", "yaw"))
+    else:
+        if node.package == "tf" and len(rest) in (9, 10):
+            rest.pop()  # the period: what is static is said once
+        names = {8: ("x", "y", "z", "yaw", "pitch", "roll"), 9: _NAMES[:7]}.get(len(rest))
+        if names is None:
+            return None, [_no_form(node, len(rest))]
+        words = zip(names, rest, strict=False)
+        values = dict.fromkeys(_NAMES, 0.0) | {n: number(node, w, n, 0.0, notes) for n, w in words}
+        frames = rest[-2], rest[-1]
+        turned = len(rest) == 8
+    parent, child = ((frame or "").lstrip("/") for frame in frames)
+    if not parent or not child:
+        return None, [*notes, _no_form(node, len(rest))]
+    xyzw = _quaternion(values) if turned else tuple(values[name] for name in ("qx", "qy", "qz", "qw"))
+    length = math.hypot(*xyzw)
+    if length < 1e-9:
+        message = "the quaternion 0 0 0 0 is no rotation"
+        return None, [*notes, Diagnostic("L062", Severity.ERROR, message, node.spans["args"])]
+    x, y, z, w = (value / length for value in xyzw)
+    return StaticTransform(parent, child, (values["x"], values["y"], values["z"]), (x, y, z, w)), notes
+
+
+def _quaternion(values: Mapping[str, float]) -> tuple[float, float, float, float]:
+    """Roll, pitch, yaw about fixed axes, as tf's setRPY."""
+    (sr, cr), (sp, cp), (sy, cy) = (
+        (math.sin(values[name] / 2), math.cos(values[name] / 2)) for name in ("roll", "pitch", "yaw")
+    )
+    return (
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    )
+
+
+def _no_form(node: Node, count: int) -> Diagnostic:
+    period = " PERIOD_MS" if node.package == "tf" else ""
+    hint = f"x y z yaw pitch roll FRAME CHILD{period}, or qx qy qz qw for the angles"
+    message = f"static_transform_publisher makes no transform of {count} values"
+    return Diagnostic("L062", Severity.ERROR, message, node.spans.get("args", node.origin), hint)

@@ -1,0 +1,30 @@
+"""static_transform_publisher: frames that stand still to each other, said once for all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from kbot.launch.static_transforms import StaticTransform
+from kbot.messages import types as msg
+from kbot.messages.bus import Bus
+from kbot.messages.clock import Clock
+
+TOPIC = "/tf_static"
+
+
+def publish_static_transforms(bus: Bus, clock: Clock, transforms: Iterable[StaticTransform]) -> None:
+    """Say them on /tf_static together with what was said there before: a latched topic keeps one message."""
+    before: list[msg.TransformStamped] = []
+    bus.subscribe(TOPIC, msg.TFMessage, lambda message: before.extend(message.transforms)).close()
+    header = msg.Header(clock.stamp)
+    said = [
+        msg.TransformStamped(
+            msg.Header(header.stamp, t.parent),
+            t.child,
+            msg.Transform(msg.Vector3(*t.xyz), msg.Quaternion(*t.xyzw)),
+        )
+        for t in transforms
+    ]
+    children = {t.child_frame_id for t in said}
+    kept = [t for t in before if t.child_frame_id not in children]
+    bus.advertise(TOPIC, msg.TFMessage, latched=True).publish(msg.TFMessage((*kept, *said)))

@@ -1,0 +1,116 @@
+"""`kbot new` as a person runs it: what it makes is sound, and drives."""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.cli.main import run
+
+SIZES = {
+    "plain": (),
+    "big": ("--length", "1.2", "--width", "0.8", "--height", "0.3", "--wheel-radius", "0.2"),
+    "small": ("--length", "0.08", "--width", "0.06", "--height", "0.02", "--wheel-radius", "0.015"),
+    "wide": ("--separation", "0.5", "--wheel-width", "0.05"),
+}
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
+def test_the_check_finds_nothing_in_it(
+    here: Path, capsys: pytest.CaptureFixture[str], flags: tuple[str, ...]
+) -> None:
+    assert run(["new", "my_robot", *flags]) == 0
+    capsys.readouterr()
+    assert run(["check", "my_robot"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_it_has_the_sizes_it_was_asked_for(here: Path) -> None:
+    run(["new", "my_robot", "--length", "0.4", "--wheel-radius", "0.08", "--separation", "0.3"])
+    robot = kbot.load("my_robot/urdf/my_robot.xacro")
+    left = robot.pose("left_wheel", in_frame="base_footprint").translation
+    right = robot.pose("right_wheel", in_frame="base_footprint").translation
+    assert left[1] - right[1] == pytest.approx(0.3)
+    assert left[2] == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
+def test_it_drives_straight_and_turns_as_commanded(here: Path, flags: tuple[str, ...]) -> None:
+    run(["new", "my_robot", *flags])
+    simulation = kbot.Simulation("my_robot/urdf/my_robot.xacro")
+    simulation.cmd_vel(0.1, 0.0)
+    simulation.run(2.0)
+    start = simulation.ground_truth.pose
+    simulation.run(10.0)
+    pose = simulation.ground_truth.pose
+    # 0.1 m/s for 10 s is 1 m
+    assert pose.x - start.x == pytest.approx(1.0, abs=0.01)
+    assert pose.y == pytest.approx(0.0, abs=0.002)
+    assert pose.yaw == pytest.approx(0.0, abs=math.radians(0.2))
+    simulation.cmd_vel(0.0, 0.4)
+    simulation.run(3.0)
+    start = simulation.ground_truth.pose
+    simulation.run(5.0)
+    assert simulation.ground_truth.pose.yaw - start.yaw == pytest.approx(2.0, rel=0.02)
+
+
+def test_its_manifest_names_it_and_both_ways_to_build_it(here: Path) -> None:
+    run(["new", "my_robot"])
+    root = ElementTree.parse("my_robot/package.xml").getroot()
+    assert (root.tag, root.get("format"), root.findtext("name")) == ("package", "3", "my_robot")
+    types = {e.text: e.get("condition") for e in root.iter("build_type")}
+    assert types == {"catkin": "$ROS_VERSION != 2", "ament_cmake": "$ROS_VERSION == 2"}
+
+
+@pytest.mark.parametrize(
+    "file", ["display.launch", "simulate.launch", "display_ros2.launch.xml", "simulate_ros2.launch.xml"]
+)
+def test_its_launch_files_run(here: Path, capsys: pytest.CaptureFixture[str], file: str) -> None:
+    run(["new", "my_robot"])
+    capsys.readouterr()
+    assert run(["launch", "my_robot", file, "--dry-run"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "robot: " in out
+    assert "not run" not in out
+
+
+def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "my_robot").mkdir()
+    (here / "my_robot" / "notes.txt").write_text("mine")
+    assert run(["new", "my_robot"]) == 2
+    assert "exists" in capsys.readouterr().err
+    assert [file.name for file in (here / "my_robot").iterdir()] == ["notes.txt"]
+    assert [file.name for file in here.iterdir()] == ["my_robot"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("My-Robot",), "'My-Robot' is no name of a package: two or more lower-case letters, digits and"),
+        (("My-Robot",), ": my_robot\n"),
+        (("1robot",), ": robot\n"),
+        (("r",), "is no name"),
+        (("a__b",), "is no name"),
+        (("../robot",), "is no name"),
+        (("robot", "--length", "0"), "--length is above 0"),
+        (("robot", "--wheel-radius", "nan"), "--wheel-radius is above 0"),
+        (("robot", "--separation", "0.1"), "the wheels stand in the body: --separation is at least 0.22 m"),
+        (("robot", "--wheel-radius", "2"), "--wheel-radius is at most --length"),
+        (("robot", "--in", "nowhere"), "nowhere"),
+    ],
+)
+def test_a_wrong_wish_is_one_clear_error_and_makes_nothing(
+    here: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
+) -> None:
+    assert run(["new", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert list(here.iterdir()) == []

@@ -1,0 +1,238 @@
+"""Programs of the user's own: which are run, by whom, with which words; and how they are ended."""
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import Plan, read_launch, read_launch_2
+from kbot.launch.processes import Process, Processes
+from kbot.launch.programs import Program, command_line, environment, find_program
+from kbot.launch.stage import stage
+from kbot.text import Diagnostic
+from kbot.xacro import Packages
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
+    (tmp_path / "scripts").mkdir()
+    return tmp_path
+
+
+def program(folder: Path, text: str, name: str = "n.py", attributes: str = "") -> Program | Diagnostic:
+    (folder / "scripts" / name).write_text(text)
+    plan = plan_of(folder, f'<node pkg="mine" type="{name}" name="n" {attributes}/>')
+    return find_program(plan.nodes[0], Packages(around=str(folder / "a.launch")))
+
+
+def plan_of(folder: Path, body: str) -> Plan:
+    file = folder / "a.launch"
+    file.write_text(f"<launch>\n{body}\n</launch>\n")
+    return read_launch(str(file)).require()
+
+
+def test_one_that_needs_only_kbot_is_run_by_our_own_python(folder: Path) -> None:
+    found = program(folder, "import kbot\nimport math\n")
+    assert isinstance(found, Program)
+    assert (found.interpreter, found.file) == (sys.executable, str(folder / "scripts" / "n.py"))
+
+
+def test_modules_of_its_own_folder_are_there(folder: Path) -> None:
+    (folder / "scripts" / "helper.py").write_text("")
+    assert isinstance(program(folder, "#!/usr/bin/env python3\nimport helper\n", "n"), Program)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "why"),
+    [
+        ("import no_such_module_of_ros\n", "n.py", "imports no_such_module_of_ros, not here"),
+        ("\x7fELF", "n", "is no Python program"),
+        ("import (\n", "n.py", "n.py:1: it is not valid Python"),
+    ],
+)
+def test_one_that_cannot_run_is_named_at_its_line_with_why(
+    folder: Path, text: str, name: str, why: str
+) -> None:
+    found = program(folder, text, name)
+    assert isinstance(found, Diagnostic)
+    assert found.origin is not None
+    assert (found.code, found.is_error, found.origin.span.line) == ("L055", False, 2)
+    assert why in found.message
+
+
+def test_a_required_one_that_cannot_run_is_an_error(folder: Path) -> None:
+    found = program(folder, "import no_such_module_of_ros\n", attributes='required="true"')
+    assert isinstance(found, Diagnostic)
+    assert found.is_error
+
+
+def test_a_node_without_its_program_is_named(folder: Path) -> None:
+    found = stage(plan_of(folder, '<node pkg="mine" type="missing" name="n"/>'))
+    assert [note.code for note in found.notes] == ["L055"]
+    assert "has no program missing" in found.notes[0].message
+
+
+def test_the_words_are_those_of_roslaunch(folder: Path) -> None:
+    (folder / "scripts" / "n.py").write_text("")
+    plan = plan_of(
+        folder,
+        """<remap from="scan" to="/base/scan"/><env name="A" value="1"/>
+        <node pkg="mine" type="n.py" name="n" ns="left" args="--fast 'a b'" launch-prefix="nice -n 5"/>""",
+    )
+    found = find_program(plan.nodes[0], Packages(around=plan.path))
+    assert isinstance(found, Program)
+    file = str(folder / "scripts" / "n.py")
+    assert command_line(found, plan, "") == [
+        *("nice", "-n", "5", sys.executable, file, "--fast", "a b", "scan:=/base/scan", "__name:=n"),
+    ]
+    env = environment(found)
+    assert (env["A"], env["ROS_NAMESPACE"]) == ("1", "/left")
+
+
+def test_the_words_are_those_of_ros2_launch(folder: Path) -> None:
+    (folder / "scripts" / "n.py").write_text("")
+    file = folder / "a.launch.xml"
+    file.write_text(
+        '<launch><node pkg="mine" exec="n.py" name="n" namespace="left" args="--fast">'
+        '<remap from="scan" to="other"/></node></launch>'
+    )
+    plan = read_launch_2(str(file)).require()
+    found = find_program(plan.nodes[0], Packages(around=plan.path))
+    assert isinstance(found, Program)
+    assert command_line(found, plan, "/p.yaml")[2:] == [
+        *("--fast", "--ros-args", "-r", "__node:=n", "-r", "__ns:=/left", "-r", "scan:=other"),
+        *("--params-file", "/p.yaml"),
+    ]
+
+
+class Watch:
+    """Runs processes of small Python programs, and remembers what was told."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.told: list[str] = []
+        self.ended = threading.Event()
+
+    def process(self, name: str, code: str, **more: object) -> Process:
+        return Process(
+            f"/{name}",
+            [sys.executable, "-c", code],
+            dict(os.environ),
+            str(self.folder),
+            **more,  # type: ignore[arg-type]
+        )
+
+    def run(self, *processes: Process) -> Processes:
+        return Processes(processes, self.told.append, self.ended.set)
+
+
+@pytest.fixture
+def watch(tmp_path: Path) -> Watch:
+    return Watch(tmp_path)
+
+
+def until(condition: Callable[[], bool], what: str) -> None:
+    end = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end, f"there is still not {what}"
+        time.sleep(0.02)
+
+
+COUNT = "open('count', 'a').write('x')"
+
+
+def test_a_respawned_process_is_started_again(watch: Watch) -> None:
+    running = watch.run(watch.process("a", COUNT, respawn=0.0))
+    count = watch.folder / "count"
+    until(lambda: count.exists() and len(count.read_text()) >= 3, "a third start")
+    running.close()
+    said = len(count.read_text())
+    time.sleep(0.3)
+    assert len(count.read_text()) == said
+    assert any("is started again" in text for text in watch.told)
+
+
+def test_one_that_is_not_respawned_runs_once(watch: Watch) -> None:
+    running = watch.run(watch.process("a", COUNT))
+    until(lambda: watch.told == ["/a ended"], "an end")
+    running.close()
+    assert (watch.folder / "count").read_text() == "x"
+    assert not watch.ended.is_set()
+
+
+def test_the_end_of_a_required_process_ends_the_launch(watch: Watch) -> None:
+    running = watch.run(watch.process("a", "import sys; sys.exit(3)", required=True))
+    assert watch.ended.wait(30)
+    running.close()
+    assert running.status == 1
+    assert watch.told == ["/a is required and ended with status 3: the launch ends"]
+
+
+def test_what_a_process_prints_is_in_its_log(watch: Watch) -> None:
+    log = watch.folder / "a.log"
+    running = watch.run(watch.process("a", "print('hello'); raise SystemExit(1)", log=log))
+    until(lambda: bool(watch.told), "an end")
+    running.close()
+    assert log.read_text() == "hello\n"
+    assert watch.told == [f"/a ended with status 1; what it printed is in {log}"]
+
+
+def test_one_that_follows_another_waits_for_its_end(watch: Watch) -> None:
+    order = "open('order', 'a').write('{}')"
+    first = watch.process("first", f"import time; time.sleep(0.3); {order.format(1)}")
+    second = watch.process("second", order.format(2), after=("exit", "/first"))
+    running = watch.run(second, first)
+    until(lambda: "/second ended" in watch.told, "an end of the second")
+    running.close()
+    assert (watch.folder / "order").read_text() == "12"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for other processes")
+def test_ctrl_c_comes_as_sigint_to_the_process_and_what_it_started(watch: Watch) -> None:
+    code = (
+        "import subprocess, sys, time, pathlib\n"
+        "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+        "pathlib.Path('child').write_text(str(child.pid))\n"
+        "try: time.sleep(60)\n"
+        "except KeyboardInterrupt: pathlib.Path('said').write_text('bye'); child.wait()\n"
+    )
+    running = watch.run(watch.process("a", code))
+    until(lambda: (watch.folder / "child").exists() and (watch.folder / "child").read_text() != "", "a child")
+    running.close()
+    assert (watch.folder / "said").read_text() == "bye"
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((watch.folder / "child").read_text()), 0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for other processes")
+def test_one_that_does_not_listen_is_ended_all_the_same(
+    watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import kbot.launch.processes as processes
+
+    shorter = tuple((number, min(seconds, 0.3)) for number, seconds in processes._ENDINGS)
+    monkeypatch.setattr(processes, "_ENDINGS", shorter)
+    code = (
+        "import signal, time, pathlib\n"
+        "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
+        "import os; pathlib.Path('pid').write_text(str(os.getpid()))\ntime.sleep(60)\n"
+    )
+    running = watch.run(watch.process("a", code))
+    until(lambda: (watch.folder / "pid").exists() and (watch.folder / "pid").read_text() != "", "a start")
+    running.close()
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((watch.folder / "pid").read_text()), 0)
+    assert signal.SIGKILL == processes._KILL
+
+
+def test_a_program_that_cannot_be_started_is_told(watch: Watch) -> None:
+    running = watch.run(Process("/a", ["/no/such/program"], {}, str(watch.folder)))
+    until(lambda: bool(watch.told), "a word")
+    running.close()
+    assert watch.told == ["/a cannot be started: No such file or directory"]

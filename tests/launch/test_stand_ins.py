@@ -1,0 +1,144 @@
+"""What nodes of ROS are told, read as their own documentation has it."""
+
+import math
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import read_launch, read_launch_2
+from kbot.launch.joint_states import Dependent
+from kbot.launch.rosbag import Recording
+from kbot.launch.stage import Stage, stage
+
+HALF = math.sqrt(0.5)
+NOW = datetime(2026, 3, 4, 5, 6, 7)
+
+
+def staged(folder: Path, body: str) -> Stage:
+    file = folder / "a.launch"
+    file.write_text(f"<launch>\n{body}\n</launch>\n")
+    return stage(read_launch(str(file)).require())
+
+
+@pytest.mark.parametrize(
+    ("package", "args"),
+    [
+        ("tf", "1 2 3 1.5707963267948966 0 0 base camera 100"),
+        ("tf", f"1 2 3 0 0 {HALF} {HALF} /base /camera 100"),
+        ("tf2_ros", "1 2 3 1.5707963267948966 0 0 base camera"),
+        ("tf2_ros", f"1 2 3 0 0 {HALF} {HALF} base camera"),
+        ("tf2_ros", "--x 1 --y 2 --z 3 --yaw 1.5707963267948966 --frame-id base --child-frame-id camera"),
+        (
+            "tf2_ros",
+            f"--x 1 --y 2 --z 3 --qz {HALF} --qw {HALF} --frame-id base --child-frame-id camera",
+        ),
+    ],
+)
+def test_every_form_of_a_static_transform(tmp_path: Path, package: str, args: str) -> None:
+    found = staged(
+        tmp_path, f'<node pkg="{package}" type="static_transform_publisher" name="t" args="{args}"/>'
+    )
+    (transform,) = found.transforms
+    assert (transform.parent, transform.child, transform.xyz) == ("base", "camera", (1.0, 2.0, 3.0))
+    assert transform.xyzw == pytest.approx((0.0, 0.0, HALF, HALF))
+    assert found.notes == ()
+
+
+def test_the_order_of_angles_is_yaw_pitch_roll(tmp_path: Path) -> None:
+    args = "0 0 0 0 0 1.5707963267948966 a b"
+    found = staged(
+        tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
+    )
+    assert found.transforms[0].xyzw == pytest.approx((HALF, 0.0, 0.0, HALF))
+
+
+@pytest.mark.parametrize("args", ["", "1 2 3 base camera", "0 0 0 0 0 0 0 base camera", "1 2 3 4 5 six a b"])
+def test_a_transform_that_is_none_is_an_error_at_its_arguments(tmp_path: Path, args: str) -> None:
+    found = staged(
+        tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
+    )
+    assert [(note.code, note.is_error) for note in found.notes] == [("L062", True)]
+
+
+def test_joint_state_publisher_s_parameters(tmp_path: Path) -> None:
+    found = staged(
+        tmp_path,
+        """<node pkg="joint_state_publisher" type="joint_state_publisher" name="jsp">
+          <param name="rate" value="25"/><param name="use_mimic_tags" value="false"/>
+          <rosparam>{source_list: [/arm/joint_states], zeros: {lift: 0.5}, dependent_joints:
+            {right: {parent: left, factor: -1, offset: 0.25}}}</rosparam></node>""",
+    )
+    joints = found.joints
+    assert (joints.rate, joints.sources, joints.use_mimic_tags) == (25.0, ("/arm/joint_states",), False)
+    assert joints.zeros == {"lift": 0.5}
+    assert joints.dependent == {"right": Dependent("left", -1.0, 0.25)}
+    assert found.notes == ()
+
+
+def test_a_misspelt_parameter_of_joint_state_publisher_is_told_with_the_nearest(tmp_path: Path) -> None:
+    found = staged(
+        tmp_path,
+        """<node pkg="joint_state_publisher" type="joint_state_publisher" name="jsp">
+          <param name="rat" value="25"/></node>""",
+    )
+    (note,) = found.notes
+    assert note.origin is not None
+    assert (note.code, note.hint, note.origin.span.line) == ("L062", "did you mean 'rate'?", 3)
+
+
+@pytest.mark.parametrize(
+    ("args", "path", "topics"),
+    [
+        ("-a -O /tmp/run", "/tmp/run.bag", ()),
+        ("-O run.bag odom /scan", "run.bag", ("/odom", "/scan")),
+        ("--output-name=x -a", None, ()),
+        ("-j --buffsize 512 -o day odom", None, ("/odom",)),
+    ],
+)
+def test_rosbag_record(tmp_path: Path, args: str, path: str | None, topics: tuple[str, ...]) -> None:
+    found = staged(tmp_path, f'<node pkg="rosbag" type="record" name="r" args="{args}"/>')
+    (recording,) = found.recordings
+    assert recording.topics == topics
+    if path is not None:
+        assert recording == Recording(path, topics)
+    else:
+        assert recording.path.endswith(".bag")
+
+
+def test_ros2_bag_record_as_a_process(tmp_path: Path) -> None:
+    file = tmp_path / "a.launch.py"
+    file.write_text(
+        "from launch import LaunchDescription\nfrom launch.actions import ExecuteProcess\n"
+        "def generate_launch_description():\n    return LaunchDescription([ExecuteProcess(\n"
+        "        cmd=['ros2', 'bag', 'record', '-o', 'a run', '/odom', 'scan'])])\n"
+    )
+    found = stage(read_launch_2(str(file), trusted=True).require())
+    assert found.recordings == (Recording("a run", ("/odom", "/scan")),)
+
+
+def test_a_map_server_s_map(tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text("")
+    found = staged(tmp_path, '<node pkg="map_server" type="map_server" name="m" args="$(dirname)/m.yaml"/>')
+    assert found.maps == (str(tmp_path / "m.yaml"),)
+    found = staged(tmp_path, '<node pkg="map_server" type="map_server" name="m" args="/no/map.yaml"/>')
+    assert [(note.code, note.is_error) for note in found.notes] == [("L059", True)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "world", "paused", "window"),
+    [
+        ("'-r empty.sdf'", "empty.sdf", False, True),
+        ("'empty.sdf'", "empty.sdf", True, True),
+        ("'-r -s -v 4 shapes.sdf'", "shapes.sdf", False, False),
+        ("'-r -v4 --render-engine ogre maze.sdf'", "maze.sdf", False, True),
+    ],
+)
+def test_gz_sim_s_arguments(tmp_path: Path, arguments: str, world: str, paused: bool, window: bool) -> None:
+    file = tmp_path / "a.launch.xml"
+    file.write_text(
+        '<launch><include file="$(find-pkg-share ros_gz_sim)/launch/gz_sim.launch.py">'
+        f'<arg name="gz_args" value={arguments}/></include></launch>'
+    )
+    found = stage(read_launch_2(str(file)).require())
+    assert (found.world, found.paused, found.window) == (world, paused, window)
