@@ -13,8 +13,8 @@ from kbot.bridges.wishes import Wishes
 from kbot.cli.output import fail
 
 if TYPE_CHECKING:
-    from kbot.sim import Simulation
     from kbot.bridges.companions import Companions
+    from kbot.sim import Simulation
 
     Join = Callable[[Simulation, str, str], None]
 
@@ -97,15 +97,6 @@ def going_along(wishes: Wishes, *, served: bool = False) -> Iterator[Join]:
     if not wishes and not served:
         yield lambda simulation, description, world: None
         return
-    from kbot.bridges.companions import Companions
-
-    going = Companions(wishes, lambda text: click.echo(text, err=True), served=served)
-    try:
-        yield going
-    finally:
-        going.close()
-    if going.failure is not None:
-        raise click.exceptions.Exit(2)
     with companions(wishes, served=served) as going:
         yield going.join
 
@@ -117,3 +108,12 @@ def companions(wishes: Wishes, *, served: bool = False) -> Iterator[Companions]:
     Raises:
         KbotError, Exit: as `going_along`.
     """
+    from kbot.bridges.companions import Companions
+
+    going = Companions(wishes, lambda text: click.echo(text, err=True), served=served)
+    try:
+        yield going
+    finally:
+        going.close()
+    if going.failure is not None:
+        raise click.exceptions.Exit(2)
