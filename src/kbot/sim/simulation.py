@@ -137,7 +137,9 @@ class Simulation(Models):
             KbotError: no such robot or joint, one that drives or follows another, or a number that is not
                 finite.
         """
-        self.named(robot).take_joint_command({joint: position}, Interface.POSITION)
+        held = self.named(robot)
+        held.dof(joint)
+        held.take_joint_command({joint: position}, Interface.POSITION)
         self._note("set_joint", joint=joint, position=float(position), robot=robot)
 
     def release_joint(self, joint: str, robot: str | None = None) -> None:
