@@ -11,6 +11,8 @@ _DRIVES = ("diff_drive", "diffdrive", "skid_steer", "skidsteer")
 _LEFT = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
 _RIGHT = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
 
+_TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
+
 
 def drive_plugins(robot: Robot) -> Iterator[Element]:
     """The `<plugin>` elements of differential and skid-steer drives, of Gazebo Classic and gz."""
@@ -32,6 +34,20 @@ def plugin_joints(plugin: Element) -> tuple[list[str], list[str]]:
 def plugin_driven_joints(robot: Robot) -> list[Joint]:
     """The movable joints that the drive plugins name."""
     names = [name for p in drive_plugins(robot) for side in plugin_joints(p) for name in side]
+    return _movable(robot, names)
+
+
+def steering_plugin_joints(robot: Robot) -> list[Joint]:
+    """The movable joints that gz's AckermannSteering, or a plugin of a tricycle, drives."""
+    names = [
+        element.text.strip()
+        for extension in robot.extensions
+        if extension.tag == "gazebo"
+        for plugin in extension.elements("plugin")
+        if any(word in "".join(plugin.attributes.values()).lower() for word in ("ackermann", "tricycle"))
+        for element in plugin.elements()
+        if element.tag in _TRACTION
+    ]
     return _movable(robot, names)
 
 

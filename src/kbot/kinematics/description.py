@@ -9,6 +9,7 @@ from typing import Any
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.steered_drive import SteeredDrive, find_base
 from kbot.model import Geometry, Joint, Link, Mesh, Robot
 
 _DEEPEST = 30
@@ -61,7 +62,18 @@ def describe_as_text(robot: Robot) -> str:
             f"  casters           {', '.join(drive['casters']) or 'none'}",
         ]
     else:
-        lines.append(f"no differential drive: {data['no_drive']}")
+        base = find_base(robot)
+        if isinstance(base, SteeredDrive):
+            lines += [
+                "steered drive",
+                f"  driven            {', '.join(base.joints)}",
+                f"  steered           {', '.join(wheel.joint for wheel in base.steering)}",
+                f"  wheel radius      {base.radius:.4g} m",
+                f"  wheel separation  {base.separation:.4g} m",
+                f"  between the axles {max(abs(wheel.x) for wheel in base.steering):.4g} m",
+            ]
+        else:
+            lines.append(f"no differential drive: {data['no_drive']}")
     if data["center_of_mass"]:
         lines.append(f"centre of mass  {_vector(data['center_of_mass'])} m in {robot.root}")
     if data["bounds"]:

@@ -17,7 +17,7 @@ from kbot.kinematics.transform import Transform
 from kbot.kinematics.wheels import NoWheel, Wheel, carrier, find_wheel, movable_ancestor
 from kbot.model import Joint, JointType, Robot
 
-__all__ = ["DifferentialDrive", "NoDrive", "base_link", "find_drive"]
+__all__ = ["DifferentialDrive", "NoDrive", "base_link", "drive_of", "find_drive"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
     """
     tree = tree or FrameTree(robot)
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
-    by_plugin = _drive_of(robot, tree, plugin_driven_joints(robot))
+    by_plugin = drive_of(robot, tree, plugin_driven_joints(robot))
     if isinstance(by_plugin, DifferentialDrive):
         return by_plugin
     if not turning:
@@ -47,7 +47,7 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
     result: DifferentialDrive | NoDrive | None = None
     for joints in (velocity_joints(robot), rigid, suspended):
         if joints:
-            found = _drive_of(robot, tree, joints)
+            found = drive_of(robot, tree, joints)
             if isinstance(found, DifferentialDrive):
                 turned = steered_wheel(tree, found)
                 return NoDrive(turned) if turned else found
@@ -86,7 +86,7 @@ def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
     return True
 
 
-def _drive_of(robot: Robot, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
+def drive_of(robot: Robot, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
     """The drive made by the wheels on some of `joints`."""
     if not joints:
         return NoDrive("no joint is named to drive")

@@ -8,8 +8,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kbot.kinematics.differential_drive import DifferentialDrive, find_drive
+from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.steered_drive import find_base
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.model.writer import to_urdf
@@ -22,7 +23,7 @@ from kbot.sim.joint_orders import joint_command, trajectory_points
 from kbot.sim.joints import rest
 from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
 from kbot.sim.recipe import Contacts
-from kbot.sim.robot import SimulatedRobot
+from kbot.sim.robot import SimulatedRobot, driving_joints
 from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.running import Running
 from kbot.sim.topics import RobotTopics
@@ -191,7 +192,7 @@ class Population(Running):
     def _prepare(
         self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
     ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
-        drive = drive_with_masses(robot, find_drive(robot))
+        drive = drive_with_masses(robot, find_base(robot))
         findings = Findings()
         check_named_joints(robot, findings)
         settings: DriveSettings | None = None
@@ -199,7 +200,7 @@ class Population(Running):
             settings = drive_settings(robot, drive, findings)
             if limits is not None:
                 settings = dataclasses.replace(settings, limits=limits)
-        driven = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        driven = driving_joints(drive)
         control = joint_control(robot, driven, findings)
         simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self, control)
         plan = plan_of(name, robot, drive, settings, self.contacts, pose)

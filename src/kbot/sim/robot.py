@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim.drive import TwistController
@@ -17,6 +18,7 @@ from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.servo import speed_limit
+from kbot.sim.steered_servos import SteeredServos
 from kbot.sim.trajectory import Point
 from kbot.sim.wheel_servos import WheelServos
 from kbot.text import KbotError
@@ -84,6 +86,7 @@ class SimulatedRobot(RobotBody):
         self._controller: TwistController | None = None
         self._odometry: WheelOdometry | None = None
         self._reckoned: DifferentialDrive | None = None
+        self._servos: WheelServos | SteeredServos | None = None
         if isinstance(drive, DifferentialDrive) and settings is not None:
             reckoned = self._reckoned = settings.reckoned(drive)
             fastest = min(speed_limit(robot, joint) for joint in drive.joints)
@@ -96,14 +99,18 @@ class SimulatedRobot(RobotBody):
         told = self.joint_servos.save() if self._is_bound else None
         self._is_bound = True
         super().bind(model, data)
-        driven = self.drive.joints if isinstance(self.drive, DifferentialDrive) else ()
+        driven = driving_joints(self.drive)
         others = [name for name in self._joints if name not in driven]
         period = self._slew_steps * self._timestep
         self.joint_servos = JointServos(self.robot, model, data, others, self.prefix, period, self._timestep)
         if told is not None:
             self.joint_servos.restore(told)
-        self._servos: WheelServos | None = None
-        if isinstance(self.drive, DifferentialDrive):
+        rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
+        self._servos = None
+        if isinstance(self.drive, SteeredDrive):
+            self._servos = SteeredServos(model, data, self.drive, self.prefix)
+            self._servos.state = rolled or self._servos.state
+        elif isinstance(self.drive, DifferentialDrive):
             self._servos = WheelServos(model, data, self.drive, self.prefix)
 
     def reset(self) -> None:
@@ -113,6 +120,8 @@ class SimulatedRobot(RobotBody):
             self._controller.reset()
         if self._odometry is not None:
             self._odometry.reset()
+        if isinstance(self._servos, SteeredServos):
+            self._servos.restart()
         self._is_driving, self._next_slew = False, 0
         self._start_joints()
         self._start_counting_turns()
@@ -215,7 +224,7 @@ class SimulatedRobot(RobotBody):
     def _require_free_joint(self, joint: str) -> None:
         self._require_joint(joint)
         if joint not in self.joint_servos.joints:
-            drives = isinstance(self.drive, DifferentialDrive) and joint in self.drive.forward
+            drives = isinstance(self.drive, DifferentialDrive) and joint in driving_joints(self.drive)
             why = "drives the robot" if drives else "follows another joint"
             raise KbotError(f"joint '{joint}' {why} and cannot be held")
 
@@ -250,7 +259,7 @@ class SimulatedRobot(RobotBody):
         reckoned = self._reckoned
         if self._odometry is None or self._servos is None or reckoned is None:
             return Motion(PlanarPose(), PlanarTwist())
-        linear, angular = reckoned.twist(*reckoned.wheel_angles(self.joint_velocities))
+        linear, angular = reckoned.twist(*self._servos.speeds())
         return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
 
     @property
@@ -293,17 +302,27 @@ class SimulatedRobot(RobotBody):
         commanded = controller.save() if controller else None
         odometry = self._odometry.state if self._odometry else None
         slewing = self._is_driving, self._next_slew
-        return commanded, slewing, odometry, self._turns, self._is_left, self.joint_servos.save()
+        rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
+        return commanded, slewing, odometry, self._turns, self._is_left, self.joint_servos.save(), rolled
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Take back what `save` gave; the engine's own state has been restored before."""
-        commanded, slewing, odometry, self._turns, self._is_left, told = saved
+        commanded, slewing, odometry, self._turns, self._is_left, told, rolled = saved
         self._is_driving, self._next_slew = slewing
         if self._controller is not None and commanded is not None:
             self._controller.restore(commanded)
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
         self.joint_servos.restore(told)
+        if isinstance(self._servos, SteeredServos):
+            self._servos.state = rolled
+
+
+def driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
+    """The joints that the drive moves, those that steer too."""
+    if isinstance(drive, SteeredDrive):
+        return (*drive.joints, *(wheel.joint for wheel in drive.steering))
+    return drive.joints if isinstance(drive, DifferentialDrive) else ()
 
 
 def _base(robot: Robot) -> str:

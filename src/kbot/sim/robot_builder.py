@@ -154,8 +154,7 @@ def _tyres(robot: Robot, drive: DifferentialDrive) -> dict[str, tuple[float, Tra
     """Radius and place (in its link) of the sphere that stands for each drive wheel on the ground."""
     tree = FrameTree(robot)
     tyres = {}
-    for name in drive.joints:
-        wheel = drive.wheels[name]
+    for wheel in drive.wheels.values():
         link_from_base = tree.pose(drive.base, in_frame=wheel.link)
         x, y, z = link_from_base.apply(wheel.center).tolist()
         tyres[wheel.link] = wheel.radius, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, 0.0))

@@ -30,7 +30,7 @@ class WheelServos:
                 shares = (share, 0.0) if side == 0 else (0.0, share)
                 position, speed = int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index])
                 state = int(model.actuator_actadr[actuator])
-                places.append((position, speed, state, *shares, *_slack(model, actuator)))
+                places.append((position, speed, state, *shares, *slack(model, actuator)))
                 commands.append((actuator, forward, side == 0))
         self._places = tuple(places)
         """Per wheel: where its position, its speed and its servo's state are, what it adds to the left and to
@@ -43,6 +43,14 @@ class WheelServos:
         ctrl = self._ctrl
         for actuator, forward, is_left in self._commands:
             ctrl[actuator] = (left if is_left else right) * forward
+
+    def speeds(self) -> tuple[float, float]:
+        """Mean speed of each side's wheels in rad/s."""
+        left = right = 0.0
+        for _, speed, _, to_left, to_right, _, _ in self._places:
+            left += self._qvel[speed] * to_left
+            right += self._qvel[speed] * to_right
+        return left, right
 
     def settle(self) -> None:
         """Stand still where the wheels are now, as if they had never been told to turn."""
@@ -76,7 +84,7 @@ class WheelServos:
         return left, right
 
 
-def _slack(model: Any, actuator: int) -> tuple[float, float]:  # noqa: ANN401
+def slack(model: Any, actuator: int) -> tuple[float, float]:  # noqa: ANN401
     """How far a servo's state may be ahead (rad), and how far behind it the wheel runs (s of its speed)."""
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])

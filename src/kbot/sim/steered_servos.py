@@ -1,0 +1,179 @@
+"""A steered base commanded, and reckoned, as the differential drive that moves as it does.
+
+Wheel speeds of the differential drive are a twist of the fixed axle's middle, which every wheel follows in
+its own way; back from the driven wheels' angles and the steering angles the twist is that of least squares.
+"""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, sin
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.steered_drive import SteeredDrive
+from kbot.sim.numbers import numbers
+from kbot.sim.wheel_servos import slack
+
+FREQUENCY = 40.0
+"""rad/s: how fast a wheel is turned aside."""
+
+
+class _Steering(NamedTuple):
+    position: int
+    actuator: int
+    x: float
+    y: float
+    upward: float
+    lower: float
+    upper: float
+
+
+class _Driven(NamedTuple):
+    """`steering`: which steering wheel it is, -1 for none."""
+
+    position: int
+    speed: int
+    state: int
+    actuator: int
+    x: float
+    y: float
+    radius: float
+    forward: float
+    steering: int
+    reach: float
+    lag: float
+
+
+class SteeredServos:
+    """As `WheelServos`, for wheels that steer."""
+
+    def __init__(self, model: Any, data: Any, drive: SteeredDrive, prefix: str) -> None:  # noqa: ANN401
+        self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
+        self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
+        self._radius, self._half = drive.radius, drive.separation / 2.0
+        rolls = [wheel.rolls for wheel in drive.steering]
+        self._steering = tuple(
+            _Steering(*_aside(model, prefix + w.joint), w.x, w.y, w.upward, w.lower, w.upper)
+            for w in drive.steering
+        )
+        axle_from_base = drive.axle_in_base.inverse()
+        driven = []
+        for name in drive.traction:
+            index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
+            actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
+            wheel = drive.wheels[name]
+            x, y, _ = axle_from_base.apply(wheel.center).tolist()
+            driven.append(
+                _Driven(
+                    int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]),
+                    int(model.actuator_actadr[actuator]), actuator, x, y, wheel.radius, drive.forward[name],
+                    rolls.index(name) if name in rolls else -1, *slack(model, actuator),
+                )
+            )  # fmt: skip
+        self._driven = tuple(driven)
+        self.state: tuple[Any, ...] = (0.0, 0.0, self._places(), self._angles())
+
+    def command(self, left: float, right: float) -> None:
+        """Speeds of the wheels of the differential drive, in rad/s."""
+        v = (left + right) / 2.0 * self._radius
+        w = (right - left) / 2.0 * self._radius / self._half
+        angles = self._steer(v, w)
+        turn = min((self._curvature(i, angle) * v for i, angle in enumerate(angles)), key=abs)
+        if abs(turn) < abs(w):
+            # a wheel that is at its end bounds the curve of all
+            w = turn
+            angles = self._steer(v, w)
+        for wheel, angle in zip(self._steering, angles, strict=True):
+            self._ctrl[wheel.actuator] = angle * wheel.upward
+        for driven in self._driven:
+            angle = angles[driven.steering] if driven.steering >= 0 else 0.0
+            speed = (v - w * driven.y) * cos(angle) + w * driven.x * sin(angle)
+            self._ctrl[driven.actuator] = speed / driven.radius * driven.forward
+
+    def _steer(self, v: float, w: float) -> list[float]:
+        """The angle to the left of each wheel that steers, within its limits."""
+        angles = []
+        for wheel in self._steering:
+            ahead, across = v - w * wheel.y, w * wheel.x
+            if ahead == across == 0.0:
+                angle = self._ctrl[wheel.actuator] * wheel.upward
+            elif ahead == 0.0:
+                angle = pi / 2.0 if across > 0.0 else -pi / 2.0
+            else:
+                angle = atan(across / ahead)
+            angles.append(min(max(angle * wheel.upward, wheel.lower), wheel.upper) * wheel.upward)
+        return angles
+
+    def _curvature(self, index: int, angle: float) -> float:
+        """1/m of the axle's middle when a wheel is turned to an angle."""
+        wheel = self._steering[index]
+        return sin(angle) / (wheel.x * cos(angle) + wheel.y * sin(angle))
+
+    def settle(self) -> None:
+        """Stand still where the wheels are now, as if they had never been told to turn."""
+        for wheel in self._driven:
+            self._qvel[wheel.speed] = 0.0
+            self._act[wheel.state] = self._qpos[wheel.position]
+
+    def angles(self) -> tuple[float, float]:
+        """Angles in rad that the wheels of the differential drive have come to."""
+        left, right, places, before = self.state
+        gone = [now - then for now, then in zip(self._places(), places, strict=True)]
+        aside = [(now + then) / 2.0 for now, then in zip(self._angles(), before, strict=True)]
+        to_left, to_right = self._as_differential(gone, aside)
+        return left + to_left, right + to_right
+
+    def roll(self) -> tuple[float, float]:
+        """The angles; and a blocked wheel's servo no longer stores up the way it did not go."""
+        left, right = self.angles()
+        self.state = (left, right, self._places(), self._angles())
+        for wheel in self._driven:
+            middle = self._qpos[wheel.position] + wheel.lag * self._qvel[wheel.speed]
+            ahead = self._act[wheel.state] - middle
+            self._act[wheel.state] = middle + min(max(ahead, -wheel.reach), wheel.reach)
+        return left, right
+
+    def speeds(self) -> tuple[float, float]:
+        """Of the wheels of the differential drive, in rad/s."""
+        rates = [self._qvel[w.speed] * w.forward * w.radius for w in self._driven]
+        return self._as_differential(rates, self._angles())
+
+    def restart(self) -> None:
+        """Count from zero."""
+        self.state = (0.0, 0.0, self._places(), self._angles())
+
+    def _places(self) -> list[float]:
+        """Metres that each driven wheel has rolled."""
+        return [self._qpos[w.position] * w.forward * w.radius for w in self._driven]
+
+    def _angles(self) -> list[float]:
+        """rad to the left that each wheel is turned aside."""
+        return [self._qpos[w.position] * w.upward for w in self._steering]
+
+    def _as_differential(self, ways: list[float], aside: list[float]) -> tuple[float, float]:
+        """From what each driven wheel rolled, or its speed at the rim (m or m/s)."""
+        rows, values = [], []
+        for wheel, way in zip(self._driven, ways, strict=True):
+            angle = aside[wheel.steering] if wheel.steering >= 0 else 0.0
+            rows.append((cos(angle), wheel.x * sin(angle) - wheel.y * cos(angle)))
+            values.append(way)
+        for steering, angle in zip(self._steering, aside, strict=True):
+            # it does not slip across
+            rows.append((-sin(angle), steering.x * cos(angle) + steering.y * sin(angle)))
+            values.append(0.0)
+        (ahead, turned), *_ = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)
+        across = float(turned) * self._half
+        return (float(ahead) - across) / self._radius, (float(ahead) + across) / self._radius
+
+
+def _aside(model: Any, joint: str) -> tuple[int, int]:  # noqa: ANN401
+    """A steering joint's place and its actuator, which is made to hold its angle."""
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
+    actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)
+    inertia = max(float(model.dof_M0[model.jnt_dofadr[index]]), 1e-6)
+    stiffness = inertia * FREQUENCY**2
+    model.actuator_gainprm[actuator, 0] = stiffness
+    model.actuator_biasprm[actuator, 1:3] = (-stiffness, -2.0 * inertia * FREQUENCY)
+    return int(model.jnt_qposadr[index]), actuator
