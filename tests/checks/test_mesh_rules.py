@@ -1,0 +1,134 @@
+"""The rules about meshes, on files of each format that are written here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from kbot.checks import Config, check_text
+from kbot.text import Diagnostic
+
+SIZE = (0.2, 0.1, 0.05)  # m
+ONLY = Config(select=("G10", "G110", "I107", "I108", "I109", "I110", "I117"), ignore=("G106",))
+FORMATS = ("stl", "obj", "dae")
+COLLADA_UNIT = '<unit name="millimeter" meter="0.001"/>'
+
+
+def write(mesh: trimesh.Trimesh, path: Path) -> None:
+    """A mesh file; COLLADA in metres."""
+    data = mesh.export(file_type=path.suffix[1:])
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def brick(factor: float = 1.0) -> trimesh.Trimesh:
+    return trimesh.creation.box([s * factor for s in SIZE])
+
+
+def robot(mesh: str, scale: str = "", mass: float = 1.0, origin: str = "0 0 0") -> str:
+    """A robot whose second link is the mesh, with the tensor of a solid brick."""
+    x, y, z = SIZE
+    shape = f'<geometry><mesh filename="{mesh}"{scale}/></geometry>'
+    moments = [mass / 12 * v for v in (y * y + z * z, x * x + z * z, x * x + y * y)]
+    return (
+        '<robot name="r">\n<link name="base"/>\n<link name="part">\n'
+        f"<visual>{shape}</visual>\n<collision>{shape}</collision>\n"
+        f'<inertial><origin xyz="{origin}"/><mass value="{mass}"/>\n'
+        f'<inertia ixx="{moments[0]}" ixy="0" ixz="0" iyy="{moments[1]}" iyz="0" izz="{moments[2]}"/>'
+        '</inertial>\n</link>\n<joint name="j" type="continuous"><parent link="base"/>'
+        '<child link="part"/><axis xyz="0 0 1"/></joint>\n</robot>\n'
+    )
+
+
+def check(text: str, folder: Path) -> list[Diagnostic]:
+    return list(check_text(text, str(folder / "robot.urdf"), config=ONLY))
+
+
+def codes(text: str, folder: Path) -> set[str]:
+    return {d.code for d in check(text, folder)}
+
+
+@pytest.fixture(params=FORMATS)
+def form(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def test_a_good_mesh_has_no_findings(tmp_path: Path, form: str) -> None:
+    write(brick(), tmp_path / f"brick.{form}")
+    assert check(robot(f"brick.{form}"), tmp_path) == []
+
+
+def test_millimetres_without_a_scale_are_told_and_with_it_are_not(tmp_path: Path, form: str) -> None:
+    write(brick(1000.0), tmp_path / f"brick.{form}")
+    (first, *_) = [d for d in check(robot(f"brick.{form}"), tmp_path) if d.code == "G104"]
+    assert "measures 200 m" in first.message
+    assert first.origin is not None
+    assert first.origin.span.line == 4
+    assert codes(robot(f"brick.{form}", ' scale="0.001 0.001 0.001"'), tmp_path) == set()
+
+
+def test_a_collada_file_that_says_its_unit_is_not_to_be_scaled_again(tmp_path: Path) -> None:
+    path = tmp_path / "brick.dae"
+    write(brick(1000.0), path)
+    plain, mark = path.read_text(), "<up_axis>"
+    assert plain.count(mark) == 1
+    path.write_text(plain.replace(mark, COLLADA_UNIT + mark))
+    assert codes(robot("brick.dae"), tmp_path) == set()
+    assert "G105" in codes(robot("brick.dae", ' scale="0.001 0.001 0.001"'), tmp_path)
+
+
+def test_a_file_that_is_not_there_is_named_with_the_nearest(tmp_path: Path, form: str) -> None:
+    write(brick(), tmp_path / f"brick.{form}")
+    (found,) = check(robot(f"brikc.{form}"), tmp_path)
+    assert found.code == "G101"
+    assert found.hint == f"did you mean 'brick.{form}'?"
+
+
+@pytest.mark.skipif(Path(__file__.upper()).exists(), reason="this file system does not tell capital letters")
+def test_capital_letters_differ(tmp_path: Path, form: str) -> None:
+    write(brick(), tmp_path / f"Brick.{form}")
+    (found,) = check(robot(f"brick.{form}"), tmp_path)
+    assert found.code == "G102"
+
+
+def test_a_file_that_is_no_mesh_is_told_with_the_reason(tmp_path: Path, form: str) -> None:
+    (tmp_path / f"brick.{form}").write_text("not a mesh at all\n")
+    found = check(robot(f"brick.{form}"), tmp_path)
+    assert {d.code for d in found} == {"G101"}
+    assert f"brick.{form}" in found[0].message
+
+
+def test_too_many_triangles_to_collide_with(tmp_path: Path, form: str) -> None:
+    mesh = brick()
+    while len(mesh.faces) <= 10_000:
+        mesh = mesh.subdivide()
+    write(mesh, tmp_path / f"brick.{form}")
+    found = check(robot(f"brick.{form}"), tmp_path)
+    assert {d.code for d in found} == {"G110"}
+    assert f"{len(mesh.faces):,} triangles" in found[0].message
+
+
+@pytest.mark.parametrize(("mass", "code"), [(1.0, None), (0.02, "I117"), (25.0, "I117")])
+def test_density_is_reckoned_with_the_volume_of_a_closed_mesh(
+    tmp_path: Path, form: str, mass: float, code: str | None
+) -> None:
+    """The brick has 1000 cm^3: 0.02 kg are 20 kg/m^3, 25 kg are 25,000 kg/m^3."""
+    write(brick(), tmp_path / f"brick.{form}")
+    assert codes(robot(f"brick.{form}", mass=mass), tmp_path) == ({code} if code else set())
+
+
+def test_an_open_mesh_has_no_volume_to_judge_by(tmp_path: Path, form: str) -> None:
+    mesh = brick()
+    mesh.update_faces(np.arange(len(mesh.faces)) < len(mesh.faces) - 2)
+    write(mesh, tmp_path / f"brick.{form}")
+    assert codes(robot(f"brick.{form}", mass=25.0), tmp_path) == set()
+
+
+def test_a_centre_of_mass_is_held_against_the_extents_of_the_mesh(tmp_path: Path, form: str) -> None:
+    write(brick(), tmp_path / f"brick.{form}")
+    (found,) = check(robot(f"brick.{form}", origin="0 0 0.1"), tmp_path)
+    assert found.code == "I110"
+    # the brick ends at 25 mm, and 5 % of its longest side is let pass: 100 - 25 - 10
+    assert "65 mm outside" in found.message
