@@ -7,7 +7,7 @@ import pytest
 
 from kbot.messages.sensing import Image
 from kbot.model.load import load_robot, load_robot_text
-from kbot.sensors import Contact, Gps, Imu, Lidar, Range
+from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, LogicalCamera, Range
 from kbot.sensors.declared import declared_sensors, mount_declared
 from kbot.sim import Simulation
 from kbot.text import DescriptionError
@@ -72,6 +72,11 @@ GZ = """
     <state_interface name="orientation.x"/><state_interface name="angular_velocity.x"/>
   <param name="frame_id">base_link</param></sensor>
   <sensor name="fts"><state_interface name="force.x"/></sensor>
+  <sensor name="tof"><state_interface name="range"/><param name="min_range">0.1</param>
+    <param name="max_range">3.0</param><param name="update_rate">20</param></sensor>
+  <sensor name="mocap"><state_interface name="position.x"/><state_interface name="orientation.w"/></sensor>
+  <sensor name="fix"><state_interface name="latitude"/><state_interface name="longitude"/></sensor>
+  <sensor name="wet"><state_interface name="humidity"/></sensor>
 </ros2_control>
 """
 
@@ -104,7 +109,7 @@ def test_what_gazebo_classic_declares():
 
 def test_what_gz_and_ros2_control_declare():
     declared = declared_sensors(_robot(GZ))
-    lidar, gps, remapped, imu = declared.specs
+    lidar, gps, remapped, imu, distance, place, fix = declared.specs
     assert isinstance(lidar, Lidar)
     assert (lidar.rows, lidar.samples, lidar.topic, lidar.range_max) == (16, 640, "scan", 1e6)
     assert isinstance(gps, Gps)
@@ -112,8 +117,62 @@ def test_what_gz_and_ros2_control_declare():
     assert (remapped.topic, remapped.frame) == ("front/scan", "base_link")
     assert isinstance(imu, Imu)
     assert imu.link == "base_link"
-    assert [d.code for d in declared.diagnostics] == ["W140"]
-    assert "force.x" in declared.diagnostics[0].message
+    assert isinstance(distance, Range)
+    assert (distance.range_min, distance.range_max, distance.rate) == (0.1, 3.0, 20.0)
+    assert isinstance(place, GroundTruth)
+    assert isinstance(fix, Gps)
+    # the base hangs on no joint, which could feel a force
+    assert [d.code for d in declared.diagnostics] == ["W141", "W140"]
+    assert "no joint holds" in declared.diagnostics[0].message
+    assert "humidity" in declared.diagnostics[1].message
+
+
+ARM = """
+<link name="arm"><inertial><mass value="2"/><origin xyz="0.1 0 0"/>
+  <inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="wrist" type="fixed"><parent link="base_link"/><child link="arm"/><origin xyz="0 0 0.2"/></joint>
+"""
+
+
+def test_force_and_torque_of_gz_and_of_ros2_control():
+    robot = _robot(
+        ARM
+        + """<gazebo reference="wrist"><sensor name="cell" type="force_torque"><update_rate>200</update_rate>
+        <force_torque><frame>parent</frame><measure_direction>parent_to_child</measure_direction>
+        <force><x><noise type="gaussian"><stddev>0.5</stddev></noise></x></force></force_torque>
+        </sensor></gazebo>
+        <ros2_control name="r" type="system"><sensor name="fts"><state_interface name="force.z"/>
+        <param name="frame_id">arm</param></sensor></ros2_control>"""
+    )
+    declared = declared_sensors(robot)
+    assert not declared.diagnostics
+    cell, fts = declared.specs
+    assert isinstance(cell, ForceTorque)
+    assert (cell.joint, cell.axes, cell.direction, cell.rate) == ("wrist", "parent", "parent_to_child", 200.0)
+    assert cell.force.stddev == 0.5
+    assert isinstance(fts, ForceTorque)
+    assert (fts.joint, fts.axes) == ("wrist", "child")
+    spoilt = _robot(ARM + '<gazebo reference="wrst"><sensor name="c" type="force_torque"/></gazebo>')
+    (said,) = declared_sensors(spoilt).diagnostics
+    assert "there is no joint 'wrst': did you mean 'wrist'" in said.message
+
+
+def test_a_logical_camera_of_gazebo():
+    (camera,) = declared_sensors(
+        _robot("""<gazebo reference="base_link"><sensor name="eye" type="logical_camera"><logical_camera>
+        <near>0.55</near><far>2.5</far><horizontal_fov>1.05</horizontal_fov><aspect_ratio>1.6</aspect_ratio>
+        </logical_camera><update_rate>10</update_rate></sensor></gazebo>""")
+    ).specs
+    assert isinstance(camera, LogicalCamera)
+    assert (camera.near, camera.far, camera.fov, camera.aspect) == (0.55, 2.5, 1.05, 1.6)
+
+
+def test_one_spoilt_sensor_leaves_the_others():
+    text = CLASSIC.format(link="base_link").replace("<samples>720</samples>", "<samples>many</samples>", 1)
+    simulation = Simulation(_robot(text))
+    sensors, said = mount_declared(simulation, strict=False)
+    assert set(sensors) == {"imu_sensor", "ir_front", "sonar", "bumper"}
+    assert [d.code for d in said] == ["W141"]
 
 
 def test_they_are_mounted_and_heard():

@@ -10,6 +10,7 @@ from kbot.sensors import Encoders, Gps, GroundTruth, Imu, Noise
 from kbot.sensors.position import geodetic
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.world import load_world
 from kbot.world.builders import floor
 from kbot.world.world import World
 
@@ -159,3 +160,37 @@ def test_ground_truth_is_the_simulations(robot):
     assert said.twist.twist.angular.z == pytest.approx(0.5, abs=1e-3)
     assert said.twist.twist.linear.x == pytest.approx(0.2, abs=1e-3)
     assert said.header.frame_id == "world"
+
+
+SDF = """<sdf version="1.9"><world name="w"><spherical_coordinates>
+<surface_model>EARTH_WGS84</surface_model><world_frame_orientation>ENU</world_frame_orientation>
+<latitude_deg>47.4</latitude_deg><longitude_deg>8.5</longitude_deg><elevation>400</elevation>
+<heading_deg>{heading}</heading_deg></spherical_coordinates>
+<model name="floor"><static>1</static><link name="l"><collision name="c"><geometry>
+<plane><normal>0 0 1</normal>
+<size>50 50</size></plane></geometry></collision></link></model></world></sdf>"""
+
+
+@pytest.mark.parametrize(("heading", "east", "north"), [(0, 20.0, 0.0), (90, 0.0, -20.0), (-90, 0.0, 20.0)])
+def test_gps_in_a_world_that_says_where_it_lies(robot, tmp_path, heading, east, north):
+    """20 m along the world's x. A metre to the east is 1 / (N cos phi) rad, one to the north 1 / M, the radii
+    of curvature of WGS 84 at 47.4 degrees."""
+    (tmp_path / "w.sdf").write_text(SDF.format(heading=heading))
+    simulation = Simulation(robot, str(tmp_path / "w.sdf"))
+    gps = simulation.add_sensor(Gps(link="base_footprint"))
+    simulation.set_pose(20.0, 0.0, 0.0)
+    fix, phi, e2 = gps.measure(), math.radians(47.4), 0.00669437999
+    n = 6378137.0 / math.sqrt(1.0 - e2 * math.sin(phi) ** 2)
+    m = 6378137.0 * (1.0 - e2) / (1.0 - e2 * math.sin(phi) ** 2) ** 1.5
+    assert fix.longitude == pytest.approx(8.5 + math.degrees(east / ((n + 400.0) * math.cos(phi))), abs=1e-9)
+    assert fix.latitude == pytest.approx(47.4 + math.degrees(north / (m + 400.0)), abs=1e-9)
+    assert fix.altitude == pytest.approx(400.0, abs=0.01)
+    # what the sensor itself is given comes first
+    own = simulation.add_sensor(Gps(link="base_footprint", name="own", latitude=1.0, longitude=2.0))
+    assert own.measure().latitude == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_place_that_is_not_on_the_earth(tmp_path):
+    (tmp_path / "w.sdf").write_text(SDF.format(heading=0).replace("47.4", "97.4"))
+    with pytest.raises(KbotError, match="no place on the earth"):
+        load_world(tmp_path / "w.sdf")

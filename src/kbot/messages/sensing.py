@@ -150,6 +150,22 @@ class CameraInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class Wrench:
+    """N and N m."""
+
+    force: Vector3 = ZERO
+    torque: Vector3 = ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchStamped:
+    """In the axes of the header's frame."""
+
+    header: Header = HEADER
+    wrench: Wrench = Wrench()
+
+
+@dataclass(frozen=True, slots=True)
 class Bool:
     data: bool = False
 

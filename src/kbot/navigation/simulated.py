@@ -20,7 +20,7 @@ from kbot.navigation.planner import GridPlanner
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.world.occupancy import OccupancyGrid
 from kbot.world.occupancy_of_world import HEIGHTS, world_grid
 
@@ -42,8 +42,8 @@ LEVEL = math.cos(math.radians(5.0))
 
 
 def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]]) -> GridPlanner:
-    """Plans over what stands in the way of a simulation's robot, as far as the points `around` (m) and some way
-    beyond; where that shows no way, over a map of finer cells.
+    """Plans over what stands in the way of a simulation's robot, as far as the points `around` (m) and some
+    way beyond; where that shows no way, over a map of finer cells.
 
     Raises:
         KbotError: the robot cannot drive or has no size, or the world is too large for a map.
@@ -61,10 +61,7 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:
     """The first lidar that the description declares whose beams are level; None where there is none."""
-    try:
-        sensors, _ = mount_declared(simulation)
-    except DescriptionError:
-        return None  # the findings say what is wrong with the declarations
+    sensors, _ = mount_declared(simulation, strict=False)
     for sensor in sensors.values():
         if isinstance(sensor, LidarSensor) and sensor.owner == simulation.named().name:
             up = (simulation.link_pose(sensor.spec.link) @ sensor.spec.pose).rotation[2, 2]

@@ -7,9 +7,11 @@ on it measures at its rate; `lidar.latest` is what was heard last.
 from kbot.sensors.camera import Camera, CameraSensor
 from kbot.sensors.contact import Contact, ContactSensor
 from kbot.sensors.encoders import Encoders, EncoderSensor
+from kbot.sensors.force_torque import ForceTorque, ForceTorqueSensor
 from kbot.sensors.imu import Imu, ImuSensor
 from kbot.sensors.lidar import CloudSensor, Lidar, LidarSensor, scan_points
 from kbot.sensors.line import Line, LineSensor
+from kbot.sensors.logical_camera import LogicalCamera, LogicalCameraSensor
 from kbot.sensors.noise import Noise
 from kbot.sensors.position import Gps, GpsSensor, GroundTruth, GroundTruthSensor
 from kbot.sensors.proximity import Cliff, CliffSensor, Range, RangeSensor
@@ -25,6 +27,8 @@ __all__ = [
     "ContactSensor",
     "EncoderSensor",
     "Encoders",
+    "ForceTorque",
+    "ForceTorqueSensor",
     "Gps",
     "GpsSensor",
     "GroundTruth",
@@ -35,6 +39,8 @@ __all__ = [
     "LidarSensor",
     "Line",
     "LineSensor",
+    "LogicalCamera",
+    "LogicalCameraSensor",
     "Noise",
     "Range",
     "RangeSensor",

@@ -6,19 +6,14 @@ Codes: W140 something is left out (warning), W141 a value or a link that is none
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from kbot.model import Robot
 from kbot.sensors.camera import Camera
-from kbot.sensors.contact import Contact
-from kbot.sensors.imu import Imu
-from kbot.sensors.lidar import Lidar
-from kbot.sensors.position import Gps
-from kbot.sensors.proximity import Range
+from kbot.sensors.readers import read_sensor
+from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
@@ -27,9 +22,7 @@ from kbot.text.suggest import did_you_mean
 
 Mounted = tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]
 
-_MOUNTED: WeakKeyDictionary[Simulation, Mounted] = WeakKeyDictionary()
-
-Read = Callable[[Values, dict[str, Any]], Spec]
+_KEY = "declared sensors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,29 +39,34 @@ def declared_sensors(robot: Robot) -> Declared:
     specs: list[Spec] = []
     for link, element in _elements(robot):
         values = Values(element, diagnostics)
-        if link not in robot.links:
-            values.error(_no_link(robot, link), element)
+        known = robot.joints if element.attributes.get("type") == "force_torque" else robot.links
+        if link not in known:
+            what = "joint" if known is robot.joints else "link"
+            hint = did_you_mean(link, known)
+            values.error(f"there is no {what} '{link}'{': ' + hint if hint else ''}", element)
             continue
         before = sum(d.is_error for d in diagnostics)
-        spec = _read(values, link)
+        spec = read_sensor(values, link)
         if spec is not None and sum(d.is_error for d in diagnostics) == before:
             specs.append(spec)
-    specs += _of_ros2_control(robot, diagnostics)
+    specs += ros2_control_sensors(robot, diagnostics)
     return Declared(tuple(specs), tuple(diagnostics))
 
 
-def mount_declared(simulation: Simulation) -> Mounted:
+def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     """Mount every sensor that the robot's description declares: by name, and what was left out.
 
-    Asked again, it hands out the same sensors. Cameras draw only while someone listens.
+    Asked again, it hands out the same sensors. Cameras draw only while someone listens. Unless `strict`,
+    sensors whose declarations have errors are left out too.
 
     Raises:
         DescriptionError: a declaration has errors; it carries all of them.
     """
-    if simulation in _MOUNTED:
-        return _MOUNTED[simulation]
+    if _KEY in simulation.attached:
+        found: Mounted = simulation.attached[_KEY]
+        return found
     declared = declared_sensors(simulation.robot)
-    if any(d.is_error for d in declared.diagnostics):
+    if strict and any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
     mounted: dict[str, Sensor[Any]] = {}
     said = list(declared.diagnostics)
@@ -79,8 +77,8 @@ def mount_declared(simulation: Simulation) -> Mounted:
             mounted[spec.label] = sensor
         except KbotError as error:
             said.append(Diagnostic("W140", Severity.WARNING, f"{error}: it is left out", spec.origin))
-    _MOUNTED[simulation] = mounted, tuple(said)
-    return _MOUNTED[simulation]
+    simulation.attached[_KEY] = mounted, tuple(said)
+    return mounted, tuple(said)
 
 
 def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:
@@ -89,203 +87,3 @@ def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:
         if extension.tag == "gazebo":
             for element in extension.elements("sensor"):
                 yield extension.attributes.get("reference", robot.root), element
-
-
-def _no_link(robot: Robot, link: str) -> str:
-    hint = did_you_mean(link, robot.links)
-    return f"there is no link '{link}'" + (f": {hint}" if hint else "")
-
-
-def _read(values: Values, link: str) -> Spec | None:
-    element = values.element
-    kind = element.attributes.get("type", "")
-    read = READERS.get(kind)
-    if read is None:
-        hint = did_you_mean(kind, READERS)
-        values.warn(f"sensors of type '{kind}' are not simulated{': ' + hint if hint else ''}", element)
-        return None
-    common: dict[str, Any] = {
-        "link": link,
-        "name": element.attributes.get("name", ""),
-        "pose": values.pose(),
-        "topic": _topic(values),
-        "frame": _frame(values),
-        "origin": element.origin,
-    }
-    rate = values.number(0.0, "update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
-    if rate:
-        common["rate"] = rate
-    try:
-        return read(values, common)
-    except KbotError as error:
-        values.error(str(error).removeprefix(f"{common['name']}: "), element)
-        return None
-
-
-def _topic(values: Values) -> str:
-    """gz's `<topic>`, Classic's `<topicName>`, or what a ROS 2 plugin remaps `~/out` to."""
-    named = values.text("topic", "plugin/topicName", "plugin/topic_name", "plugin/bumperTopicName")
-    if named:
-        return named.strip("/") or named
-    for remapping in _remappings(values):
-        inner, arrow, outer = remapping.partition(":=")
-        if arrow and inner.strip().startswith("~/out"):
-            return outer.strip().strip("/")
-    return ""
-
-
-def _remappings(values: Values) -> Iterator[str]:
-    ros = values.find("plugin/ros")
-    if ros is not None:
-        for tag in ("remapping", "argument"):
-            for element in ros.elements(tag):
-                yield element.text
-
-
-def _frame(values: Values) -> str:
-    named = values.text(
-        "gz_frame_id", "ignition_frame_id", "plugin/frameName", "plugin/frame_name", "plugin/frame_id"
-    )
-    return named.rsplit("/", 1)[-1]
-
-
-def _lidar(values: Values, common: dict[str, Any]) -> Spec:
-    """`<ray>` of Classic, `<lidar>` of gz."""
-    plugin = values.find("plugin")
-    file = plugin.attributes.get("filename", "") if plugin is not None else ""
-    across, up = (
-        ("ray/scan/horizontal", "lidar/scan/horizontal"),
-        ("ray/scan/vertical", "lidar/scan/vertical"),
-    )
-
-    def both(paths: tuple[str, str], leaf: str) -> tuple[str, str]:
-        return f"{paths[0]}/{leaf}", f"{paths[1]}/{leaf}"
-
-    least = values.number(0.0, "ray/range/min", "lidar/range/min")
-    most = values.number(10.0, "ray/range/max", "lidar/range/max")
-    noise = values.noise("ray/noise", "lidar/noise")
-    low, high = (
-        values.number(d, *both(across, f"{end}_angle")) for d, end in ((-math.pi, "min"), (math.pi, "max"))
-    )
-    if "gazebo_ros_range" in file:
-        infrared = values.text("plugin/radiation", "plugin/radiation_type").lower() == "infrared"
-        field = values.number(high - low, "plugin/fov")
-        return Range(
-            field_of_view=field, range_min=least, range_max=most, infrared=infrared, noise=noise, **common
-        )
-    samples = values.number(640.0, *both(across, "samples")) * values.number(1.0, *both(across, "resolution"))
-    rows = values.number(1.0, *both(up, "samples")) * values.number(1.0, *both(up, "resolution"))
-    return Lidar(
-        samples=round(samples),
-        angle_min=low,
-        angle_max=high,
-        range_min=least,
-        range_max=most,
-        rows=max(1, round(rows)),
-        elevation_min=values.number(0.0, *both(up, "min_angle")),
-        elevation_max=values.number(0.0, *both(up, "max_angle")),
-        noise=noise,
-        **common,
-    )
-
-
-def _imu(values: Values, common: dict[str, Any]) -> Spec:
-    """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
-    the x axis stands for all three."""
-    spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
-    gyroscope = values.noise("imu/angular_velocity/x/noise", "imu/noise/rate")
-    accelerometer = values.noise("imu/linear_acceleration/x/noise", "imu/noise/accel")
-    if spread:
-        from kbot.sensors.noise import Noise
-
-        gyroscope = accelerometer = Noise(stddev=abs(spread))
-    return Imu(gyroscope=gyroscope, accelerometer=accelerometer, **common)
-
-
-def _contact(values: Values, common: dict[str, Any]) -> Spec:
-    return Contact(**common)
-
-
-def _gps(values: Values, common: dict[str, Any]) -> Spec:
-    horizontal = values.noise(
-        "gps/position_sensing/horizontal/noise", "navsat/position_sensing/horizontal/noise"
-    )
-    vertical = values.noise("gps/position_sensing/vertical/noise", "navsat/position_sensing/vertical/noise")
-    return Gps(horizontal=horizontal, vertical=vertical, **common)
-
-
-def _sonar(values: Values, common: dict[str, Any]) -> Spec:
-    """A cone as wide as `<radius>` at its far end."""
-    most = values.number(1.0, "sonar/max")
-    radius = values.number(0.5, "sonar/radius")
-    field = 2.0 * math.atan2(radius, most)
-    return Range(
-        field_of_view=field, range_min=values.number(0.0, "sonar/min"), range_max=most,
-        noise=values.noise("sonar/noise"), **common,
-    )  # fmt: skip
-
-
-def _camera(values: Values, common: dict[str, Any]) -> Spec:
-    """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
-    kind = values.element.attributes["type"]
-    topic = common.pop("topic") or values.text("plugin/imageTopicName").strip("/")
-    frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
-    name = common["name"] or "camera"
-    if topic and not topic.endswith(("image", "image_raw", "color")):
-        topic = f"{topic}/image"
-    return Camera(
-        width=values.whole(320, "camera/image/width"),
-        height=values.whole(240, "camera/image/height"),
-        fov=values.number(1.047, "camera/horizontal_fov"),
-        near=values.number(0.1, "camera/clip/near"),
-        far=values.number(100.0, "camera/clip/far"),
-        depth=kind != "camera",
-        noise=values.noise("camera/noise"),
-        topic=topic or f"{name}/image_raw",
-        frame=frame,
-        **common,
-    )
-
-
-READERS: dict[str, Read] = {
-    "ray": _lidar,
-    "gpu_ray": _lidar,
-    "lidar": _lidar,
-    "gpu_lidar": _lidar,
-    "imu": _imu,
-    "camera": _camera,
-    "contact": _contact,
-    "depth": _camera,
-    "depth_camera": _camera,
-    "gps": _gps,
-    "navsat": _gps,
-    "rgbd": _camera,
-    "rgbd_camera": _camera,
-    "sonar": _sonar,
-}
-"""By the type of a `<sensor>`."""
-
-
-def _of_ros2_control(robot: Robot, diagnostics: list[Diagnostic]) -> list[Spec]:
-    """`<ros2_control><sensor>`: an IMU is known by its interfaces, its link by `frame_id`."""
-    specs: list[Spec] = []
-    for extension in robot.extensions:
-        if extension.tag != "ros2_control":
-            continue
-        for element in extension.elements("sensor"):
-            values = Values(element, diagnostics)
-            interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
-            if not any(name.startswith(("angular_velocity", "linear_acceleration")) for name in interfaces):
-                names = ", ".join(sorted(interfaces)) or "none"
-                values.warn(f"sensors with these interfaces are not simulated: {names}", element)
-                continue
-            frame = next(
-                (e.text.strip() for e in element.elements("param") if e.attributes.get("name") == "frame_id"),
-                "",
-            )
-            link = frame or robot.root
-            if link not in robot.links:
-                values.error(_no_link(robot, link), element)
-                continue
-            specs.append(Imu(link=link, name=element.attributes.get("name", "imu"), origin=element.origin))
-    return specs

@@ -26,6 +26,7 @@ from kbot.sensors.noise import NONE, Noise, NoiseSource
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.world.georeference import Georeference
 
 WGS84_A = 6378137.0
 WGS84_F = 1.0 / 298.257223563
@@ -36,21 +37,29 @@ _DIAGONAL = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Gps(Spec):
-    """The world's origin lies at `latitude` and `longitude` (degrees) and `altitude` (m over the ellipsoid);
-    its x points east and y north. `horizontal` and `vertical` noise in m."""
+    """The world's origin lies at `latitude` and `longitude` (degrees) and `altitude` (m over the ellipsoid),
+    its x pointing east and y north; where they are not given the world says so, else all are 0. `horizontal`
+    (east and north) and `vertical` noise in m."""
 
     kind: ClassVar[str] = "gps"
     rate: float = 5.0
-    latitude: float = 0.0
-    longitude: float = 0.0
-    altitude: float = 0.0
+    latitude: float | None = None
+    longitude: float | None = None
+    altitude: float | None = None
     horizontal: Noise = NONE
     vertical: Noise = NONE
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (-90.0 <= self.latitude <= 90.0 and -180.0 <= self.longitude <= 180.0):
-            raise KbotError(f"{self.label}: ({self.latitude}, {self.longitude}) is no place on the earth")
+        given = self.georeference(None)
+        if not (-90.0 <= given.latitude <= 90.0 and -180.0 <= given.longitude <= 180.0):
+            raise KbotError(f"{self.label}: ({given.latitude}, {given.longitude}) is no place on the earth")
+
+    def georeference(self, of_world: Georeference | None) -> Georeference:
+        """Where the world lies: as is said here, or else by the world."""
+        if self.latitude is None and self.longitude is None and self.altitude is None:
+            return of_world or Georeference()
+        return Georeference(self.latitude or 0.0, self.longitude or 0.0, self.altitude or 0.0)
 
     def mount(self, simulation: Simulation) -> GpsSensor:
         return GpsSensor(simulation, self)
@@ -67,16 +76,20 @@ class GpsSensor(Sensor[NavSatFix]):
         seed = simulation.seed
         self._horizontal = NoiseSource(spec.horizontal, seed, f"{spec.label}/horizontal", 2, self._period)
         self._vertical = NoiseSource(spec.vertical, seed, f"{spec.label}/vertical", 1, self._period)
+        self._origin = spec.georeference(simulation.world.georeference)
         across, up = spec.horizontal.variance, spec.vertical.variance
         self._covariance: Covariance = (across, 0.0, 0.0, 0.0, across, 0.0, 0.0, 0.0, up)
 
     def measure(self, sample: int | None = None) -> NavSatFix:
-        spec = self.spec
-        _, _, place, _ = self._place()
+        origin = self._origin
+        x, y, up = self._place()[2].tolist()
+        east, north = origin.east_north(x, y)
         if sample is not None:
-            level = self._horizontal.apply(place[:2], sample)
-            place = np.append(level, self._vertical.apply(place[2:], sample))
-        latitude, longitude, altitude = geodetic(place.tolist(), spec.latitude, spec.longitude, spec.altitude)
+            east, north = self._horizontal.apply(np.array([east, north]), sample).tolist()
+            (up,) = self._vertical.apply(np.array([up]), sample).tolist()
+        latitude, longitude, altitude = geodetic(
+            [east, north, up], origin.latitude, origin.longitude, origin.altitude
+        )
         return NavSatFix(
             self._header(),
             latitude=latitude,

@@ -38,6 +38,17 @@ class Values:
     def whole(self, default: int, *paths: str) -> int:
         return round(self.number(default, *paths))
 
+    def word(self, default: str, known: tuple[str, ...], *paths: str) -> str:
+        """One of some words."""
+        found = self.find(*paths)
+        if found is None:
+            return default
+        word = found.text.strip()
+        if word not in known:
+            self.error(f"<{found.tag}> is one of {', '.join(known)}, not '{word}'", found)
+            return default
+        return word
+
     def pose(self) -> Transform:
         """`<pose>`: x y z roll pitch yaw in the link's frame."""
         found = self.find("pose")

@@ -53,6 +53,8 @@ class Running:
         self.random = np.random.default_rng(seed)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self.attached: dict[str, Any] = {}
+        """What was put on it once for all who use it, such as the sensors that its robot declares."""
         self.paused = False
         """Whether those that let time pass by the wall's clock, the page and bridges, wait."""
         self.errands: list[Callable[[], bool]] = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -18,7 +17,7 @@ from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.simulation import ORIGIN
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.session import Reader, Session
@@ -93,8 +92,7 @@ class Driving:
         )
         self._owed = 0.0
         self._frames = ForeignFrames(self._sim.bus)
-        with suppress(DescriptionError):  # the findings say what is wrong with the declarations
-            mount_declared(self._sim)
+        mount_declared(self._sim, strict=False)  # the findings say what is wrong with the declarations
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         setup.attend(self._sim)

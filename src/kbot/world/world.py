@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Diagnostic, Origin
+from kbot.world.georeference import Georeference
 from kbot.world.joints import Joint, Loop
 
 Rgba = tuple[float, float, float, float]
@@ -134,3 +135,4 @@ class World:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     diagnostics: tuple[Diagnostic, ...] = ()
     loops: tuple[Loop, ...] = ()
+    georeference: Georeference | None = None

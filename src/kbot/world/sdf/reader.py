@@ -14,6 +14,7 @@ from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry
 from kbot.world.sdf.files import Files, fuel_model, model_file, read_xml
 from kbot.world.sdf.frames import Frames
+from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import Values
 from kbot.world.world import World
 
@@ -68,7 +69,8 @@ class _Reader:
         built = self._models(element, context)
         falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -9.81)
         name = element.attributes.get("name", "world")
-        return World(name, tuple(built.bodies), falling, loops=tuple(built.loops))
+        place = georeference(element, self.values)
+        return World(name, tuple(built.bodies), falling, loops=tuple(built.loops), georeference=place)
 
     def _no_sdf(self, root: Element) -> tuple[Diagnostic, ...]:
         self.findings.error(

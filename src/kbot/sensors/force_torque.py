@@ -1,0 +1,84 @@
+"""Force and torque through a joint, as a load cell in its place feels them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.messages import Vector3
+from kbot.messages.sensing import Wrench, WrenchStamped
+from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.sensor import Sensor, Spec
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceTorque(Spec):
+    """Sits in `joint`, of any type; `link` only names a frame, by default that of `axes`. `axes` are those of
+    the joint's child, of its parent, or of the sensor (turned by `pose` in the child). `direction` says
+    who acts on whom. `force` noise in N and `torque` noise in N m, each on every axis."""
+
+    kind: ClassVar[str] = "force_torque"
+    link: str = ""
+    rate: float = 100.0
+    joint: str
+    axes: Literal["child", "parent", "sensor"] = "child"
+    direction: Literal["child_to_parent", "parent_to_child"] = "child_to_parent"
+    force: Noise = NONE
+    torque: Noise = NONE
+
+    def mount(self, simulation: Simulation) -> ForceTorqueSensor:
+        return ForceTorqueSensor(simulation, self)
+
+
+class ForceTorqueSensor(Sensor[WrenchStamped]):
+    """Says a WrenchStamped, the torque being that about the joint's origin."""
+
+    message_type = WrenchStamped
+    spec: ForceTorque
+
+    def __init__(self, simulation: Simulation, spec: ForceTorque) -> None:
+        """Raises KbotError: the robot has no such joint."""
+        robot = simulation.named(spec.robot or None).robot
+        joint = robot.joints.get(spec.joint)
+        if joint is None:
+            hint = did_you_mean(spec.joint, robot.joints)
+            raise KbotError(f"{spec.label}: there is no joint '{spec.joint}'" + (f": {hint}" if hint else ""))
+        named = joint.parent if spec.axes == "parent" else joint.child
+        super().__init__(simulation, replace(spec, link=joint.child, frame=spec.frame or spec.link or named))
+        self._parent = joint.parent
+        seed, name = simulation.seed, spec.label
+        self._force = NoiseSource(spec.force, seed, f"{name}/force", 3, self._period)
+        self._torque = NoiseSource(spec.torque, seed, f"{name}/torque", 3, self._period)
+
+    def measure(self, sample: int | None = None) -> WrenchStamped:
+        force, torque = self._through_joint()
+        if sample is not None:
+            force, torque = self._force.apply(force, sample), self._torque.apply(torque, sample)
+        return WrenchStamped(self._header(), Wrench(Vector3(*force.tolist()), Vector3(*torque.tolist())))
+
+    def _through_joint(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Force (N) and torque (N m) in the axes wished for.
+
+        The engine's inverse dynamics give what the parent exerts on the child, with the torque about the
+        centre of mass of the whole robot.
+        """
+        model, data, place, axes = self._place()
+        mujoco.mj_rnePostConstraint(model, data)
+        felt = data.cfrc_int[self._body]
+        force = felt[3:].copy()
+        # the joint's origin is the child link's
+        origin = data.xpos[self._body]
+        torque = felt[:3] + np.cross(data.subtree_com[model.body_rootid[self._body]] - origin, force)
+        if self.spec.axes == "child":
+            axes = data.xmat[self._body].reshape(3, 3)
+        elif self.spec.axes == "parent":
+            axes = self.simulation.named(self.owner).link_pose(self._parent).rotation
+        sign = 1.0 if self.spec.direction == "parent_to_child" else -1.0
+        return sign * (axes.T @ force), sign * (axes.T @ torque)

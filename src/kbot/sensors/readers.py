@@ -1,0 +1,220 @@
+"""What a `<sensor>` of Gazebo Classic or gz says, by its type."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from kbot.sensors.camera import Camera
+from kbot.sensors.contact import Contact
+from kbot.sensors.force_torque import ForceTorque
+from kbot.sensors.imu import Imu
+from kbot.sensors.lidar import Lidar
+from kbot.sensors.logical_camera import LogicalCamera
+from kbot.sensors.noise import Noise
+from kbot.sensors.position import Gps
+from kbot.sensors.proximity import Range
+from kbot.sensors.sdf_values import Values
+from kbot.sensors.sensor import Spec
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+Read = Callable[[Values, dict[str, Any]], Spec]
+
+
+def read_sensor(values: Values, link: str) -> Spec | None:
+    """The sensor of an element that sits on a link (or, for force_torque, in a joint); None, with a finding,
+    where it is none that is simulated."""
+    element = values.element
+    kind = element.attributes.get("type", "")
+    read = READERS.get(kind)
+    if read is None:
+        hint = did_you_mean(kind, READERS)
+        values.warn(f"sensors of type '{kind}' are not simulated{': ' + hint if hint else ''}", element)
+        return None
+    common: dict[str, Any] = {
+        "link": link,
+        "name": element.attributes.get("name", ""),
+        "pose": values.pose(),
+        "topic": _topic(values),
+        "frame": _frame(values),
+        "origin": element.origin,
+    }
+    rate = values.number(0.0, "update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
+    if rate:
+        common["rate"] = rate
+    try:
+        return read(values, common)
+    except KbotError as error:
+        values.error(str(error).removeprefix(f"{common['name']}: "), element)
+        return None
+
+
+def _topic(values: Values) -> str:
+    """gz's `<topic>`, Classic's `<topicName>`, or what a ROS 2 plugin remaps `~/out` to."""
+    named = values.text("topic", "plugin/topicName", "plugin/topic_name", "plugin/bumperTopicName")
+    if named:
+        return named.strip("/") or named
+    for remapping in _remappings(values):
+        inner, arrow, outer = remapping.partition(":=")
+        if arrow and inner.strip().startswith("~/out"):
+            return outer.strip().strip("/")
+    return ""
+
+
+def _remappings(values: Values) -> Iterator[str]:
+    ros = values.find("plugin/ros")
+    if ros is not None:
+        for tag in ("remapping", "argument"):
+            for element in ros.elements(tag):
+                yield element.text
+
+
+def _frame(values: Values) -> str:
+    named = values.text(
+        "gz_frame_id", "ignition_frame_id", "plugin/frameName", "plugin/frame_name", "plugin/frame_id"
+    )
+    return named.rsplit("/", 1)[-1]
+
+
+def _lidar(values: Values, common: dict[str, Any]) -> Spec:
+    """`<ray>` of Classic, `<lidar>` of gz."""
+    plugin = values.find("plugin")
+    file = plugin.attributes.get("filename", "") if plugin is not None else ""
+    across, up = (
+        ("ray/scan/horizontal", "lidar/scan/horizontal"),
+        ("ray/scan/vertical", "lidar/scan/vertical"),
+    )
+
+    def both(paths: tuple[str, str], leaf: str) -> tuple[str, str]:
+        return f"{paths[0]}/{leaf}", f"{paths[1]}/{leaf}"
+
+    least = values.number(0.0, "ray/range/min", "lidar/range/min")
+    most = values.number(10.0, "ray/range/max", "lidar/range/max")
+    noise = values.noise("ray/noise", "lidar/noise")
+    low, high = (
+        values.number(d, *both(across, f"{end}_angle")) for d, end in ((-math.pi, "min"), (math.pi, "max"))
+    )
+    if "gazebo_ros_range" in file:
+        infrared = values.text("plugin/radiation", "plugin/radiation_type").lower() == "infrared"
+        field = values.number(high - low, "plugin/fov")
+        return Range(
+            field_of_view=field, range_min=least, range_max=most, infrared=infrared, noise=noise, **common
+        )
+    samples = values.number(640.0, *both(across, "samples")) * values.number(1.0, *both(across, "resolution"))
+    rows = values.number(1.0, *both(up, "samples")) * values.number(1.0, *both(up, "resolution"))
+    return Lidar(
+        samples=round(samples),
+        angle_min=low,
+        angle_max=high,
+        range_min=least,
+        range_max=most,
+        rows=max(1, round(rows)),
+        elevation_min=values.number(0.0, *both(up, "min_angle")),
+        elevation_max=values.number(0.0, *both(up, "max_angle")),
+        noise=noise,
+        **common,
+    )
+
+
+def _imu(values: Values, common: dict[str, Any]) -> Spec:
+    """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
+    the x axis stands for all three."""
+    spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
+    gyroscope = values.noise("imu/angular_velocity/x/noise", "imu/noise/rate")
+    accelerometer = values.noise("imu/linear_acceleration/x/noise", "imu/noise/accel")
+    if spread:
+        gyroscope = accelerometer = Noise(stddev=abs(spread))
+    return Imu(gyroscope=gyroscope, accelerometer=accelerometer, **common)
+
+
+def _contact(values: Values, common: dict[str, Any]) -> Spec:
+    return Contact(**common)
+
+
+def _gps(values: Values, common: dict[str, Any]) -> Spec:
+    horizontal = values.noise(
+        "gps/position_sensing/horizontal/noise", "navsat/position_sensing/horizontal/noise"
+    )
+    vertical = values.noise("gps/position_sensing/vertical/noise", "navsat/position_sensing/vertical/noise")
+    return Gps(horizontal=horizontal, vertical=vertical, **common)
+
+
+def _sonar(values: Values, common: dict[str, Any]) -> Spec:
+    """A cone as wide as `<radius>` at its far end."""
+    most = values.number(1.0, "sonar/max")
+    radius = values.number(0.5, "sonar/radius")
+    field = 2.0 * math.atan2(radius, most)
+    return Range(
+        field_of_view=field, range_min=values.number(0.0, "sonar/min"), range_max=most,
+        noise=values.noise("sonar/noise"), **common,
+    )  # fmt: skip
+
+
+def _camera(values: Values, common: dict[str, Any]) -> Spec:
+    """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
+    kind = values.element.attributes["type"]
+    topic = common.pop("topic") or values.text("plugin/imageTopicName").strip("/")
+    frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
+    name = common["name"] or "camera"
+    if topic and not topic.endswith(("image", "image_raw", "color")):
+        topic = f"{topic}/image"
+    return Camera(
+        width=values.whole(320, "camera/image/width"),
+        height=values.whole(240, "camera/image/height"),
+        fov=values.number(1.047, "camera/horizontal_fov"),
+        near=values.number(0.1, "camera/clip/near"),
+        far=values.number(100.0, "camera/clip/far"),
+        depth=kind != "camera",
+        noise=values.noise("camera/noise"),
+        topic=topic or f"{name}/image_raw",
+        frame=frame,
+        **common,
+    )
+
+
+def _force_torque(values: Values, common: dict[str, Any]) -> Spec:
+    """Of Gazebo: `<frame>` is child, parent or sensor."""
+    axes = values.word("child", ("child", "parent", "sensor"), "force_torque/frame")
+    directions = ("child_to_parent", "parent_to_child")
+    direction = values.word("child_to_parent", directions, "force_torque/measure_direction")
+    return ForceTorque(
+        joint=common.pop("link"),
+        axes=axes,  # type: ignore[arg-type]
+        direction=direction,  # type: ignore[arg-type]
+        force=values.noise("force_torque/force/x/noise"),
+        torque=values.noise("force_torque/torque/x/noise"),
+        **common,
+    )
+
+
+def _logical_camera(values: Values, common: dict[str, Any]) -> Spec:
+    return LogicalCamera(
+        near=values.number(0.0, "logical_camera/near"),
+        far=values.number(1.0, "logical_camera/far"),
+        fov=values.number(1.0, "logical_camera/horizontal_fov"),
+        aspect=values.number(1.0, "logical_camera/aspect_ratio"),
+        **common,
+    )
+
+
+READERS: dict[str, Read] = {
+    "ray": _lidar,
+    "gpu_ray": _lidar,
+    "lidar": _lidar,
+    "gpu_lidar": _lidar,
+    "imu": _imu,
+    "camera": _camera,
+    "contact": _contact,
+    "depth": _camera,
+    "depth_camera": _camera,
+    "force_torque": _force_torque,
+    "gps": _gps,
+    "logical_camera": _logical_camera,
+    "navsat": _gps,
+    "rgbd": _camera,
+    "rgbd_camera": _camera,
+    "sonar": _sonar,
+}
+"""By the type of a `<sensor>`."""

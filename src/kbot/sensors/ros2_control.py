@@ -1,0 +1,92 @@
+"""The sensors of `<ros2_control>`, known by their state interfaces as ROS 2's semantic components are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from kbot.model import Robot
+from kbot.sensors.force_torque import ForceTorque
+from kbot.sensors.imu import Imu
+from kbot.sensors.position import Gps, GroundTruth
+from kbot.sensors.proximity import Range
+from kbot.sensors.sdf_values import Values
+from kbot.sensors.sensor import Spec
+from kbot.text import Diagnostic, Element, KbotError
+from kbot.text.numbers import to_float
+from kbot.text.suggest import did_you_mean
+
+
+def ros2_control_sensors(robot: Robot, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
+    """Those that a description declares; faults are added to `diagnostics`."""
+    for extension in robot.extensions:
+        if extension.tag == "ros2_control":
+            for element in extension.elements("sensor"):
+                spec = _read(robot, element, Values(element, diagnostics))
+                if spec is not None:
+                    yield spec
+
+
+def _read(robot: Robot, element: Element, values: Values) -> Spec | None:
+    """The link is that of `<param name="frame_id">`, by default the root; the rate is `update_rate`."""
+    interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
+    params = {e.attributes.get("name", ""): e for e in element.elements("param")}
+    link = params["frame_id"].text.strip() if "frame_id" in params else robot.root
+    if link not in robot.links:
+        hint = did_you_mean(link, robot.links)
+        values.error(f"there is no link '{link}'{': ' + hint if hint else ''}", params["frame_id"])
+        return None
+    common: dict[str, Any] = {
+        "link": link,
+        "name": element.attributes.get("name", ""),
+        "origin": element.origin,
+    }
+    try:
+        if "update_rate" in params:
+            common["rate"] = _number(params["update_rate"])
+        return _by_interfaces(robot, interfaces, common, params, values)
+    except KbotError as error:
+        values.error(str(error).removeprefix(f"{common['name']}: "), element)
+        return None
+
+
+def _by_interfaces(
+    robot: Robot, interfaces: set[str], common: dict[str, Any], params: dict[str, Element], values: Values
+) -> Spec | None:
+    stems = {name.partition(".")[0] for name in interfaces}
+    if stems & {"angular_velocity", "linear_acceleration"}:
+        return Imu(**common)
+    if stems & {"force", "torque"}:
+        link = common.pop("link")
+        joint = next((j.name for j in robot.joints.values() if j.child == link), None)
+        if joint is None:
+            values.error(
+                f"no joint holds the link '{link}': force and torque are felt in one", values.element
+            )
+            return None
+        return ForceTorque(joint=joint, **common)
+    if interfaces & {"latitude", "longitude"}:
+        return Gps(**common)
+    if "range" in interfaces:
+        bounds = {
+            name: _number(params[other])
+            for name, other in (
+                ("range_min", "min_range"), ("range_max", "max_range"), ("field_of_view", "field_of_view")
+            )
+            if other in params
+        }  # fmt: skip
+        return Range(**bounds, **common)
+    if "position" in stems:
+        return GroundTruth(**common)
+    names = ", ".join(sorted(interfaces)) or "none"
+    values.warn(f"sensors with these interfaces are not simulated: {names}", values.element)
+    return None
+
+
+def _number(element: Element) -> float:
+    """Raises KbotError where a parameter is none."""
+    try:
+        return to_float(element.text)
+    except ValueError:
+        name = element.attributes.get("name", "")
+        raise KbotError(f"{name} is a number, not '{element.text.strip()}'") from None

@@ -1,0 +1,25 @@
+"""Where on the earth a world lies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Georeference:
+    """The world's origin: `latitude` and `longitude` in degrees, `altitude` in m over the WGS 84 ellipsoid.
+
+    The world's x points east and its y north, both turned by `heading` (rad) towards the south and the east,
+    as Gazebo's `heading_deg` has it.
+    """
+
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude: float = 0.0
+    heading: float = 0.0
+
+    def east_north(self, x: float, y: float) -> tuple[float, float]:
+        """A place of the world in m to the east and the north of its origin."""
+        c, s = math.cos(self.heading), math.sin(self.heading)
+        return c * x + s * y, c * y - s * x
