@@ -56,7 +56,7 @@ class Node:
         self._arguments = read_arguments(name, sys.argv[1:] if argv is None else argv, os.environ)
         self._wall = _Wall()
         self._clock = Clock()
-        self._link = Link(lambda text: print(text, file=sys.stderr))  # noqa: T201 - a program's own output
+        self._link = Link(_say)
         self._publishers: dict[str, Publisher[Any]] = {}
         kind = transport or wanted_transport(os.environ)
         self._transport = open_transport(kind, self._link, self._arguments)
@@ -176,3 +176,7 @@ class Node:
             clock.advance_to(now)
         else:
             clock.set(now)
+
+
+def _say(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
