@@ -1,12 +1,13 @@
 """Types of services: sums as Gazebo's own packages have them, and bytes that come back."""
 
 import pytest
+from rosbags.interfaces import Nodetype
 
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.services import service_type
+from kbot.wire.services import hash_of_service, service_type
 
 
 @pytest.mark.parametrize(
@@ -37,3 +38,10 @@ def test_both_encodings_of_a_request_and_of_nothing() -> None:
 def test_an_unknown_type() -> None:
     with pytest.raises(KbotError, match="did you mean 'gazebo_msgs/SpawnModel'"):
         service_type("gazebo_msgs/SpawnModle")
+
+
+def test_the_hash_of_a_service_s_type_is_that_of_ros_2() -> None:
+    """example_interfaces/srv/AddTwoInts, as ROS 2 Jazzy installs it."""
+    number = (Nodetype.BASE, ("int64", 0))
+    found = hash_of_service("example_interfaces/srv/AddTwoInts", {"a": number, "b": number}, {"sum": number})
+    assert found == "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"

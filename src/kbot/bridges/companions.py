@@ -13,7 +13,6 @@ from kbot.bridges.link import Link, Live
 from kbot.bridges.wishes import Wishes
 from kbot.launch.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
-from kbot.model import Robot
 from kbot.model.writer import to_urdf
 from kbot.navigation.topics import TOPICS as NAVIGATION_TOPICS
 from kbot.nodes import RobotStatePublisher
@@ -93,15 +92,14 @@ class Companions:
             self._gazebo = GazeboTopics(simulation)
             self._connect(simulation, feed, description, simulation.robot.name, world)
 
-    def show(self, shown: Live, robot: Robot) -> None:
+    def show(self, shown: Live, description: str, name: str) -> None:
         """Go along with a robot that is shown and not simulated: `shown` says its joints and transforms.
-        There is nothing to be recorded.
+        There is nothing to be recorded. `description` is its URDF, `name` what others are told that runs.
 
         Raises:
             KbotError: a bridge cannot be opened.
         """
         self._leave()
-        description = to_urdf(robot)
         clock = shown.bus.advertise("/clock", ClockMessage)
         self._timer = shown.clock.every(CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp)))
         shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
@@ -109,7 +107,7 @@ class Companions:
             publish_static_transforms(shown.bus, shown.clock, self._wishes.transforms)
         if self._is_live:
             feed = Feed(shown.bus, lambda: shown.clock.nanoseconds)
-            self._connect(shown, feed, description, robot.name)
+            self._connect(shown, feed, description, name)
 
     def _connect(self, live: Live, feed: Feed, description: str, robot: str, world: str = "") -> None:
         told = {"/robot_description": description, "/use_sim_time": True}

@@ -1,13 +1,18 @@
-"""`kbot bag`: what is in a recording, parts of it, other formats, tables, and the run done again."""
+"""`kbot bag`: what is in a recording, parts of it, other formats, tables; said and done again."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import examples, package_path_option
+from kbot.cli.companions import bridge_options
 from kbot.cli.output import fail, print_json
+
+if TYPE_CHECKING:
+    from kbot.bridges.wishes import Wishes
 
 
 @click.group(
@@ -17,6 +22,7 @@ from kbot.cli.output import fail, print_json
         "kbot bag cut run.mcap part.mcap --start 2 --end 5 --topic /odom",
         "kbot bag convert run.mcap run.bag          for ROS 1; a name without suffix is a rosbag2 folder",
         "kbot bag export run.mcap --topic /odom -o odom.csv",
+        "kbot bag play run.mcap --ros1              say it again to rviz, rostopic, Foxglove",
         "kbot bag replay run.mcap                   drive again as recorded, and compare bit for bit",
     ),
 )
@@ -98,23 +104,77 @@ def _copy(
     click.echo(f"{target}: {count} messages")
 
 
-@command.command("export", epilog=examples("kbot bag export run.mcap --topic /odom -o odom.csv"))
+@command.command(
+    "export",
+    epilog=examples(
+        "kbot bag export run.mcap --topic /odom -o odom.csv",
+        "kbot bag export run.mcap --topic /scan --to parquet -o scan.parquet",
+    ),
+)
 @_recording
 @click.option("--topic", required=True, metavar="NAME", help="The topic whose messages become rows.")
 @click.option(
-    "--to", "kind", type=click.Choice(["csv"]), default="csv", show_default=True, help="Kind of table."
+    "--to",
+    "kind",
+    type=click.Choice(["csv", "parquet"]),
+    default="csv",
+    show_default=True,
+    help="Kind of table; Parquet needs the extra parquet.",
 )
 @click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
 def export(recording: str, topic: str, kind: str, output: str | None) -> None:
     """Write a topic as a table: one row a message, `time` in seconds first."""
-    from kbot.record.export import to_csv
-    from kbot.text.files import write_text
+    from kbot.record.export import to_csv, to_parquet
+    from kbot.text.files import write_bytes, write_text
 
+    if kind == "parquet":
+        if output is None:
+            fail("a Parquet file is no text to print: name it with -o FILE")
+        write_bytes(output, to_parquet(recording, topic))
+        return
     text = to_csv(recording, topic)
     if output is None:
         click.echo(text, nl=False)
     else:
         write_text(output, text)
+
+
+@command.command(
+    "play",
+    epilog=examples(
+        "kbot bag play run.mcap --foxglove",
+        "kbot bag play run.bag --bridges auto --rate 2 --start 10 --loop",
+        "kbot bag play run.mcap                     then: kbot topic echo /odom",
+    ),
+)
+@_recording
+@click.option("--start", type=float, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--end", type=float, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--rate", type=click.FloatRange(0.01, 100.0), default=1.0, show_default=True, metavar="X")
+@click.option("--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
+@click.option("--pause", "paused", is_flag=True, help="Begin paused: Space lets it go on.")
+@_topics
+@bridge_options
+def play(
+    recording: str,
+    start: float | None,
+    end: float | None,
+    rate: float,
+    loop: bool,
+    paused: bool,
+    topics: tuple[str, ...],
+    wishes: Wishes,
+) -> None:
+    """Say a recording again, with /clock, to peers on bridges and to `kbot topic`.
+
+    In a terminal Space pauses it and goes on, and s lets a tenth of a second pass.
+    """
+    from kbot.cli.bag_play import play as say_again
+    from kbot.record.player import Player
+
+    player = Player(recording, topics=topics, start=start, end=end)
+    player.paused = paused
+    say_again(player, wishes, rate=rate, loop=loop)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,38 +23,74 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def companion_options(function: _Function) -> _Function:
-    """The options, handed to the verb as one `wishes: Wishes`."""
+    """The options of a recording and of bridges, handed to the verb as one `wishes: Wishes`."""
 
     @functools.wraps(function)
     def with_wishes(
-        *args: object,
-        record: str | None,
-        record_topics: tuple[str, ...],
-        ros1: bool,
-        ros2: bool,
-        foxglove: bool,
-        rosbridge: bool,
-        bridge_host: str | None,
-        navigation: bool,
-        **options: object,
+        *args: object, record: str | None, record_topics: tuple[str, ...], wishes: Wishes, **options: object
     ) -> object:
         if record_topics and record is None:
             fail("--record-topic goes with --record FILE")
-        if bridge_host is not None and not (ros1 or ros2 or foxglove or rosbridge):
-            fail("--bridge-host goes with a bridge, such as --ros1")
-        if not navigation and not (ros1 or ros2 or foxglove or rosbridge):
-            fail("--no-navigation goes with a bridge, such as --ros1")
-        wishes = Wishes(record or "", record_topics, ros1, foxglove, rosbridge, ros2, bridge_host, navigation)
+        wishes = dataclasses.replace(wishes, record=record or "", topics=record_topics)
         return function(*args, wishes=wishes, **options)
 
-    wrapped: Any = with_wishes
-    for option in reversed(_OPTIONS):
+    wrapped: Any = bridge_options(with_wishes)
+    for option in reversed(_RECORD_OPTIONS):
         wrapped = option(wrapped)
     result: _Function = wrapped
     return result
 
 
-_OPTIONS = (
+def bridge_options(function: _Function) -> _Function:
+    """The options of bridges alone, as `wishes: Wishes`."""
+
+    @functools.wraps(function)
+    def with_wishes(
+        *args: object,
+        ros1: bool,
+        ros2: bool,
+        zenoh: bool,
+        foxglove: bool,
+        rosbridge: bool,
+        bridges: str | None,
+        bridge_host: str | None,
+        navigation: bool,
+        **options: object,
+    ) -> object:
+        found = _found() if bridges else ()
+        wishes = Wishes(
+            ros1=ros1 or "ros1" in found,
+            ros2=ros2 or "ros2" in found,
+            zenoh=zenoh or "zenoh" in found,
+            foxglove=foxglove or "foxglove" in found,
+            rosbridge=rosbridge or "rosbridge" in found,
+            host=bridge_host,
+            navigation=navigation,
+        )
+        if bridge_host is not None and not wishes.is_live:
+            fail("--bridge-host goes with a bridge, such as --ros1")
+        if not navigation and not wishes.is_live:
+            fail("--no-navigation goes with a bridge, such as --ros1")
+        return function(*args, wishes=wishes, **options)
+
+    wrapped: Any = with_wishes
+    for option in reversed(_BRIDGE_OPTIONS):
+        wrapped = option(wrapped)
+    result: _Function = wrapped
+    return result
+
+
+def _found() -> tuple[str, ...]:
+    """The bridges that have a peer; why the others have none is said."""
+    from kbot.bridges.around import peers_around
+
+    found, missing = peers_around()
+    for why in missing:
+        click.echo(f"no {why}", err=True)
+    return found
+
+
+_RECORD_OPTIONS = (
     click.option(
         "--record",
         metavar="FILE",
@@ -66,10 +103,19 @@ _OPTIONS = (
         metavar="NAME",
         help="Record only this topic; may be repeated.",
     ),
+)
+
+_BRIDGE_OPTIONS = (
     click.option("--ros1", is_flag=True, help="Be a node of ROS 1, with a master of our own where none is."),
     click.option("--ros2", is_flag=True, help="Be a node of ROS 2 over DDS; needs the extra ros2."),
+    click.option("--zenoh", is_flag=True, help="Be a node of ROS 2 over Zenoh; needs the extra zenoh."),
     click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick, from port 8765 on."),
     click.option("--rosbridge", is_flag=True, help="Serve roslibjs and roslibpy, from port 9090 on."),
+    click.option(
+        "--bridges",
+        type=click.Choice(["auto"]),
+        help="Every bridge whose peer is found: a ROS 1 master, a ROS 2, a Zenoh router; and both servers.",
+    ),
     click.option(
         "--bridge-host",
         metavar="ADDRESS",

@@ -133,6 +133,7 @@ def _put(simulation: Simulation, staged: Stage) -> None:
 
 def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     from kbot.messages import JointState
+    from kbot.model.writer import to_urdf
     from kbot.nodes import with_dependent_joints
     from kbot.text import KbotError
     from kbot.workbench.description import Description
@@ -142,7 +143,7 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     joints = staged.joints
 
     def attend(sliders: Sliders) -> None:
-        going.show(sliders, sliders.robot)
+        going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
         _publish_maps(sliders.bus, staged)
 
         def take_over(message: JointState) -> None:

@@ -15,6 +15,7 @@ from kbot.text.suggest import did_you_mean
 
 BASES = {str: "string", bool: "bool", float: "float64"}
 ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
+EVENT = "service_msgs/msg/ServiceEventInfo"
 PARTS = {
     cls: f"gazebo_msgs/msg/{cls.__name__}"
     for cls in (
@@ -111,3 +112,54 @@ def _md5(service: str) -> str:
             lines.append(f"{ros1_definition(full)[1] if '/' in kind else kind} {name}")
         digest.update("\n".join(lines).encode())
     return digest.hexdigest()
+
+
+@cache
+def service_hash(name: str) -> str:
+    """RIHS01 hash of a service's type, as rmw_zenoh puts it into keys: over a type with the request, the
+    response and an event. https://github.com/ros-infrastructure/rep/pull/381"""
+    from kbot.wire.types import ros2_types
+
+    kind = service_type(name)
+    known = ros2_types().fielddefs
+    parts = dict(known[kind.request_name][1]), dict(known[kind.response_name][1])
+    return hash_of_service(kind.ros2_name, *parts)
+
+
+def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]) -> str:
+    """The same of any service, from the fields of its two parts as rosbags describes them."""
+    from rosbags.interfaces import Nodetype
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    asked, answered, event = f"{name}_Request", f"{name}_Response", f"{name}_Event"
+
+    def some(part: str) -> Any:  # noqa: ANN401
+        return Nodetype.SEQUENCE, ((Nodetype.NAME, part), 1)
+
+    fields: dict[str, dict[str, Any]] = {
+        asked: request,
+        answered: response,
+        event: {
+            "info": (Nodetype.NAME, EVENT),
+            "request": some(asked),
+            "response": some(answered),
+        },
+        name: {
+            "request_message": (Nodetype.NAME, asked),
+            "response_message": (Nodetype.NAME, answered),
+            "event_message": (Nodetype.NAME, event),
+        },
+    }
+    from kbot.wire.types import ros2_types
+
+    store.fielddefs.update(ros2_types().fielddefs)
+    constants, event_fields = store.fielddefs[EVENT]
+    # a char of ROS 2's .msg is an uint8 in what is hashed
+    octets = Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)
+    store.fielddefs[EVENT] = (
+        constants,
+        [(field, octets if field == "client_gid" else desc) for field, desc in event_fields],
+    )
+    store.fielddefs.update({part: ([], list(found.items())) for part, found in fields.items()})
+    return store.hash_rihs01(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from kbot.messages import navigation, sensing
+from kbot.messages import control, navigation, sensing, visualization
 from kbot.messages import types as messages
 from kbot.text import KbotError
 from kbot.wire.services import PARTS, own_definitions
@@ -18,9 +18,11 @@ PACKAGES = (
     "geometry_msgs",
     "nav_msgs",
     "sensor_msgs",
+    "trajectory_msgs",
     "tf2_msgs",
     "rosgraph_msgs",
     "actionlib_msgs",
+    "visualization_msgs",
     "builtin_interfaces",
 )
 """Where a message's namesake is looked for."""
@@ -81,7 +83,7 @@ def ros_name(message_type: type) -> str:
 
 @cache
 def _known() -> dict[str, type]:
-    homes = (messages, sensing, navigation)
+    homes = (messages, sensing, navigation, control, visualization)
     own = {name: message_type for message_type, name in PARTS.items()}
     found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
     return own | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}

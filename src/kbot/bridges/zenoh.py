@@ -1,0 +1,238 @@
+"""The simulation as a node of ROS 2 on Zenoh, as rmw_zenoh has it; by the extra `zenoh`.
+
+Keys, tokens and attachments: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import secrets
+import struct
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from kbot.bridges.link import Link, Topic
+from kbot.bridges.zenoh_names import entity_token, node_token, topic_key
+from kbot.messages.types import Twist, TwistStamped
+from kbot.text import KbotError
+from kbot.wire import Packet, decode_cdr, encode_cdr, ros_name
+from kbot.wire.services import ServiceType
+
+NODE = "kbot"
+ROUTER_PORT = 7447
+WAITING = 500
+LOOK_SECONDS = 0.25
+ANSWER_SECONDS = 30.0
+_ATTACHED = struct.Struct("<qqB16s")
+
+
+class ZenohBridge:
+    """A node /kbot: topics out, latched ones also for those who come late, commands and calls of services
+    in. It meets peers through the router where one answers, else it listens in the router's place."""
+
+    def __init__(self, link: Link, host: str | None = None) -> None:
+        """The domain is ROS_DOMAIN_ID's, else 0. `host` is the address that peers reach it at where it
+        listens itself; ZENOH_CONNECT names another router's, as in tcp/10.0.0.2:7447.
+
+        Raises:
+            KbotError: no session can be opened.
+        """
+        self._link = link
+        self.domain = _domain()
+        self._session, self._place = _open(host)
+        self._zid = str(self._session.zid())
+        self._numbers = itertools.count(1)
+        self._outgoing: dict[str, _Outgoing] = {}
+        self._incoming: dict[str, list[Any]] = {}
+        self._waiting: deque[Packet] = deque(maxlen=WAITING)
+        self._wake, self._closed, self._changed = threading.Event(), threading.Event(), threading.Event()
+        self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
+        self._services = [self._offer(name, service.type) for name, service in link.services.items()]
+        link.watch(self._changed.set)
+        self._changed.set()
+        self._thread = threading.Thread(target=self._send, daemon=True, name="kbot-zenoh")
+        self._thread.start()
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        return f"Zenoh: node /{NODE} in domain {self.domain}, {self._place}"
+
+    def close(self) -> None:
+        """Take leave of all peers; a session that is left open keeps the process from ending."""
+        self._closed.set()
+        self._wake.set()
+        self._thread.join(5.0)
+        for topic in self._outgoing.values():
+            topic.close()
+        self._session.close()
+
+    def _send(self) -> None:
+        while not self._closed.is_set():
+            if self._changed.is_set():
+                self._changed.clear()
+                self._declare()
+            for outgoing in self._outgoing.values():
+                outgoing.open_if_heard()
+            self._wake.wait(LOOK_SECONDS)
+            self._wake.clear()
+            while self._waiting and not self._closed.is_set():
+                packet = self._waiting.popleft()
+                found = self._outgoing.get(packet.topic)
+                if found is not None and found.topic.type_name == packet.type_name:
+                    found.put(packet)
+
+    def _declare(self) -> None:
+        topics = self._link.topics
+        for name in [n for n, out in self._outgoing.items() if topics.get(n) != out.topic]:
+            self._outgoing.pop(name).close()
+        for topic in topics.values():
+            if topic.is_input and topic.name not in self._incoming:
+                self._incoming[topic.name] = self._hear(topic)
+            elif not topic.is_input and topic.name not in self._outgoing:
+                token = self._token("MP", topic.name, topic.type_name, latched=topic.is_latched)
+                key = topic_key(self.domain, topic.name, topic.type_name)
+                self._outgoing[topic.name] = _Outgoing(
+                    self._link, topic, self._session, key, token, self._take
+                )
+
+    def _take(self, packet: Packet) -> None:
+        """On the simulation's thread."""
+        packet.cdr  # noqa: B018 - encoded here, once for all bridges
+        self._waiting.append(packet)
+        self._wake.set()
+
+    def _hear(self, topic: Topic) -> list[Any]:
+        kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
+        made: list[Any] = []
+        for kind in kinds:
+            made.append(self._token("MS", topic.name, ros_name(kind)))
+            key = topic_key(self.domain, topic.name, ros_name(kind))
+            made.append(self._session.declare_subscriber(key, self._deliver(topic.name, kind)))
+        return made
+
+    def _deliver(self, topic: str, kind: type) -> Callable[[Any], None]:
+        def deliver(sample: Any) -> None:  # noqa: ANN401 - the library's
+            try:
+                self._link.send(topic, decode_cdr(sample.payload.to_bytes(), kind))
+            except KbotError as error:
+                self._link.tell(f"Zenoh: a message on {topic} was refused: {error}")
+
+        return deliver
+
+    def _offer(self, name: str, kind: ServiceType) -> list[Any]:
+        token = self._token("SS", name, kind.ros2_name)
+        key = topic_key(self.domain, name, kind.ros2_name)
+
+        def answer(query: Any) -> None:  # noqa: ANN401 - the library's
+            try:
+                payload = query.payload.to_bytes() if query.payload is not None else b""
+                request = decode_cdr(payload, kind.request, kind.request_name)
+                future = self._link.call(name, request)
+            except KbotError as error:
+                query.reply_err(str(error).encode())
+                return
+            # the library keeps a thread for queries, which is not to wait for the simulation
+            future.add_done_callback(lambda done: reply(query, done))
+
+        def reply(query: Any, done: Any) -> None:  # noqa: ANN401
+            error = done.exception()
+            if error is not None:
+                query.reply_err(str(error).encode())
+            else:
+                data = encode_cdr(done.result(), kind.response_name)
+                attached = query.attachment.to_bytes() if query.attachment is not None else None
+                query.reply(key, data, attachment=attached)
+            query.drop()
+
+        return [token, self._session.declare_queryable(key, answer, complete=True)]
+
+    def _token(self, kind: str, name: str, type_name: str, *, latched: bool = False) -> Any:  # noqa: ANN401
+        number = next(self._numbers)
+        key = entity_token(self.domain, self._zid, number, kind, NODE, name, type_name, latched=latched)
+        return self._session.liveliness().declare_token(key)
+
+
+class _Outgoing:
+    """One topic; what is latched is kept for those who come late."""
+
+    def __init__(
+        self,
+        link: Link,
+        topic: Topic,
+        session: Any,  # noqa: ANN401
+        key: str,
+        token: Any,  # noqa: ANN401
+        take: Callable[[Packet], None],
+    ) -> None:
+        self.topic = topic
+        self._link, self._take, self._token = link, take, token
+        self._is_open = False
+        self._gid, self._count = secrets.token_bytes(16), 0
+        self._publisher: Any
+        if topic.is_latched:
+            self._publisher = zenoh.ext.declare_advanced_publisher(
+                session, key, cache=zenoh.ext.CacheConfig(max_samples=1), publisher_detection=True
+            )
+        else:
+            self._publisher = session.declare_publisher(key)
+
+    def open_if_heard(self) -> None:
+        """Only what somebody hears is made."""
+        is_heard = self.topic.is_latched or bool(self._publisher.matching_status.matching)
+        if is_heard != self._is_open:
+            self._is_open = is_heard
+            (self._link.open if is_heard else self._link.close)(self.topic.name, self._take)
+
+    def put(self, packet: Packet) -> None:
+        self._count += 1
+        attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
+        self._publisher.put(packet.cdr, attachment=attached)
+
+    def close(self) -> None:
+        if self._is_open:
+            self._link.close(self.topic.name, self._take)
+        self._publisher.undeclare()
+        self._token.undeclare()
+
+
+def _open(host: str | None) -> tuple[Any, str]:
+    """A session with the router, else one that listens in its place; and in words where that is."""
+    router = os.environ.get("ZENOH_CONNECT") or f"tcp/127.0.0.1:{ROUTER_PORT}"
+    zenoh.init_log_from_env_or("off")
+    joined = zenoh.Config()
+    joined.insert_json5("mode", '"client"')
+    joined.insert_json5("connect/endpoints", f'["{router}"]')
+    joined.insert_json5("connect/timeout_ms", "500")
+    _keep_local(joined)
+    try:
+        return zenoh.open(joined), f"by the router at {router}"
+    except zenoh.ZError as error:
+        if os.environ.get("ZENOH_CONNECT"):
+            raise KbotError(f"no Zenoh router answers at {router}: {error}") from None
+    place = f"tcp/{host or '127.0.0.1'}:{ROUTER_PORT}"
+    alone = zenoh.Config()
+    alone.insert_json5("mode", '"router"')
+    alone.insert_json5("listen/endpoints", f'["{place}"]')
+    _keep_local(alone)
+    try:
+        return zenoh.open(alone), f"in the router's place at {place}"
+    except zenoh.ZError as error:
+        raise KbotError(f"Zenoh cannot be served at {place}: {error}") from None
+
+
+def _keep_local(config: Any) -> None:  # noqa: ANN401
+    """Look for nobody by multicast; stamps are what those who come late are served by."""
+    config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("timestamping/enabled", "true")
+
+
+def _domain() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isdecimal():
+        raise KbotError(f"ROS_DOMAIN_ID is a whole number from 0 on, not '{text}'")
+    return int(text)

@@ -1,0 +1,53 @@
+"""`kbot bag play`: a recording in real time, with keys that pause it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.companions import companions
+from kbot.cli.keys import keys
+
+if TYPE_CHECKING:
+    from kbot.bridges.wishes import Wishes
+    from kbot.record.player import Player
+
+PERIOD = 0.01
+BEHIND = 0.2
+"""Seconds of wall time that are caught up at most."""
+STEP_SECONDS = 0.1
+
+
+def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
+    """Say it to peers until its end, or Ctrl-C.
+
+    Raises:
+        KbotError: a bridge cannot be opened, or a message cannot be read.
+    """
+    steps = [0]
+
+    def pressed(key: str) -> None:
+        if key == " ":
+            player.paused = not player.paused
+        elif key == "s":
+            steps[0] += 1
+
+    for topic in player.unknown:
+        kind = player.summary.topics[topic].type_name
+        click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
+    with companions(wishes, served=True) as going, keys(pressed):
+        going.show(player, player.description, player.path)
+        due = time.monotonic()
+        while True:
+            player.run_errands()
+            seconds = 0.0 if player.paused else PERIOD * rate
+            if steps[0]:
+                steps[0], seconds = steps[0] - 1, STEP_SECONDS
+            if not player.advance(seconds) and seconds:
+                if not loop:
+                    return
+                player.rewind()
+            due = max(due + PERIOD, time.monotonic() - BEHIND)
+            time.sleep(max(0.0, due - time.monotonic()))

@@ -1,0 +1,111 @@
+"""A recording said again on a bus, as time passes: for bridges, as a simulation is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from kbot.messages import Bus, Clock, Publisher
+from kbot.record.entry import Entry
+from kbot.record.reader import Recording, Summary
+from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
+from kbot.record.writer import NOTES_TOPIC
+from kbot.text import KbotError
+from kbot.wire import decode_cdr, known_type
+
+LATCHED = frozenset({"/tf_static", "/map"})
+NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC})
+"""Said by who plays, or of no use to others."""
+
+
+class Player:
+    """`advance` says what is due; `bus`, `clock`, `paused` and `errands` are there for bridges."""
+
+    def __init__(
+        self,
+        path: str,
+        *,
+        topics: tuple[str, ...] = (),
+        start: float | None = None,
+        end: float | None = None,
+    ) -> None:
+        """From `start` to `end`, in seconds of the recording's clock; `topics` empty means all.
+
+        Raises:
+            KbotError: no such recording or topic, or nothing in it lies between these times.
+        """
+        self.path = path
+        self._recording = Recording(path)
+        if topics:
+            self._recording.require_topics(topics)
+        self.summary: Summary = self._recording.summary()
+        if self.summary.start is None or self.summary.end is None:
+            raise KbotError(f"{path} holds no messages")
+        self._first = self.summary.start if start is None else round(start * 1e9)
+        self._last = self.summary.end if end is None else round(end * 1e9)
+        if not self.summary.start <= self._first <= self._last or self._first > self.summary.end:
+            span = f"{self.summary.start * 1e-9:g} s to {self.summary.end * 1e-9:g} s"
+            raise KbotError(f"{path} goes from {span}: nothing of it is between what is asked for")
+        self.bus, self.clock = Bus(), Clock()
+        self.errands: list[Callable[[], bool]] = []
+        self.paused = False
+        self.unknown: list[str] = []
+        """Topics whose types KBot does not know: they are not said."""
+        self._publishers: dict[str, tuple[Publisher[Any], type]] = {}
+        for name, topic in self.summary.topics.items():
+            kind = known_type(topic.type_name)
+            if name in NOT_SAID or (topics and name not in topics):
+                continue
+            if kind is None:
+                self.unknown.append(name)
+            else:
+                self._publishers[name] = self.bus.advertise(name, kind, latched=name in LATCHED), kind
+        self.rewind()
+
+    @property
+    def description(self) -> str:
+        """The robot's URDF, empty where the recording has none."""
+        found = (e for e in self._recording.entries() if e.topic == DESCRIPTION_TOPIC)
+        return next((str(entry.message().data) for entry in found), "")
+
+    @property
+    def seconds(self) -> float:
+        """Where it stands, by the recording's clock."""
+        return self.clock.seconds
+
+    def run_errands(self) -> None:
+        """Do what peers asked for."""
+        for errand in tuple(self.errands):
+            errand()
+
+    def rewind(self) -> None:
+        """Begin anew; what is latched is said at once although it came before the start."""
+        self.clock.set(self._first)
+        self._entries = self._wanted()
+        self._next = next(self._entries, None)
+
+    def advance(self, seconds: float) -> bool:
+        """Let time pass, and say what is due in its order; whether anything is left.
+
+        Raises:
+            KbotError: a message cannot be read.
+        """
+        until = min(self.clock.nanoseconds + round(seconds * 1e9), self._last)
+        while self._next is not None and self._next.nanoseconds <= until:
+            entry = self._next
+            if entry.nanoseconds > self.clock.nanoseconds:
+                self.clock.advance_to(entry.nanoseconds)
+            publisher, kind = self._publishers[entry.topic]
+            if publisher.is_heard:
+                publisher.publish(decode_cdr(entry.cdr, kind))
+            self._next = next(self._entries, None)
+        self.clock.advance_to(until)
+        return self._next is not None and until < self._last
+
+    def _wanted(self) -> Iterator[Entry]:
+        for entry in self._recording.entries():
+            is_latched = entry.topic in LATCHED and entry.nanoseconds < self._first
+            if entry.topic in self._publishers and (
+                is_latched or self._first <= entry.nanoseconds <= self._last
+            ):
+                yield entry
