@@ -1,8 +1,10 @@
 """What the documentation shows is true."""
 
+import inspect
 import re
 from pathlib import Path
 
+from kbot.sim import Simulation
 from kbot.world import BUILDERS, parameters
 from kbot.world.sdf.files import LIBRARY
 
@@ -15,6 +17,21 @@ def test_the_example_runs():
     exec(code, names)
     names["sim"].run(1.0)
     assert list(names["sim"].robots) == ["kbot"]
+
+
+def test_every_method_of_a_running_world_is_there():
+    table = TEXT.partition("## What a running world allows")[2].partition("## ")[0]
+    rows = [line.split("|")[3] for line in table.splitlines() if line.startswith("| ")][2:]
+    assert len(rows) == 17
+    for row in rows:
+        for call in re.findall(r"`(\w+)(?:\(([\w, ]*)\))?`", row):
+            name, parameters = call
+            if name in ("name", "Simulation"):
+                continue
+            assert hasattr(Simulation, name) or name == "paused"
+            if parameters:
+                known = inspect.signature(getattr(Simulation, name)).parameters
+                assert set(parameters.split(", ")) <= set(known)
 
 
 def test_every_world_parameter_and_model_is_named():

@@ -28,7 +28,7 @@ DURATION = 10.0
     epilog=examples(
         "kbot sim kbot --world boxes                drive it in the browser",
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
-        "kbot sim kbot --world maze:size=8,seed=3",
+        "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
         "kbot sim kbot --headless --script drive.py --json",
         "kbot sim kbot --record run.mcap            then: kbot bag info run.mcap",
         "kbot sim kbot --ros1                       rostopic, tf and rviz see it too",
@@ -48,7 +48,13 @@ DURATION = 10.0
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
 @click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
 @click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
-@click.option("--pose", metavar="X,Y,YAW", help="Where it starts: m, m, rad in the world.  [default: 0,0,0]")
+@click.option(
+    "--pose",
+    default="0,0,0",
+    show_default=True,
+    metavar="X,Y,YAW",
+    help="Where it starts: m, m, rad in the world.",
+)
 @click.option("--plot", metavar="PNG", help="Draw the way it went, and its odometry's, from above.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
@@ -70,7 +76,7 @@ def command(
     cmd_vel: str | None,
     script: str | None,
     goto: str | None,
-    pose: str | None,
+    pose: str,
     plot: str | None,
     seed: int,
     contacts: str,
@@ -94,11 +100,12 @@ def command(
             cmd_vel=cmd_vel,
             script=script,
             goto=goto,
-            pose=pose,
             plot=plot,
             json=as_json or None,
         )
+        start = _three_numbers(pose)
         from kbot.checks.first_look import MESHES, first_look
+        from kbot.kinematics.odometry import PlanarPose
         from kbot.model.load import load_robot
         from kbot.workbench.serve import serve
         from kbot.xacro import Packages
@@ -117,6 +124,7 @@ def command(
                 contacts=contacts,
                 package_path=package_path,
                 attend=lambda simulation: join(simulation, "", world),
+                start=PlanarPose(*start),
             )
         return 0
     seconds = DURATION if duration is None else duration
@@ -134,7 +142,7 @@ def command(
     goal = None if goto is None else parse_goal(goto)
     from kbot.sensors.declared import mount_declared
 
-    start = (0.0, 0.0, 0.0) if pose is None else _three_numbers(pose)
+    start = _three_numbers(pose)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
     if wishes.is_live or wishes.record:
         report(mount_declared(simulation)[1])

@@ -1,0 +1,99 @@
+"""Many robots, many boxes, and a long run: what they take beside one robot on an empty floor.
+
+    python benchmarks/bench_load.py [--hours 1]
+
+Time per step is a multiple of one robot's on the plane, all of them driving. Of the long run the process's
+memory (resident set) is looked at after a minute and at the end, and the odometry against ground truth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from itertools import product
+from math import hypot
+from pathlib import Path
+from statistics import median
+
+import kbot
+from kbot.world import Body, Box, Part, World
+from kbot.world.builders import at, floor
+
+SECONDS = 2.0
+REPEATS = 3
+
+
+def one() -> kbot.Simulation:
+    return kbot.Simulation("kbot")
+
+
+def hundred_robots() -> kbot.Simulation:
+    """In ten rows, 1 m apart."""
+    sim = kbot.Simulation("kbot")
+    for row, column in product(range(10), range(10)):
+        if row or column:
+            sim.spawn_model(sim.robot, f"r{row}{column}", float(row), float(column))
+    return sim
+
+
+def thousand_boxes() -> kbot.Simulation:
+    """Crates of 0.2 m that stand still, on a grid of 0.8 m about the robot."""
+    places = [(x, y) for x, y in product(range(-16, 17), range(-16, 17)) if (x, y) != (0, 0)][:1000]
+    crate = (Part(Box((0.2, 0.2, 0.2))),)
+    bodies = [Body(f"b{i}", crate, at(0.8 * x, 0.8 * y, 0.1)) for i, (x, y) in enumerate(places)]
+    return kbot.Simulation("kbot", world=World("crates", (floor(), *bodies)))
+
+
+def per_step(sim: kbot.Simulation) -> float:
+    """Seconds."""
+    for robot in sim.robots.values():
+        robot.cmd_vel(0.2, 1.0)
+    sim.run(0.5)
+    taken = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        sim.run(SECONDS)
+        taken.append(time.perf_counter() - start)
+    return median(taken) * sim.timestep / SECONDS
+
+
+def resident() -> float:
+    """MB of this process; 0 where the system does not tell so."""
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return 0.0
+    line = next(line for line in status.read_text().splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024
+
+
+def long_run(hours: float) -> str:
+    """Weaving all the time, read as a driver would, 50 times a second."""
+    sim = one()
+    count = round(hours * 3600 / 0.02)
+    after_a_minute = 0.0
+    for index in range(count):
+        if index % 500 == 0:
+            sim.cmd_vel(0.2, 0.5 if index % 1000 else -0.5)
+        sim.run(0.02)
+        sim.odometry, sim.joint_states  # noqa: B018 - what a robot's driver would say
+        if index == 3000:
+            after_a_minute = resident()
+    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
+    off = 1e3 * hypot(truth.x - reckoned.x, truth.y - reckoned.y)
+    memory = f"memory {after_a_minute:.1f} MB after a minute, {resident():.1f} MB at the end"
+    return f"{sim.time / 3600:g} h driven: {memory}; odometry {off:.1f} mm off"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--hours", type=float, default=1.0, help="simulated, of the long run")
+    hours = parser.parse_args().hours
+    base = per_step(one())
+    print(f"{'one robot on the plane':32}{1.0:8.2f}")
+    for name, make in (("100 robots in one world", hundred_robots), ("1,000 static boxes", thousand_boxes)):
+        print(f"{name:32}{per_step(make()) / base:8.2f}", flush=True)
+    print(long_run(hours))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,184 @@
+"""The same minute of driving by KBot and by others, and what many robots, boxes and an hour come to.
+
+    python -m pip install -e .[bench]
+    python benchmarks/bench_peers.py [--seconds 60]
+
+Each engine steps KBot on a plane by 2 ms, 0.2 m/s and 0.5 rad/s, with a command every 20 ms; KBot's own run
+reckons odometry and joint states as well. Times are multiples of KBot's, the medians of alternating runs.
+A peer that is not installed is named and left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from math import hypot
+from pathlib import Path
+from typing import Any
+
+import mujoco
+from bench_stepping import engine
+
+import kbot
+from kbot.model.writer import to_urdf
+
+REPEATS = 3
+STEP = 0.002
+STEPS_A_COMMAND = 10
+LINEAR, ANGULAR = 0.2, 0.5
+
+Run = Callable[[int], float]
+"""Drives so many steps from the start; how far from the start it stands then, in m."""
+
+
+def by_kbot(robot: kbot.Robot) -> Run:
+    sim = kbot.Simulation(robot)
+
+    def run(steps: int) -> float:
+        sim.reset()
+        for _ in range(steps // STEPS_A_COMMAND):
+            sim.cmd_vel(LINEAR, ANGULAR)
+            sim.step(STEPS_A_COMMAND)
+            sim.odometry, sim.joint_states  # noqa: B018 - what a robot's driver would say
+        return hypot(sim.ground_truth.pose.x, sim.ground_truth.pose.y)
+
+    return run
+
+
+def by_mujoco(robot: kbot.Robot) -> Run:
+    """The engine's own loop in C, over the model that KBot made."""
+    model, speeds = engine(robot)
+    data = mujoco.MjData(model)
+
+    def run(steps: int) -> float:
+        mujoco.mj_resetData(model, data)
+        data.ctrl[:] = speeds
+        mujoco.mj_step(model, data, nstep=steps)
+        return hypot(data.qpos[0], data.qpos[1])
+
+    return run
+
+
+def by_pybullet(robot: kbot.Robot) -> Run:
+    import pybullet as p
+
+    client = p.connect(p.DIRECT)
+    speeds = _wheel_speeds(robot)
+    with tempfile.TemporaryDirectory() as folder:
+        path = _urdf(robot, folder)
+
+        def start() -> tuple[int, list[int], list[float]]:
+            p.resetSimulation(client)
+            p.setGravity(0.0, 0.0, -9.81)
+            p.setTimeStep(STEP)
+            ground = p.createCollisionShape(p.GEOM_PLANE)
+            p.createMultiBody(0.0, ground)
+            body = p.loadURDF(path)
+            names = {p.getJointInfo(body, i)[1].decode(): i for i in range(p.getNumJoints(body))}
+            return body, [names[name] for name in speeds], list(speeds.values())
+
+        ready = [start()]
+
+    def run(steps: int) -> float:
+        body, joints, wanted = ready[0]
+        p.resetBasePositionAndOrientation(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+        for _ in range(steps // STEPS_A_COMMAND):
+            p.setJointMotorControlArray(body, joints, p.VELOCITY_CONTROL, targetVelocities=wanted)
+            for _ in range(STEPS_A_COMMAND):
+                p.stepSimulation()
+        x, y, _ = p.getBasePositionAndOrientation(body)[0]
+        return hypot(x, y)
+
+    return run
+
+
+def by_dart(robot: kbot.Robot) -> Run:
+    import dartpy as dart
+
+    speeds = _wheel_speeds(robot)
+    with tempfile.TemporaryDirectory() as folder:
+        body = dart.utils.DartLoader().parseSkeleton(_urdf(robot, folder))
+    world = dart.simulation.World()
+    world.setTimeStep(STEP)
+    world.setGravity([0.0, 0.0, -9.81])
+    world.addSkeleton(body)
+    world.addSkeleton(_dart_ground(dart))
+    joints = [body.getJoint(name) for name in speeds]
+    for joint in joints:
+        joint.setActuatorType(dart.dynamics.ActuatorType.VELOCITY)
+    start = body.getPositions()
+
+    def run(steps: int) -> float:
+        body.setPositions(start)
+        body.setVelocities(start * 0.0)
+        for _ in range(steps // STEPS_A_COMMAND):
+            for joint, speed in zip(joints, speeds.values(), strict=True):
+                joint.setCommand(0, speed)
+            for _ in range(STEPS_A_COMMAND):
+                world.step(False)  # the command holds
+        x, y = body.getRootBodyNode().getWorldTransform().translation()[:2]
+        return hypot(x, y)
+
+    return run
+
+
+def _dart_ground(dart: Any) -> Any:  # noqa: ANN401
+    ground = dart.dynamics.Skeleton("ground")
+    _, body = ground.createWeldJointAndBodyNodePair()
+    shape = body.createShapeNode(dart.dynamics.BoxShape([100.0, 100.0, 0.2]))
+    shape.createCollisionAspect()
+    shape.createDynamicsAspect()
+    shape.setRelativeTranslation([0.0, 0.0, -0.1])
+    return ground
+
+
+def _urdf(robot: kbot.Robot, folder: str) -> str:
+    path = Path(folder) / "kbot.urdf"
+    path.write_text(to_urdf(robot))
+    return str(path)
+
+
+def _wheel_speeds(robot: kbot.Robot) -> dict[str, float]:
+    """rad/s by joint."""
+    drive = kbot.Simulation(robot).drive
+    left, right = drive.wheel_speeds(LINEAR, ANGULAR)
+    sides = dict.fromkeys(drive.left, left) | dict.fromkeys(drive.right, right)
+    return {name: speed * drive.forward[name] for name, speed in sides.items()}
+
+
+def timed(function: Run, steps: int) -> tuple[float, float]:
+    start = time.perf_counter()
+    far = function(steps)
+    return time.perf_counter() - start, far
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=60.0, help="simulated, per run")
+    steps = round(parser.parse_args().seconds / STEP / STEPS_A_COMMAND) * STEPS_A_COMMAND
+    robot = kbot.load("kbot")
+    runs = {"KBot": by_kbot(robot), "MuJoCo's loop in C": by_mujoco(robot)}
+    for module, name, make in (("pybullet", "PyBullet", by_pybullet), ("dartpy", "DART", by_dart)):
+        if importlib.util.find_spec(module) is None:
+            print(f"{name} is not installed: pip install -e .[bench]")
+        else:
+            runs[name] = make(robot)
+    taken: dict[str, list[float]] = {name: [] for name in runs}
+    stands: dict[str, float] = {}
+    for _ in range(REPEATS):
+        for name, run in runs.items():
+            seconds, stands[name] = timed(run, steps)
+            taken[name].append(seconds)
+    own = statistics.median(taken["KBot"])
+    print(f"{steps * STEP:g} s on the plane, as a multiple of KBot's time; where it stood at the end")
+    for name, seconds in taken.items():
+        far = f"{stands[name]:.3f} m from the start"
+        print(f"{name:24}{statistics.median(seconds) / own:6.2f}   {far}")
+
+
+if __name__ == "__main__":
+    main()
