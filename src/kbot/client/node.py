@@ -87,7 +87,12 @@ class Node:
         name = self._arguments.resolve(topic)
         if name in self._publishers:
             raise KbotError(f"{name} is published by this node, so it cannot be heard by it too")
-        return self._wall.bus.subscribe(name, message_type, callback)
+
+        def hear(message: M) -> None:
+            if not self._is_closed:
+                callback(message)
+
+        return self._wall.bus.subscribe(name, message_type, hear)
 
     def advertise(self, topic: str, message_type: type[M], *, latched: bool = False) -> Publisher[M]:
         """A publisher, so that others find the topic before anything is said; a latched one keeps its last
