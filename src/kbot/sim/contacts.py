@@ -6,6 +6,7 @@ with less friction decides (as Gazebo's ODE has it): friction sets the priority.
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 from kbot.sim.recipe import SOLIMP, SOLREF
@@ -15,6 +16,12 @@ OBSTACLE = 2
 ROBOT = 4
 SELF = 8
 """Links of one robot that are to touch each other."""
+
+SPRING = 0.9
+"""Impedance of a contact that is a spring: less creeps along slopes."""
+
+STIFFEST = 2e5
+"""1/s^2, of a spring per mass that the step bears."""
 
 FRICTIONLESS = 1e-4
 """Below this coefficient a contact has no friction at all."""
@@ -26,6 +33,21 @@ def set_surface(geom: Any, friction: float) -> None:  # noqa: ANN401 - the engin
     geom.solimp = SOLIMP
     geom.friction = (max(friction, 0.0), 0.0, 0.0)
     geom.priority, geom.condim = rank(friction)
+
+
+def set_spring(geom: Any, stiffness: float, damping: float, mass: float) -> None:  # noqa: ANN401
+    """Let a shape of a robot of `mass` (kg) sink in as a spring of `stiffness` (N/m) has it, each contact by
+    its share of the weight; `damping` in N s/m, but no less than lets it not bounce. A stiff one is as stiff
+    as the step allows.
+
+    The engine's stiffness is in 1/s^2: at rest it sinks by (1 - d) g / k at an impedance of d.
+    """
+    per_mass = min(stiffness * (1.0 - SPRING) / mass, STIFFEST)
+    least = 2.0 * sqrt(per_mass)
+    geom.solref = (-per_mass, -min(max(damping * (1.0 - SPRING) / mass, least), 2.0 * sqrt(STIFFEST)))
+    geom.solimp = (SPRING, SPRING, 0.001, 0.5, 2.0)
+    # of two surfaces the spring decides
+    geom.solmix = 1e6
 
 
 def rank(friction: float) -> tuple[int, int]:

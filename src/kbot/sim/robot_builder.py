@@ -14,7 +14,7 @@ from kbot.model import Collision, Link, Robot
 from kbot.sim import contacts as touch
 from kbot.sim.bounds import check_bounds
 from kbot.sim.geometry import add_shape, wxyz
-from kbot.sim.inertia import check_masses, held_joints, is_fixed, set_inertial
+from kbot.sim.inertia import check_masses, held_joints, is_fixed, set_inertial, total_mass
 from kbot.sim.joints import add_joint, add_mimics, held_pose, origin
 from kbot.sim.recipe import Contacts
 from kbot.sim.servo import add_drive_servos, add_joint_servos
@@ -83,6 +83,7 @@ class _Shapes:
     def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
+        self.mass = total_mass(plan.robot)
         self.surfaces = link_surfaces(plan.robot, findings)
         self.tyres: dict[str, tuple[float, Transform]] = {}
         self.casters: tuple[str, ...] = ()
@@ -108,6 +109,12 @@ class _Shapes:
             if geom is None:
                 continue
             touch.set_surface(geom, friction)
+            if (
+                surface.stiffness is not None
+                and self.plan.contacts is Contacts.AS_WRITTEN
+                and self.mass > 0.0
+            ):
+                touch.set_spring(geom, surface.stiffness, surface.damping, self.mass)
             if tyre is not None:
                 touch.as_rim(geom, self.plan.others)
             else:

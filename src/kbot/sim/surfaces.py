@@ -17,11 +17,14 @@ from kbot.world.findings import Findings
 @dataclass(frozen=True, slots=True)
 class Surface:
     """`friction`: sliding coefficient (mu1). `self_collide`: touches other such links of its own robot.
-    `gravity`: whether the link falls."""
+    `gravity`: whether the link falls. `stiffness` (kp, N/m) and `damping` (kd, N s/m) of its contacts, None
+    where nothing is said."""
 
     friction: float = FRICTION
     self_collide: bool = False
     gravity: bool = True
+    stiffness: float | None = None
+    damping: float = 0.0
 
 
 PLAIN = Surface()
@@ -55,17 +58,31 @@ def _read(element: Element, surface: Surface, findings: Findings, whole: bool = 
     collides = _truth(element, ("selfCollide", "self_collide"), surface.self_collide)
     if whole:
         return replace(surface, self_collide=collides)
-    friction = _friction(element, surface.friction, findings)
+    friction = _number(element, ("mu1", "mu"), "coefficient of friction", findings)
+    across = _number(element, ("mu2",), "coefficient of friction", findings)
+    if friction is not None and across is not None and across != friction:
+        findings.info(
+            "W136", f"friction differs by direction: mu1, {friction:g}, counts in all of them", element.origin
+        )
+    stiffness = _number(element, ("kp",), "stiffness", findings)
+    damping = _number(element, ("kd",), "damping", findings)
     gravity = _truth(element, ("gravity",), surface.gravity) and not _truth(
         element, ("turnGravityOff",), default=False
     )
-    return Surface(friction, collides, gravity)
+    return Surface(
+        surface.friction if friction is None else friction,
+        collides,
+        gravity,
+        stiffness or surface.stiffness,
+        surface.damping if damping is None else damping,
+    )
 
 
-def _friction(element: Element, default: float, findings: Findings) -> float:
-    said = element.find("mu1") or element.find("mu")
+def _number(element: Element, tags: tuple[str, ...], what: str, findings: Findings) -> float | None:
+    """A number from 0 on; None where it is not there or, with a finding, is none."""
+    said = next((found for tag in tags if (found := element.find(tag)) is not None), None)
     if said is None:
-        return default
+        return None
     # as a text or as an attribute: the reader of Gazebo takes both
     written = said.attributes.get("value", said.text).strip()
     try:
@@ -74,11 +91,8 @@ def _friction(element: Element, default: float, findings: Findings) -> float:
         value = -1.0
     if isfinite(value) and value >= 0.0:
         return value
-    findings.warning(
-        "W130", f"<{said.tag}> is no coefficient of friction: '{written}'", said.origin,
-        f"{default:g} is taken instead",
-    )  # fmt: skip
-    return default
+    findings.warning("W130", f"<{said.tag}> is no {what}: '{written}'", said.origin, "it is left out")
+    return None
 
 
 def _truth(element: Element, names: tuple[str, ...], default: bool) -> bool:

@@ -129,7 +129,10 @@ class Links:
         at: Element | None = collision
         for tag in ("surface", "friction", "ode"):
             at = at.find(tag) if at is not None else None
-        return min(max(self._values.number(at, "mu", 1.0), 0.0), MOST_FRICTION)
+        friction = self._values.number(at, "mu", 1.0)
+        if self._values.number(at, "mu2", friction) != friction:
+            self._values.unsupported(collision, "friction differs by direction: mu counts in all of them")
+        return min(max(friction, 0.0), MOST_FRICTION)
 
 
 def is_ground(shape: Shape, world_from_shape: Transform) -> bool:
