@@ -122,7 +122,7 @@ def test_what_gz_and_ros2_control_declare():
     assert isinstance(place, GroundTruth)
     assert isinstance(fix, Gps)
     # the base hangs on no joint, which could feel a force
-    assert [d.code for d in declared.diagnostics] == ["W141", "W140"]
+    assert [d.code for d in declared.diagnostics] == ["W140", "W140"]
     assert "no joint holds" in declared.diagnostics[0].message
     assert "humidity" in declared.diagnostics[1].message
 

@@ -34,7 +34,9 @@ def _read(robot: Robot, element: Element, values: Values) -> Spec | None:
     link = params["frame_id"].text.strip() if "frame_id" in params else robot.root
     if link not in robot.links:
         hint = did_you_mean(link, robot.links)
-        values.error(f"there is no link '{link}'{': ' + hint if hint else ''}", params["frame_id"])
+        values.warn(
+            f"there is no link '{link}'{': ' + hint if hint else ''}; it is left out", params["frame_id"]
+        )
         return None
     common: dict[str, Any] = {
         "link": link,
@@ -60,8 +62,10 @@ def _by_interfaces(
         link = common.pop("link")
         joint = next((j.name for j in robot.joints.values() if j.child == link), None)
         if joint is None:
-            values.error(
-                f"no joint holds the link '{link}': force and torque are felt in one", values.element
+            values.warn(
+                f"no joint holds the link '{link}', in which force and torque could be felt: say which link by"
+                " <param name='frame_id'>; it is left out",
+                values.element,
             )
             return None
         return ForceTorque(joint=joint, **common)
