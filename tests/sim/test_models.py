@@ -5,8 +5,9 @@ from math import hypot
 import numpy as np
 import pytest
 
+from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.sim import Simulation
+from kbot.sim import Simulation, SimulationDiverged
 from kbot.sim.faults import Kick
 from kbot.text import KbotError
 from kbot.world import Body, Box, Part, World
@@ -201,3 +202,10 @@ def test_a_pause_stops_those_that_keep_real_time_and_no_one_else(sim):
     assert sim.steps == 5
     sim.unpause_physics()
     assert not sim.paused
+
+
+def test_a_robot_that_bursts_out_of_a_wall_is_told_so(kbot_robot):
+    sim = Simulation(kbot_robot, world="corridor:width=0.8", start=PlanarPose(1.0, 0.4, 0.0))
+    assert [d.code for d in sim.diagnostics] == ["W111"]
+    with pytest.raises(SimulationDiverged, match="the robot started inside 'left_wall'"):
+        sim.run(1.0)

@@ -27,6 +27,7 @@ from kbot.sim.robot import SimulatedRobot, driving_joints
 from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.running import Running
 from kbot.sim.topics import RobotTopics
+from kbot.sim.watch import ELSEWHERE
 from kbot.sim.world_builder import moving_bodies
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
@@ -63,11 +64,12 @@ class Population(Running):
         self._robot, plan, findings = self._prepare(robot, robot.name, start, drive_limits)
         self.robots = {robot.name: self._robot}
         assembly = Assembly.of(world, contacts, timestep, {robot.name: plan})
+        self._inside = assembly.what_it_is_inside(plan)
         self.diagnostics: tuple[Diagnostic, ...] = (
             *world.diagnostics,
             *findings,
             *assembly.diagnostics,
-            *_starts_inside(assembly, plan),
+            *_starts_inside(world, robot.name, self._inside),
         )
         """The warnings that building it gave."""
         self._use(assembly)
@@ -224,15 +226,14 @@ class Population(Running):
                 robot.set_position(joint.name, rest(joint))
 
 
-def _starts_inside(assembly: Assembly, plan: RobotPlan) -> tuple[Diagnostic, ...]:
+def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
     findings = Findings()
-    inside = assembly.what_it_is_inside(plan)
     if inside:
         findings.warning(
             "W111",
-            f"robot '{plan.name}' starts inside '{inside}' of the world",
-            next((body.origin for body in assembly.world.bodies if body.name == inside), None),
-            "let it start elsewhere: --pose X,Y,YAW, or start= in Python",
+            f"robot '{robot}' starts inside '{inside}' of the world",
+            next((body.origin for body in world.bodies if body.name == inside), None),
+            ELSEWHERE,
         )
     return tuple(findings.diagnostics)
 

@@ -20,7 +20,6 @@ from kbot.sim.watch import SimulationDiverged, diverged
 from kbot.text import KbotError
 from kbot.world import World
 
-
 _TOO_FAST = FASTEST**2
 _WHOLE = (int, np.integer)
 _MOST_STEPS = 10**14
@@ -63,6 +62,8 @@ class Running:
         self._step_ns = timestep * 1e9
         self._slewing: list[SimulatedRobot] = []
         self._steps, self._fresh = 0, -1
+        self._inside = ""
+        """What the first robot starts inside of, as it should not."""
         self._seen = -1
         self._heard: list[RobotTopics] = []
         """Those of the robots' topics that somebody listens to, as of the bus's change `_seen`."""
@@ -202,7 +203,9 @@ class Running:
 
     def _fail(self) -> None:
         last = (self._steps - self._tick_steps) * self.timestep
-        self._failure = diverged(self._model, self._data, list(self.robots.values()), self.time, last)
+        self._failure = diverged(
+            self._model, self._data, list(self.robots.values()), self.time, last, self._inside
+        )
         raise self._failure
 
     def _slew(self) -> int:

@@ -13,6 +13,9 @@ from kbot.model.shapes import tensor
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Severity
 
+ELSEWHERE = "let it start elsewhere: --pose X,Y,YAW, or start= in Python"
+_PUSHED_OUT = 1.0
+"""Seconds within which a robot is pushed out of what it starts in."""
 _MASS_RATIO = 1000.0
 _SMALL_RADIUS = 1e-3
 """Radius of gyration in m below which a moment of inertia is suspect."""
@@ -28,8 +31,10 @@ def diverged(
     robots: Sequence[SimulatedRobot],
     time: float,
     last: float,
+    inside: str,
 ) -> SimulationDiverged:
-    """What went wrong between the times `last` and `time` (s), at the line of the link that did."""
+    """What went wrong between the times `last` and `time` (s), at the line of the link that did. `inside`:
+    what the run began with a robot in, empty for nothing."""
     speeds = np.where(np.isfinite(data.qvel), np.abs(data.qvel), np.inf)
     body = int(model.dof_bodyid[int(np.argmax(speeds))])
     name = model.body(body).name
@@ -40,6 +45,8 @@ def diverged(
         return SimulationDiverged([Diagnostic("W120", Severity.ERROR, f"{when}: '{name}' flew off")])
     link = robot.links[link_name]
     cause, hint = _cause(robot, link, model.opt.timestep)
+    if inside and last < _PUSHED_OUT:
+        cause, hint = f"the robot started inside '{inside}'", ELSEWHERE
     message = f"{when}: link '{link.name}' flew off; {cause}"
     return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, link.origin, hint)])
 

@@ -34,8 +34,8 @@ class WheelServos:
                 commands.append((actuator, forward, side == 0))
         self._places = tuple(places)
         """Per wheel: where its position, its speed and its servo's state are, what it adds to the left and to
-        the right angle, how far its servo's state may be from where its speed would have it (rad), and how far
-        behind that state it runs (s of its speed)."""
+        the right angle, how far its servo's state may be from where its speed would have it (rad), and how
+        far behind that state it runs (s of its speed)."""
         self._commands = tuple(commands)
 
     def command(self, left: float, right: float) -> None:
