@@ -7,7 +7,8 @@ from xml.parsers import expat
 
 from kbot.text.errors import DescriptionError
 from kbot.text.nodes import CData, Comment, Document, Element, Instruction, Text, markup_end
-from kbot.text.span import Origin, Source, Span
+from kbot.text.prefixes import Prefixes, fault
+from kbot.text.span import Source
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ MAX_READ_NESTING = 100
 MAX_NODES = 2_000_000
 
 _SPECIAL = (b"$", b"xacro", b"&#")
-_XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 
 def parse_xml(source: Source) -> Element:
@@ -76,13 +76,7 @@ def _nameless(data: bytes, parser: expat.XMLParserType) -> str:
 
 
 def _error(source: Source, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:
-    return DescriptionError([_diagnostic(source, code, message, offset, offset + 1, hint)])
-
-
-def _diagnostic(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
-    from kbot.text.diagnostic import Diagnostic, Severity
-
-    return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
+    return DescriptionError([fault(source, code, message, offset, offset + 1, hint)])
 
 
 def _specials(data: bytes) -> list[int]:
@@ -112,7 +106,7 @@ def _handle(
     subset_at = -1
     nodes = 0
     blanks: dict[str, Text] = {}
-    prefixes = _Prefixes(source)
+    prefixes = Prefixes(source)
     known_tags, known_names = prefixes.tags, prefixes.names
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -231,102 +225,3 @@ def _handle(
     parser.EndDoctypeDeclHandler = doctype_end
     parser.EntityDeclHandler = entity
     return prefixes.problems
-
-
-_USUAL_TAGS = frozenset(
-    [
-        "robot",
-        "link",
-        "joint",
-        "inertial",
-        "visual",
-        "collision",
-        "origin",
-        "geometry",
-        "material",
-        "mass",
-        "inertia",
-        "box",
-        "cylinder",
-        "sphere",
-        "mesh",
-        "color",
-        "parent",
-        "child",
-        "axis",
-        "limit",
-        "dynamics",
-        "mimic",
-        "gazebo",
-        "sensor",
-        "plugin",
-        "transmission",
-        "param",
-        "hardware",
-    ]
-)
-_USUAL_NAMES = frozenset(
-    [
-        "name",
-        "value",
-        "xyz",
-        "rpy",
-        "link",
-        "type",
-        "filename",
-        "params",
-        "default",
-        "size",
-        "radius",
-        "length",
-        "scale",
-        "rgba",
-        "lower",
-        "upper",
-        "effort",
-        "velocity",
-        "ixx",
-        "ixy",
-        "ixz",
-        "iyy",
-        "iyz",
-        "izz",
-        "damping",
-        "friction",
-        "reference",
-        "joint",
-    ]
-)
-
-
-class _Prefixes:
-    """Which names have a declared prefix. Names met once are known from then on."""
-
-    def __init__(self, source: Source) -> None:
-        self.source = source
-        self.tags = set(_USUAL_TAGS)
-        self.names = set(_USUAL_NAMES)
-        self.problems: list[Diagnostic] = []
-        self._refused: set[str] = set()
-
-    def check(self, tag: str, attributes: dict[str, str], at: int, stack: list[Element]) -> None:
-        for name in (tag, *attributes):
-            prefix, colon, _ = name.partition(":")
-            if not colon or prefix in ("xml", "xmlns"):
-                known = True
-            else:
-                declaration = "xmlns:" + prefix
-                known = declaration in (stack[0].attributes if stack else attributes)
-                if not known and not any(declaration in e.attributes for e in stack):
-                    self._refuse(prefix, declaration in attributes, at)
-            if known:
-                (self.tags if name is tag else self.names).add(name)
-
-    def _refuse(self, prefix: str, declared_here: bool, at: int) -> None:
-        if declared_here or prefix in self._refused:
-            return
-        self._refused.add(prefix)
-        message = f"the prefix '{prefix}' is not declared"
-        hint = _XACRO_HINT if prefix == "xacro" else f'declare it in the root element: xmlns:{prefix}="…"'
-        end = markup_end(self.source.data, at)
-        self.problems.append(_diagnostic(self.source, "P004", message, at, end, hint))

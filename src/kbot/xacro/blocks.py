@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
+from kbot.xacro.attributes import check_attributes
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate
 from kbot.xacro.place import Node, Place
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 def insert_block(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
     """Put a block here, expanded again: its element, or (`**`) what stands within it."""
-    walk.check(node, place, ("name",))
+    check_attributes(walk.run, node, place, ("name",))
     name, scope = node.attributes["name"], place.scope
     several = scope.find(f"**{name}")
     single = scope.find(f"*{name}") if several is None else None

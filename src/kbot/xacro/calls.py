@@ -5,6 +5,7 @@ from __future__ import annotations
 from kbot.text.span import Call, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
+from kbot.xacro.attributes import check_attributes
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate, name_span
 from kbot.xacro.macros import Macro, MacroTable, Parameter, parse_parameters
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
     """Remember a macro."""
     walk.gap.drop_comments(place.out, place.out, has_next)
-    walk.check(node, place, ("name",), ("params",))
+    check_attributes(walk.run, node, place, ("name",), ("params",))
     name = node.attributes["name"]
     if name == "call" or "." in name:
         hint = "a dot stands between a namespace and a macro" if "." in name else "it is a tag of xacro's own"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kbot.text.xml import Element
+from kbot.xacro.attributes import check_attributes
 from kbot.xacro.faults import Fault, Problem
 from kbot.xacro.macros import Macro
 from kbot.xacro.place import Node, Place
@@ -16,7 +17,7 @@ def condition(walk: Expander, node: Element, place: Place, has_next: bool) -> No
     """Expand what stands within, or leave it out."""
     tail: list[Node] = []
     walk.gap.drop_comments(place.out, tail, has_next)
-    walk.check(node, place, ("value",))
+    check_attributes(walk.run, node, place, ("value",))
     try:
         keep = walk.truth(walk.evaluated(node, "value", place), node, "value", place)
     except Fault as fault:

@@ -9,12 +9,10 @@ stands in the modules that `HANDLERS` names.
 from __future__ import annotations
 
 from kbot.text.span import Call
-from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Comment, Element, Text
 from kbot.xacro import blocks, calls, conditions, includes, properties
 from kbot.xacro.comments import Gap
 from kbot.xacro.faults import Fault, Problem
-from kbot.xacro.location import name_span
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.place import Handler, Node, Place
 from kbot.xacro.run import Run
@@ -251,28 +249,6 @@ class Expander:
             raise self.reported(fault, node, name, place) from None
 
     # --- for the modules of the tags ---------------------------------------------------------
-
-    def check(
-        self, node: Element, place: Place, required: tuple[str, ...], optional: tuple[str, ...] = ()
-    ) -> None:
-        """Refuse a tag without its attributes; warn of those that it does not have."""
-        attributes = node.attributes
-        if tuple(attributes) == required:
-            return
-        known = (*required, *optional)
-        unknown = [name for name in attributes if name not in known and not name.startswith("xmlns:")]
-        for name in required:
-            if name not in attributes:
-                hint = f"'{unknown[0]}' was given" if did_you_mean(name, unknown) or len(unknown) == 1 else ""
-                raise Fault("X120", f"<{node.tag}> has no attribute '{name}'", hint)
-        for name in unknown:
-            hint = did_you_mean(name, [n for n in known if n not in attributes])
-            self.run.warn_at(
-                "X203",
-                f"<{node.tag}> has no use for the attribute '{name}'",
-                name_span(node, name, place.call),
-                hint or f"it takes {', '.join(known)}",
-            )
 
     def reported(self, fault: Fault, node: Element, name: str, place: Place) -> Fault:
         """Report a fault of an attribute; what may be raised to leave the tag without another report."""

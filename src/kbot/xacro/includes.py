@@ -8,6 +8,7 @@ import re
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Span
 from kbot.text.xml import Element
+from kbot.xacro.attributes import check_attributes
 from kbot.xacro.faults import Fault
 from kbot.xacro.files import parsed
 from kbot.xacro.location import locate
@@ -25,7 +26,7 @@ _PATTERN = re.compile(r"[*[?]")
 def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
     """Expand what other files hold in the place of the tag."""
     run, attributes = walk.run, node.attributes
-    walk.check(node, place, ("filename",), ("ns", "optional"))
+    check_attributes(walk.run, node, place, ("filename",), ("ns", "optional"))
     inner: list[Node] = []
     target = place.within({}, inner)
     if attributes.get("ns"):

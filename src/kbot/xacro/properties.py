@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kbot.text.xml import Element
+from kbot.xacro.attributes import check_attributes
 from kbot.xacro.expressions import is_identifier
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate, name_span
@@ -18,7 +19,7 @@ _OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
 
 def declare_argument(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
     """Give an argument its default, where it was not given."""
-    walk.check(node, place, ("name", "default"))
+    check_attributes(walk.run, node, place, ("name", "default"))
     run, name = walk.run, node.attributes["name"]
     run.declared.add(name)
     if name not in run.arguments:
@@ -40,7 +41,7 @@ def define_property(walk: Expander, node: Element, place: Place, has_next: bool)
         if is_identifier(name) and not name.startswith("__"):  # nearly every property is like this
             scope.define(Binding(name, attributes["value"], LAZY, node, "value", place.call))
             return
-    walk.check(node, place, ("name",), _OPTIONAL)
+    check_attributes(walk.run, node, place, ("name",), _OPTIONAL)
     name = _name(walk, node, place)
     remove = "remove" in attributes and _flag(walk, node, "remove", place)
     if ("value" in attributes) + ("default" in attributes) + remove > 1:

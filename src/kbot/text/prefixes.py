@@ -1,0 +1,52 @@
+"""Names with a prefix, as `xacro:macro`: whether it was declared."""
+
+from __future__ import annotations
+
+from kbot.text.nodes import Element, markup_end
+from kbot.text.span import Origin, Source, Span
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic
+
+_XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/wiki/xacro"'
+
+
+class Prefixes:
+    """Which names have a declared prefix. Names met once are known from then on."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.tags: set[str] = set()
+        self.names: set[str] = set()
+        self.problems: list[Diagnostic] = []
+        self._refused: set[str] = set()
+
+    def check(self, tag: str, attributes: dict[str, str], at: int, stack: list[Element]) -> None:
+        for name in (tag, *attributes):
+            prefix, colon, _ = name.partition(":")
+            if not colon or prefix in ("xml", "xmlns"):
+                known = True
+            else:
+                declaration = "xmlns:" + prefix
+                known = declaration in (stack[0].attributes if stack else attributes)
+                if not known and not any(declaration in e.attributes for e in stack):
+                    self._refuse(prefix, declaration in attributes, at)
+            if known:
+                (self.tags if name is tag else self.names).add(name)
+
+    def _refuse(self, prefix: str, declared_here: bool, at: int) -> None:
+        if declared_here or prefix in self._refused:
+            return
+        self._refused.add(prefix)
+        message = f"the prefix '{prefix}' is not declared"
+        hint = _XACRO_HINT if prefix == "xacro" else f'declare it in the root element: xmlns:{prefix}="…"'
+        end = markup_end(self.source.data, at)
+        self.problems.append(fault(self.source, "P004", message, at, end, hint))
+
+
+def fault(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
+    """An error about a piece of a source."""
+    from kbot.text.diagnostic import Diagnostic, Severity
+
+    return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)
