@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from kbot.checks import check_text
 from kbot.checks.config import Config
@@ -36,3 +38,36 @@ def test_every_mutator_spoils_some_robot() -> None:
     assert len(MUTATORS) >= 60
     for mutator in MUTATORS:
         assert any(mutator.spoil(rover(robot)) for robot in ROVERS), mutator.name
+
+
+@st.composite
+def generated(draw: st.DrawFn) -> Rover:
+    """A rover of 20 cm to 1 m in proportions that stand and drive, of any driver."""
+    length = draw(st.floats(0.2, 1.0))
+    radius = length * draw(st.floats(0.12, 0.21))
+    return Rover(
+        "generated",
+        round(length, 4),
+        round(length * draw(st.floats(0.65, 0.85)), 4),
+        round(length * draw(st.floats(0.2, 0.26)), 4),
+        round(radius, 4),
+        round(radius * draw(st.floats(0.4, 0.55)), 4),
+        draw(st.sampled_from([300.0, 600.0, 900.0])),
+        draw(st.sampled_from(["classic", "gz", "ros2_control"])),
+    )
+
+
+@settings(max_examples=100)
+@given(generated())
+def test_a_generated_robot_has_no_findings(robot: Rover) -> None:
+    assert check_text(rover(robot), "generated.xacro", config=Config()) == ()
+
+
+@settings(max_examples=300)
+@given(generated(), st.sampled_from(MUTATORS))
+def test_a_mutant_of_a_generated_robot_is_found_at_its_line(robot: Rover, mutator: Mutator) -> None:
+    spoiled = mutator.spoil(rover(robot))
+    if spoiled is not None:  # a fault of a driver that this robot does not have
+        text, line = spoiled
+        found = check_text(text, "generated.xacro", config=Config())
+        assert (mutator.code, line) in {(d.code, d.origin.span.line) for d in found if d.origin}
