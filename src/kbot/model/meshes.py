@@ -16,19 +16,34 @@ from kbot.text.files import check_regular
 
 if TYPE_CHECKING:
     import trimesh
+    from PIL.Image import Image
 
 FORMATS = ("stl", "obj", "dae", "glb", "gltf", "ply")
+MOST_PIXELS = 2048
+"""Across and down a texture; larger ones are made smaller."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Texture:
+    """A picture laid over a part: `uv` (n, 2) for each vertex, (0, 0) at its lower left corner."""
+
+    uv: Array
+    image: Image
+
+
+@dataclass(frozen=True)
 class MeshPart:
-    """Triangles of one colour: `vertices` (n, 3) in metres, `faces` (m, 3) indices; rgba in 0..1 or None."""
+    """Triangles of one material: `vertices` (n, 3) in metres, `faces` (m, 3) indices; rgba in 0..1 or None.
+
+    With a `texture` the rgba is its mean colour, for those that draw none.
+    """
 
     vertices: Array
     faces: NDArray[np.int64]
     rgba: tuple[float, float, float, float] | None
+    texture: Texture | None = None
 
 
 @dataclass(frozen=True)
@@ -86,11 +101,13 @@ def load_mesh(path: str) -> MeshData:
 def _load(path: str, _modified: int, _size: int) -> MeshData:
     import trimesh
 
+    from kbot.model._mesh_files import PackageFiles
+
     extension = Path(path).suffix.lower().lstrip(".")
     if extension not in FORMATS:
         raise KbotError(f"the mesh {path} is of no known format: one of {', '.join(FORMATS)}")
     try:
-        scene = trimesh.load_scene(path, file_type=extension, process=False)
+        scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
         unit = _unit(scene) if extension == "dae" else 1.0
         parts = tuple(_parts(scene, unit))
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
@@ -121,7 +138,34 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
         triangles = np.asarray(faces, dtype=np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0.0:
             triangles = triangles[:, ::-1]
-        yield MeshPart(vertices * unit, triangles, _color(mesh))
+        texture = _texture(mesh)
+        rgba = _color(mesh) if texture is None else _mean(texture.image)
+        yield MeshPart(vertices * unit, triangles, rgba, texture)
+
+
+def _texture(mesh: Any) -> Texture | None:  # noqa: ANN401 - trimesh has no types
+    """The picture of the material and where it lies, where the file gives both."""
+    material = getattr(mesh.visual, "material", None)
+    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+    uv = getattr(mesh.visual, "uv", None)
+    if image is None or uv is None or len(uv) != len(mesh.vertices):
+        return None
+    places = np.asarray(uv, dtype=np.float64)[:, :2]
+    if not np.isfinite(places).all():
+        return None
+    if max(image.size) > MOST_PIXELS:
+        kept = image.format
+        image = image.copy()
+        image.thumbnail((MOST_PIXELS, MOST_PIXELS))
+        image.format = kept
+    image.load()
+    return Texture(places, image)
+
+
+def _mean(image: Image) -> tuple[float, float, float, float]:
+    pixels = np.asarray(image.convert("RGBA").reduce(max(1, min(image.size) // 64)), dtype=np.float64)
+    r, g, b, a = (float(c) / 255.0 for c in pixels.reshape(-1, 4).mean(axis=0))
+    return r, g, b, a
 
 
 def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN401 - trimesh has no types

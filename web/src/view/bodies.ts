@@ -1,43 +1,56 @@
-import { Group, LineBasicMaterial, Mesh, MeshStandardMaterial, Raycaster, Vector3, type Object3D } from "three";
+import { BufferGeometry, Group, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
 
-import type { Scene, State } from "../protocol";
+import type { BodyView, Scene, Shape, State } from "../protocol";
+import { Batch } from "./batches";
 import type { IdBuffer } from "./ids";
-import { place, placeAt, solid, surface } from "./solid";
+import { mesh } from "./meshes";
+import { sized, unit } from "./shapes";
+import { colourOf, place, placeAt, surface } from "./solid";
 
 const FADED = 0.16;
+/** With more bodies than these none has its edges drawn: they would hide one another. */
+const MOST_WITH_EDGES = 200;
 
-/** One thing in the world. */
+/** A part of a body: what it looks like, and where it is drawn. */
+interface Part {
+  geometry: BufferGeometry;
+  rgba: readonly number[];
+  texture: Texture | null;
+  /** Body from part, with its size. */
+  local: Matrix4;
+  /** For rays: never in the scene by itself, unless the body is faded. */
+  probe: Mesh<BufferGeometry, MeshStandardMaterial>;
+  batch: Batch | null;
+  slot: number;
+}
+
 interface Body {
+  number: number;
   object: Object3D;
-  meshes: Mesh<Mesh["geometry"], MeshStandardMaterial>[];
+  parts: Part[];
+  /** Around all parts, in the body's frame. */
+  around: Sphere;
   faded: boolean;
 }
 
 /** The things in the world; moving ones stand where the last state says, and none hides the robot. */
 export class Bodies {
   readonly group = new Group();
-  private readonly bodies: Body[] = [];
-  private readonly moving: Object3D[] = [];
+  private readonly bodies: Body[];
+  private readonly moving: Body[] = [];
+  private readonly faded = new Group();
   private readonly edges = new LineBasicMaterial({ transparent: true, opacity: 0.18 });
   private readonly ray = new Raycaster();
+  private batches: Batch[] = [];
 
-  constructor(scene: Scene, ids: IdBuffer, changed: () => void) {
-    scene.bodies.forEach((view, index) => {
-      const body: Body = { object: new Group(), meshes: [], faded: false };
-      place(body.object, view.position, view.quaternion);
-      for (const part of view.parts) {
-        body.object.add(
-          solid(part, { material: surface, edges: this.edges }, (mesh) => {
-            body.meshes.push(mesh as Body["meshes"][number]);
-            ids.add(mesh, scene.links.length + index, () => !body.faded);
-            changed();
-          }),
-        );
-      }
-      if (view.moving) this.moving.push(body.object);
-      this.bodies.push(body);
-      this.group.add(body.object);
-    });
+  constructor(
+    scene: Scene,
+    private readonly ids: IdBuffer,
+    private readonly changed: () => void,
+  ) {
+    this.group.add(this.faded);
+    this.bodies = scene.bodies.map((view, index) => this.body(view, scene.links.length + index));
+    this.gather();
   }
 
   setEdges(colour: number): void {
@@ -45,32 +58,114 @@ export class Bodies {
   }
 
   apply(state: State): void {
-    this.moving.forEach((object, index) => {
-      if (state.bodies.length >= (index + 1) * 7) placeAt(object, state.bodies, index * 7);
+    this.moving.forEach((body, index) => {
+      if (state.bodies.length < (index + 1) * 7) return;
+      placeAt(body.object, state.bodies, index * 7);
+      this.put(body);
     });
   }
 
   /** Lets the eye see the robot through what stands between them; floors and ramps beneath it stay. */
   clearTheWay(eye: Vector3, robot: Vector3, radius: number): void {
     const wanted = new Set<Body>();
+    const around = new Sphere();
     for (const [x, y] of [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]] as const) {
       const goal = new Vector3(robot.x + x * radius * 0.6, robot.y + y * radius * 0.6, robot.z);
-      const way = goal.clone().sub(eye);
+      const way = goal.sub(eye);
       this.ray.set(eye, way.clone().normalize());
       this.ray.far = Math.max(0, way.length() - radius);
-      for (const body of this.bodies) if (this.ray.intersectObjects(body.meshes, false).length > 0) wanted.add(body);
+      for (const body of this.bodies) {
+        if (wanted.has(body) || !this.ray.ray.intersectsSphere(around.copy(body.around).applyMatrix4(body.object.matrix))) continue;
+        if (this.ray.intersectObjects(body.parts.map((part) => part.probe), false).length > 0) wanted.add(body);
+      }
     }
     for (const body of this.bodies) if (body.faded !== wanted.has(body)) this.fade(body, wanted.has(body));
   }
 
+  dispose(): void {
+    for (const batch of this.batches) batch.dispose();
+    for (const body of this.bodies) for (const part of body.parts) part.probe.material.dispose();
+    this.edges.dispose();
+    this.group.removeFromParent();
+  }
+
+  private body(view: BodyView, number: number): Body {
+    const body: Body = { number, object: new Object3D(), parts: [], around: new Sphere(new Vector3(), -1), faded: false };
+    place(body.object, view.position, view.quaternion);
+    if (view.moving) this.moving.push(body);
+    for (const shape of view.parts) {
+      if (shape.kind !== "mesh") this.add(body, shape, unit(shape), shape.rgba, null);
+      else void mesh(shape.mesh).then((parts) => {
+        for (const part of parts) this.add(body, shape, part.geometry, ...colourOf(shape, part));
+        this.gather();
+        this.changed();
+      });
+    }
+    return body;
+  }
+
+  private add(body: Body, shape: Shape, geometry: BufferGeometry, rgba: readonly number[], texture: Texture | null): void {
+    const holder = new Object3D();
+    place(holder, shape.position, shape.quaternion);
+    const local = holder.matrix.clone().scale(sized(shape));
+    const probe = new Mesh(geometry, surface(rgba));
+    probe.material.map = texture;
+    probe.matrixAutoUpdate = false;
+    if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
+    body.around.union(geometry.boundingSphere!.clone().applyMatrix4(local));
+    body.parts.push({ geometry, rgba, texture, local, probe, batch: null, slot: 0 });
+  }
+
+  /** Puts all parts of one shape and opacity together. */
+  private gather(): void {
+    for (const batch of this.batches) {
+      this.ids.remove(batch);
+      batch.mesh.removeFromParent();
+      batch.lines?.removeFromParent();
+      batch.dispose();
+    }
+    const alike = new Map<string, [Body, Part][]>();
+    for (const body of this.bodies) {
+      for (const part of body.parts) {
+        const key = `${part.geometry.id} ${part.rgba[3] ?? 1} ${part.texture?.id ?? ""}`;
+        alike.set(key, [...(alike.get(key) ?? []), [body, part]]);
+      }
+    }
+    this.batches = [...alike.values()].map((members) => this.batch(members));
+    for (const body of this.bodies) this.put(body);
+  }
+
+  private batch(members: [Body, Part][]): Batch {
+    const part = members[0]![1];
+    const edged = part.geometry.userData["edged"] === true && this.bodies.length <= MOST_WITH_EDGES;
+    const batch = new Batch(part.geometry, members.map(([body]) => body.number), members.map(([, one]) => one.rgba), edged ? this.edges : null);
+    batch.mesh.material.map = part.texture;
+    members.forEach(([, one], slot) => Object.assign(one, { batch, slot }));
+    this.group.add(batch.mesh);
+    if (batch.lines !== null) this.group.add(batch.lines);
+    this.ids.addBatch(batch);
+    return batch;
+  }
+
+  private put(body: Body): void {
+    for (const part of body.parts) {
+      const { matrixWorld } = part.probe;
+      part.probe.matrix.multiplyMatrices(body.object.matrix, part.local);
+      matrixWorld.copy(part.probe.matrix);
+      if (body.faded) part.batch?.hide(part.slot);
+      else part.batch?.put(part.slot, matrixWorld);
+    }
+  }
+
   private fade(body: Body, faded: boolean): void {
     body.faded = faded;
-    for (const { material } of body.meshes) {
-      material.userData["opacity"] ??= material.opacity;
-      material.opacity = faded ? FADED : (material.userData["opacity"] as number);
-      material.transparent = material.opacity < 1;
-      material.depthWrite = !material.transparent;
-      material.needsUpdate = true;
+    for (const { probe, rgba } of body.parts) {
+      probe.material.opacity = faded ? FADED : (rgba[3] ?? 1);
+      probe.material.transparent = probe.material.opacity < 1;
+      probe.material.depthWrite = !probe.material.transparent;
+      if (faded) this.faded.add(probe);
+      else probe.removeFromParent();
     }
+    this.put(body);
   }
 }

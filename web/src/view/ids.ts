@@ -1,5 +1,6 @@
-import { Color, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Color, InstancedMesh, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 
+import type { Batch } from "./batches";
 import type { Camera } from "./stage";
 
 const NOTHING = 0;
@@ -13,6 +14,8 @@ interface Entry {
 export class IdBuffer {
   private readonly scene = new Scene();
   private readonly entries: Entry[] = [];
+  private readonly batches = new Map<Batch, InstancedMesh>();
+  private readonly white = new MeshBasicMaterial({ toneMapped: false });
   private readonly materials = new Map<number, MeshBasicMaterial>();
   private readonly pixel = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
 
@@ -31,9 +34,27 @@ export class IdBuffer {
     this.entries.push({ mesh, visible });
   }
 
+  /** Takes in things that are drawn in one go, each under its number; they follow their places. */
+  addBatch(batch: Batch): void {
+    const mesh = new InstancedMesh(batch.mesh.geometry, this.white, 0);
+    mesh.instanceMatrix = batch.mesh.instanceMatrix;
+    mesh.count = batch.numbers.length;
+    mesh.frustumCulled = false;
+    const color = new Color();
+    batch.numbers.forEach((number, slot) => mesh.setColorAt(slot, coded(color, number + 1)));
+    this.scene.add(mesh);
+    this.batches.set(batch, mesh);
+  }
+
+  remove(batch: Batch): void {
+    this.batches.get(batch)?.removeFromParent();
+    this.batches.delete(batch);
+  }
+
   clear(): void {
     this.scene.clear();
     this.entries.length = 0;
+    this.batches.clear();
   }
 
   /** The number of what is at a point of the picture, in CSS pixels from its top left; -1 for nothing. */
@@ -74,12 +95,17 @@ export class IdBuffer {
   private material(code: number): MeshBasicMaterial {
     let material = this.materials.get(code);
     if (material === undefined) {
-      const color = new Color().setRGB((code & 255) / 255, (code >> 8) / 255, 1, "srgb-linear");
+      const color = coded(new Color(), code);
       material = new MeshBasicMaterial({ color, toneMapped: false });
       this.materials.set(code, material);
     }
     return material;
   }
+}
+
+/** A number from 1 on as a colour, in the space that the target keeps. */
+function coded(color: Color, code: number): Color {
+  return color.setRGB((code & 255) / 255, (code >> 8) / 255, 1, "srgb-linear");
 }
 
 function number(bytes: Uint8Array, at: number): number {

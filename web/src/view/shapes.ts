@@ -4,6 +4,7 @@ import {
   CapsuleGeometry,
   CylinderGeometry,
   SphereGeometry,
+  Vector3,
 } from "three";
 
 import type { Shape } from "../protocol";
@@ -19,6 +20,30 @@ export function primitive(shape: Shape): BufferGeometry {
     cache.set(key, geometry);
   }
   return geometry;
+}
+
+/** A primitive's geometry that `sized` makes as large as it is, so that equal ones of any size are shared. */
+export function unit(shape: Shape): BufferGeometry {
+  const [a = 0, b = 0] = shape.size;
+  const sizes = { box: [1, 1, 1], cylinder: [1, 1], sphere: [1], ellipsoid: [1, 1, 1], capsule: [a, b], mesh: [] }[shape.kind];
+  const geometry = primitive({ ...shape, kind: shape.kind === "ellipsoid" ? "sphere" : shape.kind, size: sizes });
+  geometry.userData["edged"] = shape.kind === "box" || shape.kind === "cylinder";
+  return geometry;
+}
+
+/** How a shape's unit is stretched along x, y, z. */
+export function sized(shape: Shape): Vector3 {
+  const [a = 1, b = 1, c = 1] = shape.size;
+  switch (shape.kind) {
+    case "cylinder":
+      return new Vector3(a, a, b);
+    case "sphere":
+      return new Vector3(a, a, a);
+    case "capsule":
+      return new Vector3(1, 1, 1);
+    default:
+      return new Vector3(a, b, c);
+  }
 }
 
 /** Forgets the primitives of a scene that is gone. */

@@ -10,13 +10,18 @@ import {
   Mesh,
   MeshStandardMaterial,
   Object3D,
+  Texture,
 } from "three";
 
 import type { Shape } from "../protocol";
-import { mesh } from "./meshes";
+import { mesh, type MeshPart } from "./meshes";
 import { primitive } from "./shapes";
 
-const EDGE_ANGLE = 30;
+/** Faces that meet at more than this many degrees have an edge drawn between them. */
+export const EDGE_ANGLE = 30;
+/** A mesh's colour where neither it nor the description says one, and that beneath a picture. */
+const PLAIN = [0.72, 0.74, 0.78, 1];
+const WHITE = [1, 1, 1, 1];
 
 /** How a shape is painted. */
 export interface Paint {
@@ -32,17 +37,25 @@ export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void)
     const [x = 1, y = 1, z = 1] = shape.size;
     holder.scale.set(x, y, z);
     holder.updateMatrix();
-    const ownColour = (shape.rgba[0] ?? 0) < 0;
     void mesh(shape.mesh).then((parts) => {
       for (const part of parts) {
-        const rgba = ownColour ? (part.rgba ?? [0.72, 0.74, 0.78, 1]) : shape.rgba;
-        add(holder, part.geometry, paint.material(rgba), null, arrived);
+        const [rgba, texture] = colourOf(shape, part);
+        const material = paint.material(rgba);
+        material.map = texture;
+        add(holder, part.geometry, material, null, arrived);
       }
     });
     return holder;
   }
   add(holder, primitive(shape), paint.material(shape.rgba), shape.kind === "sphere" ? null : paint.edges, arrived);
   return holder;
+}
+
+/** The colour that a part of a mesh is drawn in, and the picture that lies over it. */
+export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Texture | null] {
+  const says = (shape.rgba[0] ?? 0) >= 0;
+  if (says) return [shape.rgba, null];
+  return part.texture === null ? [part.rgba ?? PLAIN, null] : [WHITE, part.texture];
 }
 
 /** Puts an object at a position and quaternion. */

@@ -121,13 +121,15 @@ export class View implements Picture {
 
   /** Puts the view into the page's address, so that a link to it opens the same. */
   private writeAddress(): void {
+    if (location.protocol === "about:") return; // within another page, which has the address
     const { camera, controls, isOrthographic } = this.stage;
     const hash = viewHash({ eye: camera.position.toArray(), target: controls.target.toArray(), orthographic: isOrthographic });
     history.replaceState(null, "", hash);
   }
 
   private build(scene: Scene): void {
-    for (const old of [this.robot, this.bodies]) if (old !== null) dispose(old.group);
+    this.bodies?.dispose();
+    if (this.robot !== null) dispose(this.robot.group);
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();

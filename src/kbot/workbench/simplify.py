@@ -1,0 +1,47 @@
+"""Meshes of very many triangles, made lighter for pictures. Physics and checks keep the whole mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kbot.model.meshes import MeshPart, Texture
+
+MOST_TRIANGLES = 200_000
+"""What a mesh file may have before it is simplified."""
+WANTED_TRIANGLES = 100_000
+_LEFT_ALONE = 500  # a part so small is not worth the loss
+
+
+def triangle_count(parts: Sequence[MeshPart]) -> int:
+    return sum(len(part.faces) for part in parts)
+
+
+def simplify(parts: Sequence[MeshPart], wanted: int = WANTED_TRIANGLES) -> tuple[MeshPart, ...]:
+    """About `wanted` triangles in all, by collapsing the edges whose loss is seen least (quadric error
+    metrics: Garland and Heckbert, 1997)."""
+    kept = min(1.0, wanted / max(1, triangle_count(parts)))
+    return tuple(_lighter(part, kept) if len(part.faces) > _LEFT_ALONE else part for part in parts)
+
+
+def _lighter(part: MeshPart, kept: float) -> MeshPart:
+    import fast_simplification
+    import trimesh
+
+    vertices, faces, texture = part.vertices, part.faces, part.texture
+    if texture is None:  # STL has each corner of each triangle on its own: nothing hangs together
+        joined = trimesh.Trimesh(vertices, faces, process=False)
+        joined.merge_vertices()
+        vertices, faces = joined.vertices, joined.faces
+    points = np.ascontiguousarray(vertices, dtype=np.float32)
+    corners = np.ascontiguousarray(faces, dtype=np.int32)
+    fewer, left, collapses = fast_simplification.simplify(
+        points, corners, target_reduction=1.0 - kept, return_collapses=True
+    )
+    if texture is not None:
+        _, _, became = fast_simplification.replay_simplification(points, corners, collapses)
+        uv = np.zeros((len(fewer), 2))
+        uv[became] = texture.uv
+        texture = Texture(uv, texture.image)
+    return MeshPart(np.asarray(fewer, np.float64), np.asarray(left, np.int64), part.rgba, texture)
