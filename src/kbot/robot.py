@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from kbot import model
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
@@ -15,6 +16,9 @@ from kbot.model.load import Loaded, load_robot
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
+
+if TYPE_CHECKING:
+    from kbot.workbench.export.notebook import Shown
 
 Value = str | bool | int | float
 
@@ -59,6 +63,18 @@ class Robot(model.Robot):
     def to_urdf(self) -> str:
         """The robot as URDF text."""
         return to_urdf(self)
+
+    def show(self, joints: Mapping[str, float] | None = None, *, height: int = 480) -> Shown:
+        """The robot with sliders for its joints, for a notebook; `height` in pixels.
+
+        `joints`: where they stand at first, in rad or m by name, within their limits.
+
+        Raises:
+            KbotError: a joint that is not there, or follows another.
+        """
+        from kbot.workbench.export.notebook import show_robot
+
+        return show_robot(self, joints, height)
 
 
 def load(

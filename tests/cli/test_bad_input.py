@@ -17,6 +17,7 @@ VERBS = {
     "expand": ("expand", "FILE"),
     "where": ("where", "FILE", "base_link"),
     "info": ("info", "FILE"),
+    "export": ("export", "FILE", "--to", "svg", "-o", "-"),
     "check": ("check", "FILE"),
     "view": ("view", "FILE", "--no-browser"),
     "sim": ("sim", "FILE", "--no-browser"),

@@ -1,4 +1,4 @@
-import { Connection } from "./connection";
+import { Connection, type Line } from "./connection";
 import { DisplaySet, type Status } from "./displays/set";
 import { rememberedOptions, rememberedTheme, type Options } from "./options";
 import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
@@ -31,11 +31,11 @@ export class App {
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
   readonly topics = new Topics((message) => this.send(message));
   readonly theme = rememberedTheme();
-  readonly connection: Connection;
+  readonly connection: Line;
   frozen = false;
 
-  constructor() {
-    this.connection = new Connection((message) => this.hear(message));
+  constructor(connect: (hear: (message: FromServer) => void) => Line = (hear) => new Connection(hear)) {
+    this.connection = connect((message) => this.hear(message));
   }
 
   send(message: FromPage): void {

@@ -9,8 +9,14 @@ const LONGEST_WAIT = 2000;
 /** The code a server closes with that has as many pages as it serves ("try again later"). */
 const FULL = 1013;
 
+/** What a page talks through. */
+export interface Line {
+  readonly link: Signal<Link>;
+  send(message: FromPage): void;
+}
+
 /** The socket to the server; connects again by itself when it is lost. */
-export class Connection {
+export class Connection implements Line {
   readonly link = new Signal<Link>("connecting");
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;

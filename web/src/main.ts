@@ -1,9 +1,4 @@
-import "./style/tokens.css";
-import "./style/layout.css";
-import "./style/controls.css";
-import "./style/panels.css";
-import "./style/displays.css";
-import "./style/source.css";
+import "./style";
 
 import { App } from "./app";
 import { Driver } from "./drive-keys";

@@ -26,6 +26,7 @@ VERBS = {
     "check": ("kbot.cli.check:command", "Say what is wrong with a robot, at the line it was written."),
     "expand": ("kbot.cli.expand:command", "Expand a xacro into the URDF it stands for."),
     "where": ("kbot.cli.where:command", "Say which lines made a link, a joint or a line of the result."),
+    "export": ("kbot.cli.export:command", "A picture, a page, a 3D model or a drawing of a robot."),
     "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
     "launch": ("kbot.cli.launch:command", "Carry out a ROS launch file, without ROS."),
     "new": ("kbot.cli.new:command", "Make a robot package to start from."),

@@ -36,7 +36,7 @@ class _Step:
 
 
 @dataclass(frozen=True, slots=True)
-class _Follow:
+class Follow:
     """position = multiplier * position of `leader` + offset, through any chain of mimics."""
 
     leader: str
@@ -57,7 +57,7 @@ class FrameTree:
         self._steps = _steps(robot)
         self._by_link = {step.link: step for step in self._steps}
         self._movable = frozenset(joint.name for joint in robot.movable_joints)
-        self._follow = _mimics(robot)
+        self._follow = mimics(robot)
         self._rest: dict[str, Transform] | None = None
 
     def poses(self, joints: Mapping[str, float] | None = None) -> dict[str, Transform]:
@@ -242,9 +242,9 @@ def _compose(parent: Array, local: Array) -> Array:
     return parent @ local
 
 
-def _mimics(robot: Robot) -> dict[str, _Follow]:
+def mimics(robot: Robot) -> dict[str, Follow]:
     """Each mimic joint's leader; one whose leader is missing, immovable or itself is left free."""
-    follows: dict[str, _Follow] = {}
+    follows: dict[str, Follow] = {}
     for joint in robot.movable_joints:
         multiplier, offset, at, seen = 1.0, 0.0, joint, {joint.name}
         while at.mimic is not None:
@@ -257,5 +257,5 @@ def _mimics(robot: Robot) -> dict[str, _Follow]:
             at = leader
         else:
             if at is not joint:
-                follows[joint.name] = _Follow(at.name, multiplier, offset)
+                follows[joint.name] = Follow(at.name, multiplier, offset)
     return follows

@@ -52,7 +52,7 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
         size: tuple[float, ...]
         match shape:
             case Plane():
-                if _is_the_ground(body, part):
+                if is_the_ground(body, part):
                     continue
                 kind, size = "box", (*shape.size, 1e-4)
             case Box(size=size):
@@ -68,7 +68,11 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
             case Mesh(vertices=vertices, faces=faces):
                 kind, size, mesh = "mesh", (1.0, 1.0, 1.0), meshes.add_triangles(vertices, faces)
             case HeightField():
-                kind, size, mesh = "mesh", (1.0, 1.0, 1.0), meshes.add_triangles(*_triangles(shape))
+                kind, size, mesh = (
+                    "mesh",
+                    (1.0, 1.0, 1.0),
+                    meshes.add_triangles(*height_field_triangles(shape)),
+                )
         yield Shape(
             kind,
             size,
@@ -80,12 +84,14 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
         )
 
 
-def _is_the_ground(body: Body, part: Part) -> bool:
+def is_the_ground(body: Body, part: Part) -> bool:
+    """Whether a part is a level plane at z = 0, which is drawn as the grid."""
     pose = body.pose @ part.pose
     return bool(abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL)
 
 
-def _triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def height_field_triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (n, 3) in m and faces (m, 3) of a field of heights."""
     rows, columns = field.heights.shape
     x = np.linspace(-field.size[0] / 2, field.size[0] / 2, columns)
     y = np.linspace(-field.size[1] / 2, field.size[1] / 2, rows)

@@ -1,0 +1,200 @@
+"""`kbot export`: a robot as a picture, a page, a model or a drawing, without a browser."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
+from kbot.cli.output import fail, report
+from kbot.text.files import write_bytes
+from kbot.text.numbers import to_float
+
+if TYPE_CHECKING:
+    from kbot.model import Robot
+    from kbot.workbench.export.look import Look
+    from kbot.workbench.export.palette import Theme
+
+FORMATS = ("png", "html", "glb", "svg", "tree")
+_ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg": "svg"}
+
+
+def look_options(function: Callable[..., int]) -> Callable[..., int]:
+    """`--size`, `--from`, `--transparent` and `--theme`, as `size`, `side`, `transparent` and `theme`."""
+    for option in (
+        click.option(
+            "--theme",
+            type=click.Choice(["dark", "light"]),
+            default="dark",
+            show_default=True,
+            help="Colours.",
+        ),
+        click.option("--transparent", is_flag=True, help="PNG, SVG: the robot alone, on nothing."),
+        click.option(
+            "--from",
+            "side",
+            default="215,28",
+            show_default=True,
+            metavar="AZ,EL",
+            help="PNG, SVG: from where, in degrees; 0,0 is ahead of it, 90,0 its left, 0,90 above.",
+        ),
+        click.option(
+            "--size", default="1280x720", show_default=True, metavar="WxH", help="PNG, SVG: exactly so large."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+@click.command(
+    "export",
+    epilog=examples(
+        "kbot export kbot -o kbot.png --size 1920x1080 --transparent",
+        "kbot export robot.xacro wheel_radius:=0.04 -o robot.html     one file with sliders, works offline",
+        "kbot export robot.urdf -o arm.glb --joint elbow:=1.2         for Blender and any glTF viewer",
+        "kbot export robot.urdf --to svg -o - | rsvg-convert > robot.png",
+        "kbot export robot.urdf --to tree -o tree.svg                 as urdf_to_graphviz draws it",
+    ),
+)
+@click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
+@click.option("--to", "kind", type=click.Choice(FORMATS), help="What to make.  [default: by OUT's ending]")
+@click.option("-o", "output", metavar="OUT", help="The file; - is stdout.  [default: the robot's name here]")
+@click.option(
+    "--joint",
+    "joints",
+    multiple=True,
+    metavar="NAME:=VALUE",
+    help="Where a joint stands, in rad or m. May be repeated.",
+)
+@look_options
+@package_path_option
+def command(
+    words: tuple[str, ...],
+    kind: str | None,
+    output: str | None,
+    joints: tuple[str, ...],
+    size: str,
+    side: str,
+    transparent: bool,
+    theme: Theme,
+    package_path: tuple[str, ...],
+) -> int:
+    """Write the robot of FILE as a picture (png), a page with sliders in one file (html), a 3D model (glb), a
+    drawing (svg) or a drawing of its kinematic tree (tree).
+
+    Nothing is opened, and nothing is left half-written. Meshes that are missing are told and left out.
+    """
+    file, arguments = one_file(words)
+    wanted = kind or _by_ending(output)
+    look = parse_look(size, side, transparent)
+    from kbot.checks.first_look import MESHES, first_look
+    from kbot.model.load import load_robot
+    from kbot.xacro import Packages
+
+    loaded = load_robot(file, arguments, packages=Packages(package_path))
+    robot = loaded.require()
+    positions = _positions(joints, robot)
+    report([*loaded.diagnostics, *first_look(loaded, MESHES)])
+    if wanted == "html":
+        data = _html(robot, file, arguments, package_path, positions)
+    else:
+        data = _drawn(robot, wanted, positions, look, theme)
+    _write(output, f"{robot.name}.{'svg' if wanted == 'tree' else wanted}", data)
+    return 0
+
+
+def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme: Theme) -> bytes:
+    if kind == "glb":
+        from kbot.workbench.export.model_file import glb
+
+        return glb(robot, joints)
+    if kind == "tree":
+        from kbot.workbench.export.tree import tree_svg
+
+        return tree_svg(robot).encode()
+    from kbot.workbench.export.things import robot_alone
+
+    things = robot_alone(robot, joints)
+    if kind == "svg":
+        from kbot.workbench.export.drawing import svg
+
+        return svg(things, look, robot.name, theme).encode()
+    from kbot.workbench.export.picture import draw_picture
+
+    return draw_picture(things, look, theme)
+
+
+def _html(
+    robot: Robot, file: str, arguments: dict[str, str], package_path: Sequence[str], joints: dict[str, float]
+) -> bytes:
+    from kbot.workbench.export.page import saved_page
+    from kbot.workbench.protocol import SetJoint
+    from kbot.workbench.serve import open_session
+
+    session = open_session(file, simulate=False, arguments=arguments, package_path=package_path)
+    for name, position in joints.items():
+        session.obey(SetJoint(name, position), 0)
+    return saved_page(session, robot).encode()
+
+
+def parse_look(size: str, side: str, transparent: bool) -> Look:
+    """What the options of `look_options` say.
+
+    Raises:
+        KbotError: a size or a side that is none; the text says how to write it.
+    """
+    from kbot.workbench.export.look import Look
+
+    try:
+        width, height = (int(word) for word in size.lower().split("x"))
+    except ValueError:
+        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+    try:
+        azimuth, elevation = (to_float(word) for word in side.split(","))
+    except ValueError:
+        fail(f"--from is an azimuth and an elevation in degrees, as in 215,28; not '{side}'")
+    return Look(width, height, azimuth, elevation, transparent)
+
+
+def _by_ending(output: str | None) -> str:
+    if output is None or output == "-":
+        fail(f"say what to make with --to: one of {', '.join(FORMATS)}")
+    ending = Path(output).suffix.lower()
+    if ending not in _ENDINGS:
+        fail(f"'{output}' does not say what to make: end it in {', '.join(_ENDINGS)}, or use --to")
+    return _ENDINGS[ending]
+
+
+def _positions(words: Sequence[str], robot: Robot) -> dict[str, float]:
+    from kbot.text.suggest import did_you_mean
+
+    others, given = split_arguments(words)
+    if others:
+        fail(f"--joint is written name:=value, as in elbow:=1.2; not '{others[0]}'")
+    known = [joint.name for joint in robot.movable_joints]
+    positions: dict[str, float] = {}
+    for name, text in given.items():
+        if name not in known:
+            hint = did_you_mean(name, known) or f"those that move are {', '.join(known) or 'none'}"
+            fail(f"--joint {name}: the robot has no such joint that moves; {hint}")
+        try:
+            positions[name] = to_float(text)
+        except ValueError:
+            fail(f"--joint {name} is a number in rad or m, not '{text}'")
+    return positions
+
+
+def _write(output: str | None, name: str, data: bytes) -> None:
+    if output == "-":
+        sys.stdout.buffer.write(data)
+        sys.stdout.flush()
+        return
+    target = name.replace("/", "_") if output is None else output
+    if output is None and Path(target).exists():
+        fail(f"{target} is there already; name it with -o to write over it")
+    write_bytes(target, data)
+    click.echo(target, err=True)

@@ -1,0 +1,127 @@
+"""One HTML file that shows a robot without a server: the workbench's own page, and what it is told."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from kbot.kinematics.frames import mimics, unit_axis
+from kbot.kinematics.transform import Transform
+from kbot.model import Joint, JointType, Robot
+from kbot.text import KbotError
+from kbot.workbench.encode import encode
+from kbot.workbench.page_files import FOLDER
+from kbot.workbench.protocol import Scene, State
+from kbot.workbench.scene import position_quaternion
+from kbot.workbench.session import Session
+
+_ALLOWED = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:;"
+    " img-src data: blob:"
+)
+
+
+def saved_page(session: Session, robot: Robot, states: Sequence[State] = (), folder: Path = FOLDER) -> str:
+    """The HTML of a session, which shows `robot`, with sliders for its joints; with `states` of its
+    scene a slider over those moments instead.
+
+    Raises:
+        KbotError: the page was not built.
+    """
+    try:
+        script = (folder / "offline" / "page.js").read_text("utf-8").replace("</script", "<\\/script")
+        style = (folder / "offline" / "page.css").read_text("utf-8")
+    except OSError:
+        raise KbotError("the page is not built: run `python hatch_build.py` in the checkout") from None
+    greeting = [json.loads(encode(message)) for message in session.greeting(0)]
+    saved = {
+        "greeting": greeting,
+        "sources": list(_sources(session)),
+        "meshes": dict(_meshes(session)),
+        "kinematics": kinematics(robot, session.scene),
+        "states": [json.loads(encode(state)) for state in states],
+    }
+    title = escape(f"{session.scene.robot} · KBot")
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{_ALLOWED}">'
+        f'<meta name="color-scheme" content="dark light"><title>{title}</title><style>{style}</style></head>'
+        f'<body><script type="application/json" id="saved">{_in_html(saved)}</script>'
+        f"<script>{script}</script></body></html>\n"
+    )
+
+
+def kinematics(robot: Robot, scene: Scene) -> dict[str, Any]:
+    """How the links hang together, as `web/src/offline/kinematics.ts` reads it: frames in m and quaternions,
+    in the order of the scene's links and joints."""
+    links = {link.name: index for index, link in enumerate(scene.links)}
+    joints = {joint.name: index for index, joint in enumerate(scene.joints)}
+    hinges = [_hinge(robot.parent_joint.get(name), links, joints) for name in links]
+    follows = [
+        {
+            "joint": joints[joint],
+            "leader": joints[follow.leader],
+            "multiplier": follow.multiplier,
+            "offset": follow.offset,
+        }
+        for joint, follow in mimics(robot).items()
+    ]
+    return {"hinges": hinges, "follows": follows, "order": [links[name] for name in _parents_first(robot)]}
+
+
+def _hinge(joint: Joint | None, links: dict[str, int], joints: dict[str, int]) -> dict[str, Any]:
+    if joint is None:
+        return {
+            "parent": -1,
+            "origin": [0, 0, 0, 0, 0, 0, 1],
+            "joint": -1,
+            "axis": [1, 0, 0],
+            "slides": False,
+        }
+    position, quaternion = position_quaternion(Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy))
+    return {
+        "parent": links[joint.parent],
+        "origin": [*position, *quaternion],
+        "joint": joints.get(joint.name, -1),
+        "axis": unit_axis(joint).tolist(),
+        "slides": joint.type is JointType.PRISMATIC,
+    }
+
+
+def _parents_first(robot: Robot) -> Iterator[str]:
+    below: dict[str, list[str]] = {}
+    for joint in robot.joints.values():
+        below.setdefault(joint.parent, []).append(joint.child)
+    waiting = [robot.root]
+    while waiting:
+        name = waiting.pop()
+        yield name
+        waiting += below.get(name, ())
+
+
+def _sources(session: Session) -> Iterator[Any]:
+    for file in session.files:
+        try:
+            yield json.loads(encode(session.source(file)))
+        except KbotError:
+            continue  # it is gone since it was read: the page has no such text to show
+
+
+def _meshes(session: Session) -> Iterator[tuple[str, str]]:
+    scene = session.scene
+    shapes = [shape for link in scene.links for shape in (*link.visuals, *link.collisions)]
+    shapes += [part for body in scene.bodies for part in body.parts]
+    for mesh in dict.fromkeys(shape.mesh for shape in shapes if shape.mesh):
+        packed = session.meshes.packed(mesh)
+        if packed is not None:
+            yield mesh, base64.b64encode(packed).decode("ascii")
+
+
+def _in_html(value: object) -> str:
+    """JSON that no HTML parser takes for the end of a script."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -1,0 +1,77 @@
+"""`kbot export`: one file, whole or not at all."""
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from kbot.cli.main import run
+
+HEADS = {"png": b"\x89PNG", "html": b"<!doctype html>", "glb": b"glTF", "svg": b"<svg"}
+
+
+@pytest.mark.parametrize("kind", HEADS)
+def test_the_ending_says_what_is_made(kind: str, tmp_path: Path) -> None:
+    out = tmp_path / f"robot.{kind}"
+    assert run(["export", "kbot", "-o", str(out), "--size", "64x48"]) == 0
+    assert out.read_bytes().startswith(HEADS[kind])
+
+
+def test_a_picture_of_exactly_the_size_on_stdout() -> None:
+    words = ["export", "kbot", "--to", "png", "-o", "-", "--size", "123x45", "--transparent"]
+    made = subprocess.run([sys.executable, "-m", "kbot", *words], capture_output=True, check=True)
+    image = Image.open(io.BytesIO(made.stdout))
+    assert (image.size, image.mode) == ((123, 45), "RGBA")
+
+
+def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["export", "kbot", "--to", "tree"]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["kbot.svg"]
+    assert run(["export", "kbot", "--to", "svg"]) == 2
+    assert "kbot.svg is there already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--to", "jpg"], "'jpg' is not one of"),
+        (["-o", "robot.step"], "does not say what to make"),
+        ([], "say what to make with --to"),
+        (["--to", "png", "--size", "big"], "--size is a width and a height in pixels"),
+        (["--to", "png", "--size", "0x9"], "1 to 8192 pixels"),
+        (["--to", "png", "--from", "north"], "--from is an azimuth and an elevation"),
+        (["--to", "png", "--from", "0,100"], "an elevation of -90 to 90"),
+        (["--to", "glb", "--joint", "left_wheel_jiont:=1"], "did you mean 'left_wheel_joint'"),
+        (["--to", "glb", "--joint", "left_wheel_joint:=much"], "is a number in rad or m, not 'much'"),
+        (["--to", "glb", "--joint", "left_wheel_joint"], "--joint is written name:=value"),
+        (["-o", "nowhere/robot.glb"], "nowhere/robot.glb cannot be written"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_sentence(
+    words: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["export", "kbot", *words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert "Traceback" not in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_broken_robot_leaves_the_file_as_it_was(tmp_path: Path) -> None:
+    (tmp_path / "broken.urdf").write_text('<robot name="r"><link name="a">')
+    out = tmp_path / "robot.svg"
+    out.write_text("mine")
+    assert run(["export", str(tmp_path / "broken.urdf"), "-o", str(out)]) == 2
+    assert out.read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.urdf", "robot.svg"]

@@ -1,0 +1,253 @@
+"""Pictures, pages, models and drawings of a robot, held against an independent projection of the model."""
+
+import io
+import json
+import re
+import struct
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from kbot.kinematics import FrameTree
+from kbot.model.load import load_robot
+from kbot.text import KbotError
+from kbot.workbench.export.drawing import svg
+from kbot.workbench.export.look import FIELD_OF_VIEW, Look
+from kbot.workbench.export.model_file import Y_UP_FROM_Z_UP, glb
+from kbot.workbench.export.normals import creased
+from kbot.workbench.export.picture import draw_picture
+from kbot.workbench.export.things import Things, robot_alone
+from kbot.workbench.export.tree import tree_svg
+
+from .projection import link_image, overlap
+
+SVG = "{http://www.w3.org/2000/svg}"
+FINER = 5  # odd, so that a sample lies in the middle of each pixel
+JOINTS = {"left_wheel_joint": 0.7, "right_wheel_joint": -0.4}
+
+ARM = """<robot name="arm">
+  <link name="foot"><visual><geometry><box size="0.2 0.2 0.02"/></geometry></visual></link>
+  <link name="upper"><visual><origin xyz="0 0 0.15"/><geometry><box size="0.03 0.05 0.3"/></geometry>
+    <material name="r"><color rgba="1 0.5 0 0.5"/></material></visual></link>
+  <link name="lower"><visual><origin xyz="0.1 0 0" rpy="0 1.5708 0"/>
+    <geometry><cylinder radius="0.02" length="0.2"/></geometry></visual></link>
+  <link name="hand"/>
+  <joint name="shoulder" type="revolute"><origin xyz="0 0 0.01" rpy="0 0 0.5"/><axis xyz="0 2 0"/>
+    <parent link="foot"/><child link="upper"/>
+    <limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>
+  <joint name="elbow" type="revolute"><origin xyz="0 0 0.3"/><axis xyz="1 1 0"/><mimic joint="shoulder"
+    multiplier="-0.5" offset="0.2"/><parent link="upper"/><child link="lower"/>
+    <limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>
+  <joint name="slide" type="prismatic"><origin xyz="0.2 0 0" rpy="0.3 0 0"/><axis xyz="0 0 1"/>
+    <parent link="lower"/><child link="hand"/><limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    return path
+
+
+def perspective(things: Things, look: Look) -> np.ndarray:
+    """`clip_from_world` (4, 4) by OpenGL's formulas, of a camera as `Look` describes it."""
+    away = things.view_radius * 1.35 * 1.05 / np.sin(np.radians(16.0)) / min(1.0, look.aspect)
+    world = np.eye(4)
+    world[:3, :3] = look.axes.T
+    world[:3, 3] = -look.axes.T @ (things.centre + look.towards_eye * away)
+    near, far, f = away / 100.0, away * 200.0, 1.0 / np.tan(FIELD_OF_VIEW / 2.0)
+    clip = np.zeros((4, 4))
+    clip[0, 0], clip[1, 1], clip[3, 2] = f / look.aspect, f, -1.0
+    clip[2, 2], clip[2, 3] = (far + near) / (near - far), 2.0 * far * near / (near - far)
+    return clip @ world
+
+
+def opened(data: bytes) -> np.ndarray:
+    image = Image.open(io.BytesIO(data))
+    assert image.format == "PNG"
+    return np.asarray(image)
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(215.0, 28.0), (30.0, -20.0), (90.0, 90.0)])
+def test_a_transparent_picture_covers_what_the_model_covers(
+    xacro: Path, azimuth: float, elevation: float
+) -> None:
+    robot = load_robot(str(xacro)).require()
+    look = Look(400, 300, azimuth, elevation, transparent=True)
+    things = robot_alone(robot, JOINTS)
+    image = opened(draw_picture(things, look))
+    assert image.shape == (300, 400, 4)
+    expected = link_image(robot, perspective(things, look), 400, 300, joints=JOINTS) >= 0
+    assert overlap(image[..., 3] > 127, expected) > 0.985
+
+
+def test_a_picture_elsewhere_fails_the_same_measure(xacro: Path) -> None:
+    robot = load_robot(str(xacro)).require()
+    look = Look(400, 300, transparent=True)
+    things = robot_alone(robot)
+    image = opened(draw_picture(things, look))
+    clip = perspective(things, look)
+    clip = clip @ np.array([[1, 0, 0, 0.002], [0, 1, 0, 0], [0, 0, 1, 0.002], [0, 0, 0, 1]])
+    assert overlap(image[..., 3] > 127, link_image(robot, clip, 400, 300) >= 0) < 0.985
+
+
+def test_an_opaque_picture_has_the_robot_on_the_floor(xacro: Path) -> None:
+    robot = load_robot(str(xacro)).require()
+    look = Look(400, 300, 270.0, 89.0)
+    things = robot_alone(robot)
+    dark, light = (opened(draw_picture(things, look, theme)).astype(int) for theme in ("dark", "light"))
+    assert dark.shape == (300, 400, 3)
+    index = list(robot.links).index("base_link")
+    plate = link_image(robot, perspective(things, look), 400, 300) == index
+    for image in (dark, light):
+        r, g, b = np.median(image[plate], axis=0)
+        assert b > 120  # KBot's plate is blue
+        assert max(r, g) < 60
+    assert dark[5, 5].max() < 90
+    assert light[5, 5].min() > 200
+
+
+def test_without_opengl_one_sentence_says_what_to_install(
+    xacro: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nothing(width: int, height: int) -> None:
+        raise KbotError("cameras draw off screen by OpenGL, which is not here: install it")
+
+    monkeypatch.setattr("kbot.sensors.offscreen._context", nothing)
+    with pytest.raises(KbotError, match="a picture is drawn off screen by OpenGL, which is not here"):
+        draw_picture(robot_alone(load_robot(str(xacro)).require()), Look(40, 30))
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, 0), (10_000, 10)])
+def test_no_picture_has_such_a_size(size: tuple[int, int]) -> None:
+    with pytest.raises(KbotError, match="pixels a side"):
+        Look(*size)
+
+
+def read_glb(data: bytes) -> dict:
+    magic, version, total, length, kind = struct.unpack("<4sIII4s", data[:20])
+    assert (magic, version, total, kind) == (b"glTF", 2, len(data), b"JSON")
+    return json.loads(data[20 : 20 + length])
+
+
+def test_the_nodes_of_a_model_file_are_the_links(arm: Path) -> None:
+    robot = load_robot(str(arm)).require()
+    nodes = read_glb(glb(robot))["nodes"]
+    children = {n["name"]: {nodes[i]["name"] for i in n.get("children", ())} for n in nodes}
+    assert {"upper"} <= children["foot"]
+    assert {"lower"} <= children["upper"]
+    assert {"hand"} <= children["lower"]
+    assert children["hand"] == set()
+
+
+def test_a_model_file_stands_as_the_joints_say_y_up(arm: Path) -> None:
+    robot, joints = load_robot(str(arm)).require(), {"shoulder": 0.6, "slide": 0.05}
+    scene = trimesh.load_scene(io.BytesIO(glb(robot, joints)), file_type="glb")
+    for name, pose in FrameTree(robot).poses(joints).items():
+        matrix, _ = scene.graph[name]
+        assert matrix == pytest.approx(Y_UP_FROM_Z_UP @ pose.matrix, abs=1e-6)
+    # glTF: y is up, the front looks along z; REP 103: z is up, ahead is x
+    up, ahead = Y_UP_FROM_Z_UP @ (0, 0, 1, 1), Y_UP_FROM_Z_UP @ (1, 0, 0, 1)
+    assert up == pytest.approx((0, 1, 0, 1))
+    assert ahead == pytest.approx((0, 0, 1, 1))
+    assert np.linalg.det(Y_UP_FROM_Z_UP) == pytest.approx(1.0)
+
+
+def test_colours_of_a_model_file_are_linear_and_may_show_through(arm: Path) -> None:
+    document = read_glb(glb(load_robot(str(arm)).require()))
+    (material,) = [m for m in document["materials"] if m["name"] == "upper/visual_0"]
+    # sRGB 0.5 is 0.2140 in linear light (IEC 61966-2-1)
+    assert material["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx([1, 0.214, 0, 0.5], abs=0.003)
+    assert material["alphaMode"] == "BLEND"
+
+
+def test_normals_are_sharp_at_edges_and_smooth_elsewhere() -> None:
+    box = trimesh.creation.box((1, 2, 3))
+    _, normals, faces, was = creased(box.vertices, box.faces)
+    assert len(normals) == 24
+    assert np.abs(normals).max(axis=1) == pytest.approx(1.0)
+    assert (was[faces] == box.faces).all()
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    vertices, normals, _, _ = creased(ball.vertices, ball.faces)
+    assert len(vertices) == len(ball.vertices)
+    assert np.einsum("ij,ij->i", vertices, normals).min() > 0.999
+
+
+def painted_by(text: str, width: int, height: int) -> tuple[list[str], np.ndarray]:
+    """The links of a drawing, and which is on top at each pixel, painted in order by Pillow."""
+    from PIL import ImageDraw
+
+    root = ET.fromstring(text)
+    image = Image.new("I", (width * FINER, height * FINER), -1)
+    brush, links = ImageDraw.Draw(image), []
+    for group in root.iter(f"{SVG}g"):
+        assert group.find(f"{SVG}title").text == group.get("id")
+        links.append(group.get("id"))
+        for path in group.iter(f"{SVG}path"):
+            for piece in re.findall(r"M([^z]+)z", path.get("d")):
+                numbers = [float(word) for word in re.findall(r"-?[\d.]+", piece)]
+                points = np.array(numbers).reshape(-1, 2) * FINER - 0.5
+                corners = [tuple(point) for point in points]
+                brush.polygon(corners, fill=len(links) - 1)
+    return links, np.asarray(image)[FINER // 2 :: FINER, FINER // 2 :: FINER]
+
+
+def orthographic(things: Things, look: Look) -> np.ndarray:
+    scale = min(look.width, look.height) / (2.0 * things.view_radius * 1.04)
+    world = np.eye(4)
+    world[:3, :3] = look.axes.T
+    world[:3, 3] = -look.axes.T @ things.centre
+    depth = -1.0 / (100.0 * things.view_radius)
+    return np.diag([2 * scale / look.width, 2 * scale / look.height, depth, 1.0]) @ world
+
+
+@pytest.mark.parametrize("azimuth", [20.0, 130.0, 215.0, 300.0])
+def test_a_drawing_shows_of_each_link_what_is_to_be_seen(xacro: Path, azimuth: float) -> None:
+    robot = load_robot(str(xacro)).require()
+    look = Look(700, 500, azimuth, 25.0)
+    things = robot_alone(robot, JOINTS)
+    links, image = painted_by(svg(things, look, robot.name), 700, 500)
+    assert set(links) == set(robot.links)
+    expected = link_image(robot, orthographic(things, look), 700, 500, joints=JOINTS)
+    for index, name in enumerate(robot.links):
+        seen = expected == index
+        if seen.sum() > 0.005 * seen.size:
+            assert overlap(image == links.index(name), seen) > 0.98, name
+
+
+def test_links_that_run_through_each_other_are_cut(tmp_path: Path) -> None:
+    """Three bars, each before one and behind another: no order of painting is right for whole bars."""
+    bars = [("a", "0 0 0", "0 0.35 0"), ("b", "0 0 2.0944", "0 0.35 0"), ("c", "0 0 4.1888", "0 0.35 0")]
+    links = "".join(
+        f'<link name="{name}"><visual><origin xyz="{0.1 * np.sin(float(turn.split()[2])):.4f} '
+        f'{-0.1 * np.cos(float(turn.split()[2])):.4f} 0" rpy="0 0.35 {turn.split()[2]}"/>'
+        '<geometry><box size="0.6 0.06 0.01"/></geometry></visual></link>'
+        for name, turn, _ in bars
+    )
+    joints = "".join(
+        f'<joint name="j{child}" type="fixed"><parent link="a"/><child link="{child}"/></joint>'
+        for child in "bc"
+    )
+    path = tmp_path / "bars.urdf"
+    path.write_text(f'<robot name="bars">{links}{joints}</robot>')
+    robot, look = load_robot(str(path)).require(), Look(500, 500, 0.0, 90.0)
+    things = robot_alone(robot)
+    names, image = painted_by(svg(things, look, "bars"), 500, 500)
+    expected = link_image(robot, orthographic(things, look), 500, 500)
+    for index, name in enumerate(robot.links):
+        assert overlap(image == names.index(name), expected == index) > 0.95, name
+
+
+def test_the_tree_has_every_link_and_joint_once(arm: Path) -> None:
+    root = ET.fromstring(tree_svg(load_robot(str(arm)).require()))
+    tips = [group.find(f"{SVG}title").text for group in root.iter(f"{SVG}g")]
+    assert sorted(tips) == sorted(
+        ["foot", "upper", "lower", "hand", "shoulder: revolute", "elbow: revolute", "slide: prismatic"]
+    )
+    left = {g.get("id"): float(g.find(f"{SVG}rect").get("x")) for g in root.iter(f"{SVG}g") if g.get("id")}
+    assert left["foot"] < left["upper"] < left["lower"] < left["hand"]

@@ -1,0 +1,47 @@
+import "../style";
+
+import { App } from "../app";
+import { baseName, h } from "../dom";
+import { handle } from "../handle";
+import { icon } from "../icons";
+import { chooseTheme } from "../options";
+import { findings } from "../panels/findings";
+import { hover } from "../panels/hover";
+import { joints } from "../panels/joints";
+import { links } from "../panels/links";
+import { notices } from "../panels/notices";
+import { source } from "../panels/source";
+import { toolbar } from "../panels/toolbar";
+import { keepMeshes } from "../view/meshes";
+import { View } from "../view/view";
+import { Replies } from "./replies";
+import { readSaved } from "./saved";
+import { scrub } from "./scrub";
+
+const saved = readSaved();
+keepMeshes(saved.meshes);
+let replies: Replies;
+const app = new App((hear) => (replies = new Replies(hear, saved)));
+
+const theme = h("button", { class: "icon-button", type: "button", title: "Dark or light", "aria-label": "Dark or light", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") }, icon("sun"));
+const file = h("span", { class: "file" });
+app.about.watch((about) => {
+  if (about === null) return;
+  file.textContent = baseName(about.file);
+  document.documentElement.dataset["mode"] = about.mode;
+});
+const picture = h("div", { class: "picture" });
+let view: View;
+const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture));
+document.body.append(
+  h("header", { class: "topbar" }, h("h1", { class: "brand" }, "KBot"), h("span", { class: "crumbs" }, file), h("span", { class: "spacer" }), theme),
+  h("div", { class: "dock left" }, links(app), findings(app)),
+  centre,
+  h("div", { class: "dock right" }, joints(app)),
+  h("div", { class: "bottom" }, source(app)),
+);
+view = new View(app, picture);
+app.focused.watch((asked) => asked && view.focus(asked.link));
+centre.append(hover(app, view, picture));
+if (saved.states.length > 1) queueMicrotask(() => centre.append(scrub(saved.states, (index) => replies.show(index))));
+window.kbot = handle(app, view);

@@ -1,0 +1,6 @@
+import "./tokens.css";
+import "./layout.css";
+import "./controls.css";
+import "./panels.css";
+import "./displays.css";
+import "./source.css";
