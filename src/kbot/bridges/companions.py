@@ -119,6 +119,12 @@ class Companions:
             self._bridges.append(graph)
             graph.announce(robot, world)
 
+    def interrupt(self, error: BaseException) -> None:
+        """Raise an error that comes from outside, as Ctrl-C does; what is recorded stays whole."""
+        if self._recorder is None:
+            raise error
+        self._recorder.interrupt(error)
+
     def close(self) -> None:
         """Finish the recording and take leave of all peers."""
         self._leave()

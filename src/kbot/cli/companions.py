@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -158,8 +160,29 @@ def companions(wishes: Wishes, *, served: bool = False) -> Iterator[Companions]:
 
     going = Companions(wishes, lambda text: click.echo(text, err=True), served=served)
     try:
-        yield going
+        with _ended_by_signals(going):
+            yield going
     finally:
         going.close()
     if going.failure is not None:
         raise click.exceptions.Exit(2)
+
+
+@contextmanager
+def _ended_by_signals(going: Companions) -> Iterator[None]:
+    """Within it Ctrl-C, SIGTERM and a terminal that closes end the program in order."""
+
+    def end(number: int, frame: object) -> None:
+        going.interrupt(KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number))
+
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, end) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

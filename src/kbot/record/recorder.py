@@ -61,6 +61,8 @@ class Recorder:
         self._open: set[str] = set()
         self._seen = -1
         self._is_open = True
+        self._is_writing = False
+        self._interruption: BaseException | None = None
         self._flushed = time.monotonic()
         self._writer = open_writer(path, compress=compress)
         self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
@@ -73,6 +75,13 @@ class Recorder:
         if self._is_open:
             self._guarded(self._finish)
             self._detach()
+
+    def interrupt(self, error: BaseException) -> None:
+        """Raise an error that comes from outside, as Ctrl-C does: now, or when what is being written is."""
+        if self._is_writing:
+            self._interruption = error
+        else:
+            raise error
 
     def __enter__(self) -> Recorder:
         return self
@@ -116,13 +125,11 @@ class Recorder:
             self._guarded(self._writer.flush)
 
     def _write(self, packet: Packet) -> None:
-        if not self._is_open:
-            return
-        try:
+        def write() -> None:
             self._writer.write(packet)
-        except OSError as error:
-            self._fail(error)
-        self.count += 1
+            self.count += 1
+
+        self._guarded(write)
 
     def _note(self, what: str, numbers: dict[str, Any]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
@@ -131,10 +138,16 @@ class Recorder:
     def _guarded(self, work: Callable[[], None]) -> None:
         if not self._is_open:
             return
+        self._is_writing = True
         try:
             work()
         except OSError as error:
             self._fail(error)
+        finally:
+            self._is_writing = False
+        if self._interruption is not None:
+            interruption, self._interruption = self._interruption, None
+            raise interruption
 
     def _fail(self, error: OSError) -> None:
         from kbot.record.reader import kept

@@ -1,0 +1,153 @@
+"""Recordings by time, said again, and as Parquet."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+
+from kbot.cli.main import run
+from kbot.messages import ClockMessage, Odometry, TFMessage
+from kbot.record import Recording
+from kbot.record.player import Player
+from kbot.record.timeline import Timeline
+from kbot.text import KbotError
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+def test_what_a_topic_said_last(runs: dict[str, Path], kind: str) -> None:
+    """Odometry is said every 20 ms, the first time after 20 ms."""
+    timeline = Timeline(str(runs[kind]))
+    assert timeline.topics["/odom"] == "nav_msgs/msg/Odometry"
+    assert timeline.at("/odom", 0.019) is None
+    for asked, said in ((0.02, 20), (0.0399, 20), (0.51, 500), (99.0, 1520)):
+        entry = timeline.at("/odom", asked)
+        assert entry is not None
+        assert entry.nanoseconds == said * 1_000_000
+        stamp = entry.message().header.stamp
+        assert stamp.sec * 1000 + stamp.nanosec // 1_000_000 == said
+    assert [e.nanoseconds // 1_000_000 for e in timeline.between("/odom", 0.1, 0.16)] == [100, 120, 140]
+    state = timeline.state(0.5)
+    assert {"/odom", "/joint_states", "/robot_description"} <= state.keys()
+    assert all(entry.nanoseconds <= 500_000_000 for entry in state.values())
+    with pytest.raises(KbotError, match="did you mean '/odom'"):
+        timeline.at("/odmo", 0.0)
+
+
+def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
+    from .conftest import record
+
+    def twice(sim: object) -> None:
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(1.0)
+        sim.reset()
+        sim.run(0.5)
+
+    record(tmp_path / "run.mcap", twice)
+    timeline = Timeline(str(tmp_path / "run.mcap"))
+    last = timeline.at("/odom", 99.0)
+    assert last is not None
+    assert last.nanoseconds == 500_000_000
+    assert last.message().pose.pose.position.x == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+def test_a_recording_is_said_again_in_its_order(runs: dict[str, Path], kind: str) -> None:
+    player = Player(str(runs[kind]))
+    heard: list[tuple[float, object]] = []
+    for topic, message_type in (("/odom", Odometry), ("/tf", TFMessage)):
+        player.bus.subscribe(topic, message_type, lambda m: heard.append((player.seconds, m)))
+    assert player.advance(0.5)
+    odometry = [(at, m) for at, m in heard if isinstance(m, Odometry)]
+    assert [round(at, 3) for at, _ in odometry] == [round(0.02 * n, 3) for n in range(1, 26)]
+    assert odometry[-1][1].header.stamp.nanosec == 500_000_000
+    while player.advance(0.1):
+        continue
+    recorded = [e for e in Recording(str(runs[kind])).entries() if e.topic == "/odom"]
+    assert sum(isinstance(m, Odometry) for _, m in heard) == len(recorded)
+    assert "<robot" in player.description
+    player.rewind()
+    assert player.seconds < 0.021
+
+
+def test_a_part_of_it_and_topics_of_it(runs: dict[str, Path]) -> None:
+    player = Player(str(runs["mcap"]), topics=("/odom",), start=0.4, end=0.6)
+    assert list(player.bus.topics) == ["/odom"]
+    heard: list[float] = []
+    player.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
+    while player.advance(0.01):
+        continue
+    assert (heard[0], heard[-1]) == pytest.approx((0.4, 0.6))
+    with pytest.raises(KbotError, match="nothing of it is between"):
+        Player(str(runs["mcap"]), start=50.0)
+    with pytest.raises(KbotError, match="no topic /odmo"):
+        Player(str(runs["mcap"]), topics=("/odmo",))
+
+
+def test_play_for_those_who_ask(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`kbot bag play` in one process, `kbot topic` in another."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    words = (sys.executable, "-m", "kbot")
+    playing = subprocess.Popen((*words, "bag", "play", str(runs["mcap"]), "--loop"), stderr=subprocess.PIPE)
+    try:
+        end = time.monotonic() + 30
+        while not list((tmp_path / "kbot").glob("*.json")):
+            assert time.monotonic() < end, "it does not begin"
+            time.sleep(0.05)
+        clock = subprocess.run(
+            (*words, "topic", "echo", "/clock", "-n", "3", "--json"),
+            capture_output=True,
+            text=True,
+            timeout=30,
+        )
+        frames = subprocess.run((*words, "tf", "tree"), capture_output=True, text=True, timeout=30)
+    finally:
+        playing.send_signal(signal.SIGINT)
+        _, told = playing.communicate(timeout=30)
+    assert len([json.loads(line)["clock"] for line in clock.stdout.splitlines()]) == 3
+    assert frames.stdout.startswith("odom\n  base_footprint\n")
+    assert b"Traceback" not in told
+    assert not list((tmp_path / "kbot").glob("*.json"))
+
+
+def test_the_player_says_the_time(runs: dict[str, Path]) -> None:
+    """A recorded /clock is not said: whoever plays says it, also where none was recorded."""
+    assert ClockMessage not in Player(str(runs["mcap"])).bus.topics.values()
+
+
+def test_parquet_has_what_csv_has(runs: dict[str, Path], tmp_path: Path) -> None:
+    target = tmp_path / "odom.parquet"
+    words = ("bag", "export", str(runs["mcap"]), "--topic", "/odom", "--to", "parquet")
+    assert run(words) == 2  # it is no text
+    assert run((*words, "-o", str(target))) == 0
+    table = pyarrow.parquet.read_table(target)
+    last = [e for e in Recording(str(runs["mcap"])).entries() if e.topic == "/odom"][-1].message()
+    assert table.column("pose.pose.position.x")[-1].as_py() == last.pose.pose.position.x
+    assert table.column("child_frame_id")[0].as_py() == "base_footprint"
+    assert table.column("time")[-1].as_py() == 1.52
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_run_that_is_ended_leaves_a_whole_recording(tmp_path: Path, number: int) -> None:
+    target = tmp_path / "run.mcap"
+    words = ("sim", "kbot", "--headless", "--duration", "100000", "--record", str(target))
+    running = subprocess.Popen((sys.executable, "-m", "kbot", *words), stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 30
+    while not (target.exists() and target.stat().st_size > 300_000):
+        assert time.monotonic() < end, "it does not record"
+        time.sleep(0.05)
+    running.send_signal(number)
+    _, told = running.communicate(timeout=30)
+    assert running.returncode == 128 + number
+    summary = Recording(str(target)).summary()
+    assert not summary.broken
+    assert "kbot.end" in summary.notes
+    assert f"{target}: {summary.count} messages recorded" in told
