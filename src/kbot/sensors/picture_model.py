@@ -18,6 +18,7 @@ from kbot.sim.geometry import add_shape, wxyz
 from kbot.text import KbotError
 from kbot.world import Mesh as WorldMesh
 from kbot.world import Shape
+from kbot.world.sdf.materials import link_colours
 
 GREY = (0.6, 0.6, 0.6, 1.0)
 
@@ -87,14 +88,16 @@ class PictureModel:
 
     def _add_robot(self, spec: Any, robot: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401
         """Those of its links that are seen."""
-        for name, link in self._simulation.robots[robot].robot.links.items():
+        description = self._simulation.robots[robot].robot
+        colours = link_colours(description)
+        for name, link in description.links.items():
             if not link.visuals:
                 continue
             yield robot, name
             added = spec.worldbody.add_body(name=f"{robot}/{name}", mocap=True)
             for visual in link.visuals:
                 pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
-                known = visual.material.rgba if visual.material else None
+                known = colours.get(name) or (visual.material.rgba if visual.material else None)
                 _add(spec, added, visual.geometry, pose, known or GREY)
 
 

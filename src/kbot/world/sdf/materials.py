@@ -1,7 +1,8 @@
-"""Colours of SDF materials, and of those that Gazebo Classic knows by name."""
+"""Colours of SDF materials, and of those that Gazebo Classic knows by name, in a URDF too."""
 
 from __future__ import annotations
 
+from kbot.model import Robot
 from kbot.text import Element
 from kbot.world.sdf.values import Values
 from kbot.world.world import GREY, Rgba
@@ -56,3 +57,16 @@ def colour(visual: Element, values: Values) -> Rgba:
         r, g, b, a = NAMED.get(name.text.strip().removeprefix("Gazebo/"), GREY)
         return r, g, b, a * opacity
     return (*GREY[:3], opacity)
+
+
+def link_colours(robot: Robot) -> dict[str, Rgba]:
+    """Colours of links that `<material>` names as Gazebo Classic does, which there count instead of the
+    description's own; names that it does not know say nothing."""
+    colours = {}
+    for extension in robot.extensions:
+        link, material = extension.attributes.get("reference", ""), extension.find("material")
+        if extension.tag == "gazebo" and link in robot.links and material is not None:
+            named = NAMED.get(material.text.strip().removeprefix("Gazebo/"))
+            if named is not None:
+                colours[link] = named
+    return colours

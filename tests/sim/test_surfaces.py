@@ -1,0 +1,124 @@
+"""What `<gazebo>` says of links and joints is honoured: springs, self-collision, gravity, fixed joints."""
+
+from math import pi
+
+import pytest
+
+from kbot.sim import Simulation
+from kbot.world.sdf.materials import link_colours
+
+INERTIA = '<inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/>'
+BALL = (
+    f'<inertial><mass value="2"/>{INERTIA}</inertial>'
+    '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+)
+HANGING = (
+    '<robot name="r"><link name="world"/><link name="a">{a}</link><link name="b">{b}</link>{more}</robot>'
+)
+
+
+def ball(extensions: str) -> str:
+    return f'<robot name="ball"><link name="ball">{BALL}</link>{extensions}</robot>'
+
+
+@pytest.mark.parametrize("kp", [1e4, 1e5])
+def test_as_written_a_link_sinks_by_its_weight_over_kp(urdf, kp):
+    """m g / kp; by the recipe, contacts are stiff whatever is written."""
+    said = f'<gazebo reference="ball"><kp>{kp}</kp><kd>1</kd></gazebo>'
+    heights = {}
+    for contacts in ("as-written", "recipe"):
+        sim = Simulation(urdf(ball(said)), contacts=contacts)
+        sim.run(2.0)
+        heights[contacts] = sim.link_pose("ball").translation[2] - 0.1
+    assert heights["as-written"] == pytest.approx(-2 * 9.81 / kp, rel=0.01)
+    assert heights["recipe"] == pytest.approx(0.0, abs=2e-6)
+
+
+def test_a_stiff_spring_and_a_soft_damper_stand_still(urdf):
+    """Gazebo's own 1e12 N/m, and a damper that bounces there for a second: no more than the step bears."""
+    sim = Simulation(
+        urdf(ball('<gazebo reference="ball"><kp>1e12</kp><kd>1</kd></gazebo>')), contacts="as-written"
+    )
+    sim.run(1.0)
+    assert sim.link_pose("ball").translation[2] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_friction_that_differs_by_direction_is_said(urdf):
+    said = '\n<gazebo reference="ball"><mu1>1</mu1><mu2>0.1</mu2></gazebo>'
+    found = Simulation(urdf(ball(said))).diagnostics
+    assert [(d.code, d.origin.span.line) for d in found] == [("W136", 2)]
+
+
+def two_arms(more: str) -> str:
+    """Two balls that hang side by side on hinges of their own and would swing into each other."""
+
+    def hung(name: str, x: float, lean: float) -> str:
+        return (
+            f'<joint name="{name}_joint" type="continuous"><parent link="world"/><child link="{name}"/>'
+            f'<origin xyz="{x} 0 2" rpy="0 {lean} 0"/><axis xyz="0 1 0"/></joint>'
+        )
+
+    bob = BALL.replace("<inertial>", '<inertial><origin xyz="0 0 -0.5"/>').replace(
+        "<collision>", '<collision><origin xyz="0 0 -0.5"/>'
+    )
+    joints = hung("a", -0.1, 0.6) + hung("b", 0.1, 0.0)
+    return HANGING.format(a=bob, b=bob, more=joints + more)
+
+
+@pytest.mark.parametrize(
+    ("said", "meets"),
+    [
+        ("", False),
+        ('<gazebo reference="a"><selfCollide>true</selfCollide></gazebo>', False),
+        (
+            '<gazebo reference="a"><selfCollide>true</selfCollide></gazebo>'
+            '<gazebo reference="b"><selfCollide>1</selfCollide></gazebo>',
+            True,
+        ),
+        ("<gazebo><self_collide>1</self_collide></gazebo>", True),
+    ],
+)
+def test_links_of_one_robot_meet_where_both_say_so(urdf, said, meets):
+    """What is at rest is hit by what swings, or is not."""
+    sim = Simulation(urdf(two_arms(said)))
+    sim.run(1.0)
+    moved = max(abs(sim.joint_positions["b_joint"]), abs(sim.joint_velocities["b_joint"]))
+    assert (moved > 0.1) == meets
+
+
+@pytest.mark.parametrize("off", ["<gravity>0</gravity>", "<turnGravityOff>true</turnGravityOff>"])
+def test_a_link_whose_gravity_is_off_stays_where_it_is(urdf, off):
+    robot = urdf(two_arms(f'<gazebo reference="a">{off}</gazebo>'))
+    sim = Simulation(robot)
+    sim.run(0.5)
+    assert sim.joint_positions["a_joint"] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "",
+        "<preserveFixedJoint>true</preserveFixedJoint>",
+        "<disableFixedJointLumping>true</disableFixedJointLumping>",
+    ],
+)
+def test_links_on_fixed_joints_keep_their_frames(urdf, said):
+    """Gazebo lumps them into one unless it is told not to; here each has its frame either way, and they
+    weigh and turn as one."""
+    text = (
+        f'<robot name="r"><link name="base">{BALL}</link><link name="tool"/>'
+        '<joint name="mount" type="fixed"><parent link="base"/><child link="tool"/>'
+        f'<origin xyz="0 0 0.3" rpy="0 0 {pi / 2}"/></joint><gazebo reference="mount">{said}</gazebo></robot>'
+    )
+    sim = Simulation(urdf(text))
+    sim.run(0.5)
+    away = sim.link_pose("base").inverse() @ sim.link_pose("tool")
+    assert away.translation.tolist() == pytest.approx([0, 0, 0.3])
+    assert away.yaw == pytest.approx(pi / 2)
+
+
+def test_gazebos_names_of_materials_colour_links(urdf):
+    robot = urdf(ball('<gazebo reference="ball"><material>Gazebo/Orange</material></gazebo>'))
+    assert link_colours(robot) == {"ball": (1.0, 0.51, 0.0, 1.0)}
+    unknown = urdf(ball('<gazebo reference="ball"><material>Mine/Own</material></gazebo>'))
+    assert link_colours(unknown) == {}
