@@ -12,10 +12,13 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import os
 import statistics
+import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -26,7 +29,7 @@ from bench_stepping import engine
 import kbot
 from kbot.model.writer import to_urdf
 
-REPEATS = 3
+REPEATS = 7
 STEP = 0.002
 STEPS_A_COMMAND = 10
 LINEAR, ANGULAR = 0.2, 0.5
@@ -64,7 +67,8 @@ def by_mujoco(robot: kbot.Robot) -> Run:
 
 
 def by_pybullet(robot: kbot.Robot) -> Run:
-    import pybullet as p
+    with quiet():
+        import pybullet as p
 
     client = p.connect(p.DIRECT)
     speeds = _wheel_speeds(robot)
@@ -81,7 +85,8 @@ def by_pybullet(robot: kbot.Robot) -> Run:
             names = {p.getJointInfo(body, i)[1].decode(): i for i in range(p.getNumJoints(body))}
             return body, [names[name] for name in speeds], list(speeds.values())
 
-        ready = [start()]
+        with quiet():
+            ready = [start()]
 
     def run(steps: int) -> float:
         body, joints, wanted = ready[0]
@@ -94,6 +99,22 @@ def by_pybullet(robot: kbot.Robot) -> Run:
         return hypot(x, y)
 
     return run
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Leave out what an engine writes of its own accord."""
+    sys.stdout.flush()
+    kept = os.dup(1), os.dup(2)
+    with Path(os.devnull).open("wb") as nowhere:
+        for stream in (1, 2):
+            os.dup2(nowhere.fileno(), stream)
+        try:
+            yield
+        finally:
+            for stream, old in zip((1, 2), kept, strict=True):
+                os.dup2(old, stream)
+                os.close(old)
 
 
 def by_dart(robot: kbot.Robot) -> Run:

@@ -73,10 +73,11 @@ class RobotTopics:
     def joint_state(self, stamp: msg.Time) -> msg.JointState:
         """Positions (rad or m), speeds and efforts of every joint with a position."""
         robot = self._robot
+        positions = robot.joint_positions
         return msg.JointState(
             msg.Header(stamp),
-            tuple(robot.joint_positions),
-            tuple(robot.joint_positions.values()),
+            tuple(positions),
+            tuple(positions.values()),
             tuple(robot.joint_velocities.values()),
             tuple(robot.joint_efforts.values()),
         )
