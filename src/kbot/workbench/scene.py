@@ -30,7 +30,8 @@ from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.places import place
 from kbot.workbench.protocol import InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
 from kbot.workbench.world_view import world_view
-from kbot.world.world import World
+from kbot.world.sdf.materials import link_colours
+from kbot.world.world import Rgba, World
 
 PLAIN = (0.72, 0.74, 0.78, 1.0)
 OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
@@ -43,12 +44,13 @@ def build_scene(
     """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
     the one that states have their poses in."""
     low, high = robot_bounds(robot)
+    colours = link_colours(robot)
     return Scene(
         revision=revision,
         robot=robot.name,
         root=robot.root,
         world=frame,
-        links=tuple(_link(robot, link, meshes) for link in robot.links.values()),
+        links=tuple(_link(robot, link, meshes, colours.get(name)) for name, link in robot.links.items()),
         joints=tuple(_joint(joint) for joint in robot.movable_joints),
         bodies=world_view(world, meshes) if world else (),
         ground=0.0 if on_ground else min(0.0, float(low[2])),
@@ -79,23 +81,26 @@ def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndar
                 yield box[0] + pose.translation, box[1] + pose.translation
 
 
-def _link(robot: Robot, link: Link, meshes: MeshStore) -> LinkView:
+def _link(robot: Robot, link: Link, meshes: MeshStore, painted: Rgba | None) -> LinkView:
     joint = robot.parent_joint.get(link.name)
     return LinkView(
         name=link.name,
         parent=joint.parent if joint else "",
         joint=joint.name if joint else "",
-        visuals=tuple(_shapes(link.visuals, meshes)),
+        visuals=tuple(_shapes(link.visuals, meshes, painted)),
         collisions=tuple(_shapes(link.collisions, meshes)),
         inertia=_inertia(link.inertial) if link.inertial else None,
         place=place(link.origin),
     )
 
 
-def _shapes(parts: Iterable[Visual | Collision], meshes: MeshStore) -> Iterator[Shape]:
+def _shapes(
+    parts: Iterable[Visual | Collision], meshes: MeshStore, painted: Rgba | None = None
+) -> Iterator[Shape]:
+    """`painted`: a colour that counts instead of the parts' own."""
     for part in parts:
         material = part.material if isinstance(part, Visual) else None
-        rgba = material.rgba if material and material.rgba else PLAIN
+        rgba = painted or (material.rgba if material and material.rgba else PLAIN)
         shape = part.geometry
         mesh = ""
         kind: ShapeKind
@@ -117,7 +122,7 @@ def _shapes(parts: Iterable[Visual | Collision], meshes: MeshStore) -> Iterator[
                 except KbotError:
                     continue  # the checks say so, at the line
                 kind, size = "mesh", scale
-                if not (material and material.rgba):
+                if not (painted or (material and material.rgba)):
                     rgba = OWN_COLOURS
         position, quaternion = position_quaternion(_transform(part.pose))
         yield Shape(kind, size, position, quaternion, rgba, mesh, place(part.origin))
