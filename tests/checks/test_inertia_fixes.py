@@ -231,3 +231,16 @@ def test_a_macro_with_a_wrong_formula_is_no_inertia_macro() -> None:
     text = MACROS.replace("${m*r*r/2}", "${m*r*r}") + "</robot>"
     names = {m.name for m in find_macros(expand_text(text, "r.xacro").macros)}
     assert names == {"box_inertia", "rod_inertial"}
+
+
+def test_a_macro_that_cannot_be_turned_is_turned_itself_where_every_call_needs_it() -> None:
+    macro = MACROS.replace(" rpy:='0 0 0'", "").replace('      <origin xyz="0 0 0" rpy="${rpy}"/>\n', "")
+    call = '<xacro:cylinder_inertia m="1" r="0.05" h="0.02"/>'
+    cylinder = '<cylinder radius="0.05" length="0.02"/>'
+    text = robot(link("a", cylinder, call, TURNED), link("b", cylinder, call, TURNED), before=macro)
+    done = mended(text)
+    assert check(done) == ()
+    assert done.count('<origin xyz="0 0 0" rpy="1.570796327 0 0"/>') == 1
+    upright = link("c", cylinder, call)
+    one_sound = text.replace("</robot>", upright + "</robot>")
+    assert mended(one_sound) == one_sound

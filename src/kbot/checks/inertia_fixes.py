@@ -54,20 +54,17 @@ def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
     shapes: tuple[Collision | Visual, ...] = (*link.collisions, *link.visuals)
     title = "turn the inertial with its geometry"
     made = _macro_call(context, inertial)
-    if made is None:
-        rpy = _numbers(shapes[0].pose.rpy)
-        if inertial.pose.origin is None:
-            text = f'<origin xyz="0 0 0" rpy="{rpy}"/>'
-            return context.insert_into(inertial.origin, text, title, safe=False)
-        element = context.element_at(inertial.pose.origin)
-        edits = set_attribute(element, "rpy", rpy) if element is not None else ()
-        return Fix(title, edits, safe=False) if edits else None
-    rpy = _angles(context, shapes[0], made.scope)
-    if made.macro.rpy:
-        edits = set_attribute(made.element, made.macro.rpy, rpy)
+    if made is not None and (made.macro.rpy or made.macro.block):
+        rpy = _angles(context, shapes[0], made.scope)
+        name = made.macro.rpy or "rpy"
+        element = made.element if made.macro.rpy else made.element.find("origin")
+    elif inertial.pose.origin is None:
+        text = f'<origin xyz="0 0 0" rpy="{_numbers(shapes[0].pose.rpy)}"/>'
+        return context.insert_into(inertial.origin, text, title, safe=False)
     else:
-        block = made.element.find("origin") if made.macro.block else None
-        edits = set_attribute(block, "rpy", rpy) if block is not None else ()
+        rpy, name = _numbers(shapes[0].pose.rpy), "rpy"
+        element = context.element_at(inertial.pose.origin)
+    edits = set_attribute(element, name, rpy) if element is not None else ()
     return Fix(title, edits, safe=False) if edits else None
 
 
