@@ -92,12 +92,12 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        ({"m.yaml": "image: no.pgm\nresolution: 1\norigin: [0, 0, 0]\n"}, "no.pgm cannot be read"),
-        ({"m.yaml": "a: 1\n"}, "is no map"),
-        ({"m.yaml": "a: [\n"}, "is no YAML"),
-        ({"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"}, "above zero"),
-        ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cut short"),
-        ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "neither PGM nor PNG"),
+        ({"m.yaml": "image: no.pgm\nresolution: 1\norigin: [0, 0, 0]\n"}, "no.pgm does not exist"),
+        ({"m.yaml": "a: 1\n"}, "'image' is missing"),
+        ({"m.yaml": "a: [\n"}, "not YAML"),
+        ({"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"}, "above 0"),
+        ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cannot be read: .*truncated"),
+        ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "no kind that can be read"),
         ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
     ],
 )
@@ -110,5 +110,5 @@ def test_what_is_no_map_is_said(tmp_path, files, message):
 
 def test_a_broken_png_is_said(tmp_path):
     (tmp_path / "p.png").write_bytes(png(GREY)[:40])
-    with pytest.raises(KbotError, match="broken"):
+    with pytest.raises(KbotError, match="no kind that can be read"):
         read_grey(str(tmp_path / "p.png"))

@@ -8,7 +8,7 @@ from PIL import Image
 
 from kbot.kinematics import PlanarPose, Transform
 from kbot.text import KbotError
-from kbot.world import Body, Box, Cylinder, Part, World, load_world
+from kbot.world import Body, Box, Cylinder, HeightField, Part, Plane, World, load_world
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from kbot.world.occupancy_files import read_map, write_map
 from kbot.world.occupancy_of_world import world_grid
@@ -72,6 +72,62 @@ def test_a_leaning_plate_is_cut_at_the_heights():
     columns = np.flatnonzero((grid.cells == OCCUPIED).any(axis=0)) * 0.01 + grid.origin.x
     assert columns.min() == pytest.approx(0.1, abs=0.011)
     assert columns.max() + 0.01 == pytest.approx(0.3, abs=0.011)
+
+
+def test_planes_are_ground_until_they_are_too_steep():
+    around = ((-1.0, -1.0), (1.0, 1.0))
+    gentle = _world(Plane(), _at(0.0, 0.0, z=0.0, pitch=-0.4))
+    assert not (world_grid(gentle, around=around).cells == OCCUPIED).any()
+    # this one rises by 45 degrees along x: 0.01 m above the floor one is inside of it from x = 0.01 on
+    steep = world_grid(_world(Plane(), _at(0.0, 0.0, z=0.0, pitch=-pi / 4)), around=around)
+    assert steep.value(0.05, 0.3) == OCCUPIED
+    assert steep.value(-0.05, 0.3) == FREE
+    wall = world_grid(_world(Plane(), _at(0.5, 0.0, z=0.0, pitch=-pi / 2)), around=around)
+    assert (wall.value(0.45, 0.7), wall.value(0.55, 0.7)) == (FREE, OCCUPIED)
+
+
+def _field(rise):
+    """Level up to x = 0, then `rise` metres up a metre for a metre, then level again; 6 x 2 m."""
+    x = np.linspace(-3.0, 3.0, 601)
+    return HeightField(np.tile(np.clip(x, 0.0, 1.0) * rise, (5, 1)), (6.0, 2.0))
+
+
+def test_a_height_field_is_free_where_it_is_gentle():
+    grid = world_grid(_world(_field(0.5), _at(0.0, 0.0, z=0.0)))
+    assert not (grid.cells == OCCUPIED).any()
+    steep = world_grid(_world(_field(1.0), _at(0.0, 0.0, z=0.0)))
+    columns = np.flatnonzero((steep.cells == OCCUPIED).any(axis=0)) * steep.resolution + steep.origin.x
+    assert columns.min() == pytest.approx(0.0, abs=0.03)
+    assert columns.max() == pytest.approx(1.0, abs=0.03)
+    # a turned and moved field lies where it stands
+    turned = world_grid(_world(_field(1.0), _at(2.0, 1.0, z=0.0, yaw=pi / 2)))
+    assert turned.value(2.0, 1.5) == OCCUPIED
+    assert turned.value(2.0, 0.5) == turned.value(2.0, 2.5) == FREE
+
+
+def test_what_stands_on_a_hill_is_on_the_map():
+    hill = Body("hill", (Part(_field(0.5)),))
+    stone = Body("stone", (Part(Box((0.2, 0.2, 0.2))),), _at(2.0, 0.0, z=0.6))
+    grid = world_grid(World("hill", (hill, stone)))
+    assert grid.value(2.0, 0.0) == OCCUPIED
+    assert grid.value(2.2, 0.0) == FREE
+
+
+def test_a_ramp_is_driven_up_its_length_and_not_from_its_sides():
+    grid = world_grid(load_world("ramp"))
+    # its middle, from the floor to the level top and down again
+    row = grid.cell(0.0, 0.0)[0]
+    ahead = slice(grid.cell(0.0, 0.0)[1], grid.cell(5.9, 0.0)[1])
+    assert (grid.cells[row, ahead] == FREE).all()
+    # beside the top, 0.75 m to the left, is an edge of 2 sin 10 deg = 0.35 m
+    across = grid.cells[slice(grid.cell(3.0, 0.6)[0], grid.cell(3.0, 0.9)[0]), grid.cell(3.0, 0.0)[1]]
+    assert (across == OCCUPIED).any()
+    # the first step of stairs of 1 cm is driven over, one of 5 cm is not
+    low = world_grid(load_world("stairs"))
+    end = low.cell(3.4, 0.0)[1]
+    assert (low.cells[low.cell(0.0, 0.0)[0], :end] == FREE).all()
+    high = world_grid(load_world("stairs:height=0.05"))
+    assert (high.cells[high.cell(0.0, 0.0)[0]] == OCCUPIED).sum() == 2 * 6
 
 
 def test_a_maze_is_closed_and_connected():
@@ -138,13 +194,23 @@ def test_modes_negation_and_colour_read_as_map_server_says(tmp_path):
         ({"image": None}, "'image' is missing"),
         ({"occupied_thresh": None, "ocupied_thresh": 0.5}, "did you mean 'ocupied_thresh'"),
         ({"image": "n.png"}, "does not exist"),
-        ({"image": "map.yaml"}, "cannot be read"),
+        ({"image": "map.yaml"}, "no kind that can be read"),
     ],
 )
 def test_a_spoilt_map_is_one_clear_error(tmp_path, keys, word):
     Image.fromarray(np.zeros((1, 1), dtype=np.uint8)).save(tmp_path / "m.png")
     with pytest.raises(KbotError, match=word):
         read_map(_write_yaml(tmp_path, **keys))
+
+
+def test_thresholds_that_are_not_given_are_map_savers(tmp_path):
+    # occupied from 0.65 on, that is up to a grey of 89; free below 0.196, that is from 206 on: 205 is unknown
+    Image.fromarray(np.array([[0, 89, 90, 205, 206, 255]], dtype=np.uint8)).save(tmp_path / "m.png")
+    path = _write_yaml(tmp_path, occupied_thresh=None, free_thresh=None)
+    assert read_map(path).cells.tolist() == [[100, 100, -1, -1, 0, 0]]
+    # the world of the same map has its walls in the same cells
+    (wall,) = load_world(path).bodies[1].parts
+    assert wall.shape.size == pytest.approx((0.2, 0.1, 0.3))
 
 
 def test_text_that_is_no_yaml_says_where(tmp_path):

@@ -1,54 +1,66 @@
-"""Pictures as grey values: PGM and PNG."""
+"""Pictures as grey values."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
 from kbot.text.files import check_regular
+from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 Grey = NDArray[np.uint8]
-_HEADER = re.compile(rb"(P[25])\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s+(?:#[^\n]*\n\s*)*(\d+)\s")
+
+MOST_PIXELS = 100_000_000
+"""A picture of more is taken for a mistake."""
+
+
+def read_picture(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Greys from 0 black to 1 white, the mean of the colours (rows from the top, columns), and where the
+    picture is opaque.
+
+    Raises:
+        KbotError: the file is missing, no picture, or far too large for one.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    file = Path(path)
+    try:
+        check_regular(file)
+        with Image.open(file) as image:
+            if image.width * image.height > MOST_PIXELS:
+                raise KbotError(f"the picture {file} has {image.width} x {image.height} pixels: too many")
+            top = _white(image)
+            pixels = np.asarray(image.convert("RGBA") if top == 255 else image, dtype=np.float64)
+    except FileNotFoundError:
+        siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
+        near = did_you_mean(file.name, siblings)
+        raise KbotError(f"the picture {file} does not exist" + (f": {near}" if near else "")) from None
+    except UnidentifiedImageError:
+        raise KbotError(f"the picture {file} is of no kind that can be read: a PNG or a PGM is") from None
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise KbotError(f"the picture {file} cannot be read: {error}") from None
+    if pixels.ndim == 2:
+        return pixels / top, np.ones(pixels.shape, dtype=bool)
+    return pixels[..., :3].mean(axis=2) / top, pixels[..., 3] == top
 
 
 def read_grey(path: str) -> Grey:
-    """Grey values (rows, columns), 0 black to 255 white, the first row on top.
+    """Grey values (rows from the top, columns), 0 black to 255 white; what is see-through counts as white.
 
     Raises:
-        KbotError: the file is missing, or no picture of a kind that is read.
+        KbotError: as `read_picture`.
     """
-    try:
-        check_regular(path)
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise KbotError(f"the picture {path} cannot be read: {error.strerror}") from None
-    if data[:2] in (b"P2", b"P5"):
-        return _pgm(path, data)
-    if data[:8] == b"\x89PNG\r\n\x1a\n":
-        from kbot.world.png import read_png
-
-        return read_png(path, data)
-    raise KbotError(f"the picture {path} is neither PGM nor PNG")
+    grey, opaque = read_picture(path)
+    return np.round(np.where(opaque, grey, 1.0) * 255.0).astype(np.uint8)
 
 
-def _pgm(path: str, data: bytes) -> Grey:
-    header = _HEADER.match(data)
-    if header is None:
-        raise KbotError(f"the picture {path} is no PGM")
-    width, height, most = (int(header[i]) for i in (2, 3, 4))
-    if not (0 < width <= 20_000 and 0 < height <= 20_000 and 0 < most < 65536):
-        raise KbotError(f"the picture {path} has no sensible size")
-    count, body = width * height, data[header.end() :]
-    if header[1] == b"P2":
-        words = body.split()
-        values = np.array([int(w) for w in words[:count] if w.isdigit()], dtype=np.float64)
-    else:
-        kind = np.dtype(">u2") if most > 255 else np.dtype("u1")
-        values = np.frombuffer(body[: count * kind.itemsize], dtype=kind).astype(np.float64)
-    if len(values) < count:
-        raise KbotError(f"the picture {path} is cut short")
-    return np.round(values.reshape(height, width) * (255.0 / most)).astype(np.uint8)
+def _white(image: Image) -> int:
+    """The value that is white; pictures of 16 bits keep theirs."""
+    return 65535 if image.mode.startswith("I") else 255

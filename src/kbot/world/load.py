@@ -25,7 +25,9 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     if isinstance(world, World):
         return world
     if not isinstance(world, str | os.PathLike):
-        raise KbotError(f"a world is a World, a name such as 'empty' or 'maze:size=8', or a file, not {world!r}")
+        raise KbotError(
+            f"a world is a World, a name such as 'empty' or 'maze:size=8', or a file, not {world!r}"
+        )
     text = os.fspath(world)
     suffix = Path(text).suffix.lower()
     if suffix in SDF_SUFFIXES:
@@ -33,9 +35,9 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
 
         return read_sdf(text)
     if suffix in MAP_SUFFIXES:
-        from kbot.world.maps import read_map
+        from kbot.world.maps import map_world
 
-        return read_map(text)
+        return map_world(text)
     if os.sep in text or Path(text).is_file():
         known = ", ".join((*SDF_SUFFIXES, *MAP_SUFFIXES))
         near = did_you_mean(text, BUILDERS)

@@ -6,19 +6,17 @@ import io
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
-from kbot.text.files import check_regular, read_source
+from kbot.text.files import read_source
 from kbot.text.suggest import did_you_mean
-from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, OccupancyGrid
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
+from kbot.world.images import read_picture
+from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 """As map_saver of ROS 1 writes them; with 0.25 its grey for unknown (205) would read as free."""
@@ -57,7 +55,8 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = 
 
 
 def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """Read map.yaml and its picture, in the modes trinary, scale and raw.
+    """Read map.yaml and its picture, in the modes trinary, scale and raw. Thresholds that are not given are
+    those of map_saver.
 
     Raises:
         KbotError: a file is missing or not readable, a key is missing, or of no use.
@@ -75,14 +74,14 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     if mode not in _MODES:
         hint = did_you_mean(str(mode), _MODES) or f"there are {', '.join(_MODES)}"
         raise KbotError(f"{name}: there is no mode '{mode}': {hint}")
-    grey, opaque = _read_picture(image)
+    grey, opaque = read_picture(image)
     cells = _interpret(
         grey,
         opaque,
         mode,
         negate=bool(settings.get("negate", 0)),
-        occupied=_number(name, settings, "occupied_thresh") if mode != "raw" else 1.0,
-        free=_number(name, settings, "free_thresh") if mode != "raw" else 0.0,
+        occupied=_number(name, settings, "occupied_thresh", OCCUPIED_THRESHOLD),
+        free=_number(name, settings, "free_thresh", FREE_THRESHOLD),
     )
     x, y, yaw = (float(v) for v in origin)
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, PlanarPose(x, y, yaw))
@@ -119,50 +118,27 @@ def _settings(name: str) -> dict[str, Any]:
         raise KbotError(f"{name}{where}: not YAML: {getattr(error, 'problem', error)}") from None
     if not isinstance(settings, dict):
         raise KbotError(f"{name} is no map: it has no keys such as image and resolution")
-    thresholds = () if settings.get("mode") == "raw" else ("occupied_thresh", "free_thresh")
-    for key in ("image", "resolution", "origin", *thresholds):
+    others = [str(key) for key in settings if key not in _KEYS]
+    for key in ("image", "resolution", "origin"):
         if key not in settings:
-            near = did_you_mean(key, [str(k) for k in settings if k not in _KEYS])
+            near = did_you_mean(key, others)
             raise KbotError(f"{name}: the key '{key}' is missing" + (f": {near}" if near else ""))
+    for key in ("occupied_thresh", "free_thresh"):
+        near = did_you_mean(key, others) if key not in settings else ""
+        if near:
+            raise KbotError(f"{name}: the key '{key}' is missing: {near}")
     return settings
 
 
-def _number(name: str, settings: dict[str, Any], key: str) -> float:
-    value = settings[key]
+def _number(name: str, settings: dict[str, Any], key: str, default: float = math.nan) -> float:
+    value = settings.get(key, default)
     if not _is_number(value):
-        raise KbotError(f"{name}: {key} is a number, not {value!r}")
+        raise KbotError(f"{name}: {key} is a finite number, not {value!r}")
     return float(value)
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _read_picture(path: Path) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Greys 0..1 (rows from the top) and where the picture is opaque."""
-    from PIL import Image, UnidentifiedImageError
-
-    try:
-        check_regular(path)
-        with Image.open(path) as image:
-            if image.width * image.height > MOST_CELLS:
-                raise KbotError(f"{path} has {image.width} x {image.height} pixels: too many for a map")
-            pixels = np.asarray(image.convert("RGBA") if _depth(image) == 255 else image, dtype=np.float64)
-            top = _depth(image)
-    except FileNotFoundError:
-        siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = did_you_mean(path.name, siblings)
-        raise KbotError(f"the map's picture {path} does not exist" + (f": {near}" if near else "")) from None
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise KbotError(f"the map's picture {path} cannot be read: {error}") from None
-    if pixels.ndim == 2:
-        return pixels / top, np.ones(pixels.shape, dtype=bool)
-    return pixels[..., :3].mean(axis=2) / top, pixels[..., 3] == top
-
-
-def _depth(image: Image) -> int:
-    """The value that is white; pictures of 16 bits keep theirs."""
-    return 65535 if image.mode.startswith("I") else 255
 
 
 def _encode(grey: NDArray[np.uint8], kind: str) -> bytes:

@@ -6,18 +6,23 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.world.footprints import Points, footprint
+from kbot.world.ground import ground_heights, impassable, walls_of_planes
 from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, OccupancyGrid
-from kbot.world.world import World
+from kbot.world.world import HeightField, Plane, World
 
 RESOLUTION = 0.02
 HEIGHTS = (0.01, 0.25)
 """What is lower is driven over, what is higher is driven under; metres."""
 MARGIN = 0.5
 """Free ground around all that stands in a world."""
+_SKY = 1e6
+_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
 def world_grid(
@@ -30,10 +35,11 @@ def world_grid(
 ) -> OccupancyGrid:
     """The world's solid things between two heights (m) as a grid; nothing in it is unknown.
 
-    A cell is occupied as soon as something reaches into it, so a wall thinner than a cell is not lost.
-    What is driven on (ground, ramps, stairs) is free. The grid reaches `margin` m beyond every thing and
-    beyond the points `around`; things that can move stand where they start. With `most_cells` the cells of a
-    large world are coarser than `resolution`, so that there are no more of them.
+    A cell is occupied as soon as something reaches into it, so a wall thinner than a cell is not lost. The
+    heights count from the ground beneath a thing. What is driven on (ground, ramps, stairs, height fields) is
+    free, but for slopes too steep and edges too high for wheels. The grid reaches `margin` m beyond every
+    thing and beyond the points `around`; things that can move stand where they start. With `most_cells` the
+    cells of a large world are wider than `resolution`, so that there are no more of them.
 
     Raises:
         KbotError: a resolution that is none, heights out of order, or a world too large for it.
@@ -43,14 +49,16 @@ def world_grid(
         raise KbotError(f"a grid's resolution is a length above 0 m, not {resolution}")
     if not low < high:
         raise KbotError(f"the heights to map go up, unlike {low} to {high} m")
-    outlines = [
-        outline
+    things = [
+        (part.shape, body.pose @ part.pose)
         for body in world.bodies
         for part in body.parts
         if part.solid and not part.ground
-        if (outline := footprint(part.shape, body.pose @ part.pose, low, high)) is not None
     ]
-    corners = np.concatenate([*outlines, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
+    extents = [
+        outline for thing in things if (outline := footprint(*thing, low, _SKY)) is not None
+    ] + _extents_of_ground(world)
+    corners = np.concatenate([*extents, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
     if not len(corners):
         corners = np.zeros((1, 2))
     if most_cells is not None:
@@ -67,9 +75,41 @@ def world_grid(
     x, y = (first * resolution).tolist()
     cells = np.full((rows, columns), FREE, dtype=np.int8)
     grid = OccupancyGrid(cells, resolution, PlanarPose(x, y))
-    for outline in outlines:
-        _fill(grid, outline)
+    ground = ground_heights(world, grid)
+    if ground is not None:
+        cells[impassable(ground, resolution)] = OCCUPIED
+    cells[walls_of_planes(world, grid, low)] = OCCUPIED
+    for shape, pose in things:
+        base = 0.0 if ground is None else _ground_beneath(grid, ground, pose)
+        outline = footprint(shape, pose, base + low, base + high)
+        if outline is not None:
+            _fill(grid, outline)
     return grid
+
+
+def _extents_of_ground(world: World) -> list[Points]:
+    """Corners of ground that has an end and is not of one height: height fields, ramps, stairs."""
+    found = []
+    for body in world.bodies:
+        for part in body.parts:
+            pose = body.pose @ part.pose
+            if not part.solid or isinstance(part.shape, Plane):
+                continue
+            if isinstance(part.shape, HeightField):
+                x, y = part.shape.size
+                found.append(
+                    pose.apply(np.array([(sx * x / 2, sy * y / 2, 0.0) for sx, sy in _CORNERS]))[:, :2]
+                )
+            elif part.ground and (outline := footprint(part.shape, pose, -_SKY, _SKY)) is not None:
+                found.append(outline)
+    return found
+
+
+def _ground_beneath(grid: OccupancyGrid, ground: NDArray[np.float64], pose: Transform) -> float:
+    """Height of the ground where a thing stands; 0 where there is none."""
+    row, column = grid.cell(*pose.translation[:2].tolist())
+    height = float(ground[row, column]) if grid.contains(row, column) else math.nan
+    return height if math.isfinite(height) else 0.0
 
 
 def _fill(grid: OccupancyGrid, outline: Points) -> None:

@@ -1,0 +1,159 @@
+"""How high the ground of a world lies over the cells of a grid, and where it cannot be driven on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.world.footprints import footprint, top
+from kbot.world.occupancy import OccupancyGrid
+from kbot.world.world import Box, HeightField, Part, Plane, World
+
+Heights = NDArray[np.float64]
+
+STEP = 0.012
+"""Metres; a higher edge is not driven over."""
+STEEPEST = math.radians(30.0)
+"""A steeper slope is not driven on."""
+
+
+def ground_heights(world: World, grid: OccupancyGrid) -> Heights | None:
+    """Height in m of the highest ground at the middle of each cell, nan where there is none; None where all
+    of it is level at z = 0."""
+    ground = list(_ground(world))
+    if all(isinstance(part.shape, Plane) and _is_floor(pose) for part, pose in ground):
+        return None
+    heights = np.full((grid.rows, grid.columns), np.nan)
+    for part, pose in ground:
+        rows, columns = _extent(part, pose, grid)
+        if rows.start < rows.stop and columns.start < columns.stop:
+            x, y = _middles(grid, rows, columns)
+            here = heights[rows, columns]
+            np.fmax(here, _surface(part, pose, x, y), out=here)
+    return heights
+
+
+def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
+    """Cells at an edge higher than a step or on too steep a slope; of where no ground is nothing is said."""
+    most = max(STEP, resolution * math.tan(STEEPEST)) + 1e-9
+    blocked = np.zeros(heights.shape, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        up, right = np.abs(np.diff(heights, axis=0)) > most, np.abs(np.diff(heights, axis=1)) > most
+    for edge, low, high in ((up, blocked[:-1], blocked[1:]), (right, blocked[:, :-1], blocked[:, 1:])):
+        low |= edge
+        high |= edge
+    return blocked
+
+
+def walls_of_planes(world: World, grid: OccupancyGrid, height: float) -> NDArray[np.bool_]:
+    """Cells behind planes that are too steep for ground, at a height in m."""
+    blocked = np.zeros((grid.rows, grid.columns), dtype=bool)
+    x, y = _middles(grid, slice(0, grid.rows), slice(0, grid.columns))
+    for part, pose in _parts(world):
+        if isinstance(part.shape, Plane) and not _is_gentle(pose):
+            nx, ny, nz = pose.rotation[:, 2].tolist()
+            px, py, pz = pose.translation.tolist()
+            blocked |= nx * (x - px) + ny * (y - py) + nz * (height - pz) < 0.0
+    return blocked
+
+
+def _parts(world: World) -> Iterator[tuple[Part, Transform]]:
+    for body in world.bodies:
+        for part in body.parts:
+            if part.solid:
+                yield part, body.pose @ part.pose
+
+
+def _ground(world: World) -> Iterator[tuple[Part, Transform]]:
+    """What is driven on: gentle planes, height fields, and parts that are said to be ground."""
+    for part, pose in _parts(world):
+        if isinstance(part.shape, Plane):
+            if _is_gentle(pose):
+                yield part, pose
+        elif part.ground or isinstance(part.shape, HeightField):
+            yield part, pose
+
+
+def _is_gentle(pose: Transform) -> bool:
+    return bool(pose.rotation[2, 2] > math.cos(STEEPEST))
+
+
+def _is_floor(pose: Transform) -> bool:
+    return bool(abs(pose.translation[2]) < 1e-9 and pose.rotation[2, 2] > 1.0 - 1e-12)
+
+
+def _middles(grid: OccupancyGrid, rows: slice, columns: slice) -> tuple[Heights, Heights]:
+    """x (1, columns) and y (rows, 1) of cells' middles, in m; grids of worlds are not turned."""
+    x = (np.arange(columns.start, columns.stop) + 0.5) * grid.resolution + grid.origin.x
+    y = (np.arange(rows.start, rows.stop) + 0.5) * grid.resolution + grid.origin.y
+    return x[None, :], y[:, None]
+
+
+def _extent(part: Part, pose: Transform, grid: OccupancyGrid) -> tuple[slice, slice]:
+    """Rows and columns that a part may lie over."""
+    if isinstance(part.shape, HeightField):
+        half = np.array(part.shape.size) / 2.0
+        corners = np.array([(sx * half[0], sy * half[1], 0.0) for sx in (-1, 1) for sy in (-1, 1)])
+        outline = pose.apply(corners)[:, :2]
+    else:
+        found = footprint(part.shape, pose, -1e6, 1e6)
+        if found is None:
+            return slice(0, grid.rows), slice(0, grid.columns)
+        outline = found
+    local = (outline - (grid.origin.x, grid.origin.y)) / grid.resolution
+    low, high = np.floor(local.min(axis=0)).astype(int), np.ceil(local.max(axis=0)).astype(int)
+    return (
+        slice(max(0, int(low[1])), min(grid.rows, int(high[1]))),
+        slice(max(0, int(low[0])), min(grid.columns, int(high[0]))),
+    )
+
+
+def _surface(part: Part, pose: Transform, x: Heights, y: Heights) -> Heights:
+    """Height of a part's upper side at places, nan where it is not."""
+    shape = part.shape
+    if isinstance(shape, HeightField):
+        return _height_field(shape, pose, x, y)
+    if isinstance(shape, Plane):
+        return _face(pose.translation, pose.rotation[:, 2], x, y)
+    outline = footprint(shape, pose, -1e6, 1e6)
+    inside = np.zeros((y.size, x.size), dtype=bool)
+    if outline is not None and len(outline) > 2:
+        inside[:] = True
+        for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+            inside &= (end[0] - start[0]) * (y - start[1]) - (end[1] - start[1]) * (x - start[0]) >= 0.0
+    highest = top(shape, pose)
+    if not isinstance(shape, Box):
+        return np.where(inside, highest, np.nan)
+    # the face that looks up most
+    axis = int(np.argmax(np.abs(pose.rotation[2])))
+    normal = pose.rotation[:, axis] * math.copysign(1.0, pose.rotation[2, axis])
+    face = _face(pose.translation + normal * shape.size[axis] / 2.0, normal, x, y)
+    return np.where(inside, np.minimum(face, highest), np.nan)
+
+
+def _face(point: Heights, normal: Heights, x: Heights, y: Heights) -> Heights:
+    nx, ny, nz = normal.tolist()
+    px, py, pz = point.tolist()
+    face: Heights = pz - (nx * (x - px) + ny * (y - py)) / nz
+    return face
+
+
+def _height_field(field: HeightField, pose: Transform, x: Heights, y: Heights) -> Heights:
+    """Between four heights evenly; the field is taken to stand upright."""
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    dx, dy = x - pose.translation[0], y - pose.translation[1]
+    rows, columns = field.heights.shape
+    u = ((c * dx + s * dy) / field.size[0] + 0.5) * (columns - 1)
+    v = ((c * dy - s * dx) / field.size[1] + 0.5) * (rows - 1)
+    outside = (u < 0.0) | (u > columns - 1) | (v < 0.0) | (v > rows - 1)
+    left = np.clip(np.floor(u), 0, max(columns - 2, 0)).astype(np.intp)
+    low = np.clip(np.floor(v), 0, max(rows - 2, 0)).astype(np.intp)
+    right, high = np.minimum(left + 1, columns - 1), np.minimum(low + 1, rows - 1)
+    a, b, h = u - left, v - low, field.heights
+    near = (1.0 - a) * h[low, left] + a * h[low, right]
+    far = (1.0 - a) * h[high, left] + a * h[high, right]
+    return np.where(outside, np.nan, (1.0 - b) * near + b * far + pose.translation[2])
