@@ -6,6 +6,7 @@ import struct
 
 import pytest
 
+from kbot.messages import control
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1, known_type, ros1_definition, ros_name
@@ -23,6 +24,13 @@ FULL = [
         "base",
         msg.PoseWithCovariance(msg.Pose(msg.Point(1, 2, 3)), tuple(float(n) for n in range(36))),
         msg.TwistWithCovariance(msg.Twist(msg.Vector3(0.5)), tuple(-float(n) for n in range(36))),
+    ),
+    control.Float64(-2.5),
+    control.Float64MultiArray(data=(1.0, 2.0)),
+    control.JointTrajectory(
+        STAMP,
+        ("a", "bc"),
+        (control.JointTrajectoryPoint((1.0, 2.0), (0.5, 0.25), time_from_start=control.Duration(1, 5)),),
     ),
     msg.JointState(STAMP, ("a", "bc"), (1.0, 2.0), (3.0, 4.0), ()),
     msg.JointState(),

@@ -60,10 +60,13 @@ _GROUPS = {
 _FORWARD = "forward_command_controller/ForwardCommandController"
 _TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
 _OTHERS = (
-    "joint_state_broadcaster/JointStateBroadcaster",
-    "diff_drive_controller/DiffDriveController",
+    "diff_drive_controller",
+    "tricycle_controller",
+    "tricycle_steering_controller",
+    "ackermann_steering_controller",
+    "bicycle_steering_controller",
 )
-"""What the simulation does by itself, or reads elsewhere."""
+"""Packages of what the simulation does by itself, or reads elsewhere; broadcasters are too."""
 
 
 def joint_control(robot: Robot, driven: tuple[str, ...], findings: Findings) -> JointControl:
@@ -96,7 +99,7 @@ class _Reader:
                 group = _GROUPS.get(kind) or self._interface(values.get("interface_name"), found)
                 if group is not None:
                     yield JointController(name, f"{name}/commands", Input.ARRAY, joints, group)
-            elif kind not in _OTHERS:
+            elif not kind.partition("/")[0].endswith(("_broadcaster", *_OTHERS)):
                 self.findings.info("W135", f"the controller '{name}' of type {kind} is not run", found.origin)
 
     def _interface(self, said: object, found: Parameters) -> Interface | None:
