@@ -72,7 +72,7 @@ def _by_interfaces(
     if interfaces & {"latitude", "longitude"}:
         return Gps(**common)
     if "range" in interfaces:
-        bounds = {
+        bounds: dict[str, Any] = {
             name: _number(params[other])
             for name, other in (
                 ("range_min", "min_range"), ("range_max", "max_range"), ("field_of_view", "field_of_view")

@@ -68,7 +68,7 @@ class Description:
         if usable and loaded.robot is not None and _has_sensors(loaded.robot):
             from kbot.sensors.declared import declared_sensors
 
-            findings = [*findings, *declared_sensors(loaded.robot).diagnostics]
+            findings = (*findings, *declared_sensors(loaded.robot).diagnostics)
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
         robot = None if loaded.robot is None else self._alter(loaded.robot)
         return Reading(robot, usable, loaded.expansion.document, tuple(findings), tuple(files))
