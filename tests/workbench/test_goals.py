@@ -1,0 +1,84 @@
+"""Goals given from a page: driven to in a served simulation, given up for the keys, kept over a save."""
+
+import time
+from pathlib import Path
+
+import pytest
+
+from kbot.messages import String
+from kbot.workbench.protocol import Drive, Publish, Stop
+from kbot.workbench.serve import open_session
+
+
+def _goal(x: float, y: float) -> Publish:
+    pose = {"position": {"x": x, "y": y, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    stamp = {"sec": 0, "nanosec": 0}
+    message = {"header": {"stamp": stamp, "frame_id": "map"}, "pose": pose}
+    return Publish("goal_pose", "geometry_msgs/PoseStamped", message)
+
+
+def _states(session):
+    heard = []
+    session._motion.bus.subscribe("navigation_status", String, lambda m: heard.append(m.data))
+    return heard
+
+
+def _advance(session, seconds):
+    for _ in range(round(seconds / 0.02)):
+        session.advance(0.02)
+        time.sleep(0.0005)
+
+
+@pytest.fixture
+def session(xacro: Path):
+    return open_session(str(xacro), simulate=True, world="maze:size=3,seed=3")
+
+
+def test_a_goal_of_a_page_is_driven_to(session):
+    states = _states(session)
+    session.obey(_goal(0.6, 0.6), 1)
+    _advance(session, 14.0)
+    assert states == ["accepted", "driving", "reached"]
+    x, y, _ = session.state().odometry
+    assert (x, y) == pytest.approx((0.6, 0.6), abs=0.02)
+    assert session.state().command == (0.0, 0.0)
+
+
+def test_the_keys_and_stop_take_the_wheels(session):
+    states = _states(session)
+    session.obey(_goal(1.2, 1.2), 1)
+    _advance(session, 1.5)
+    assert session.state().command != (0.0, 0.0)
+    session.obey(Drive(0.0, 0.5), 1)
+    assert states[-1] == "cancelled: driven by hand"
+    _advance(session, 0.2)
+    assert session.state().command == (0.0, 0.5)
+    session.obey(Stop(), 1)
+    session.obey(_goal(1.2, 1.2), 1)
+    _advance(session, 1.5)
+    assert states[-1] == "driving"
+    session.obey(Stop(), 2)
+    assert states[-1] == "cancelled: stopped by hand"
+    assert session.state().command == (0.0, 0.0)
+
+
+def test_a_goal_outlives_a_save(session):
+    session.obey(_goal(0.6, 0.6), 1)
+    _advance(session, 2.0)
+    session.adopt(session.read())
+    states = _states(session)
+    _advance(session, 14.0)
+    assert states[-1] == "reached"
+
+
+def test_a_sensor_that_is_ill_declared_is_found_at_its_line(tmp_path: Path):
+    text = """<robot name="r"><link name="base_link"/>
+<gazebo reference="base_link">
+<sensor type="ray" name="scan"><ray><scan><horizontal>
+<samples>many</samples></horizontal></scan></ray></sensor></gazebo></robot>"""
+    (tmp_path / "r.urdf").write_text(text)
+    session = open_session(str(tmp_path / "r.urdf"), simulate=False)
+    (found,) = [f for f in session.findings().findings if f.code == "W141"]
+    assert "finite number, not 'many'" in found.message
+    assert found.place is not None
+    assert found.place.line == 4
