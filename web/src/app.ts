@@ -44,7 +44,9 @@ export class App {
 
   /** Names of all frames there are. */
   frames(): readonly string[] {
-    return [...(this.scene.value?.links ?? []).map((link) => link.name), ...(this.state.value?.frames ?? []).map(([name]) => name ?? "")];
+    const world = this.scene.value?.world ?? "";
+    const links = (this.scene.value?.links ?? []).map((link) => link.name);
+    return [...(links.includes(world) ? [] : [world]), ...links, ...(this.state.value?.frames ?? []).map(([name]) => name ?? "")];
   }
 
   setOption<K extends keyof Options>(name: K, value: Options[K]): void {

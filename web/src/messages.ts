@@ -204,6 +204,18 @@ export interface CameraInfo {
   roi: RegionOfInterest;
 }
 
+/** N and N m. */
+export interface Wrench {
+  force: Vector3;
+  torque: Vector3;
+}
+
+/** In the axes of the header's frame. */
+export interface WrenchStamped {
+  header: Header;
+  wrench: Wrench;
+}
+
 export interface Bool {
   data: boolean;
 }
@@ -260,4 +272,96 @@ export interface OccupancyGrid {
   header: Header;
   info: MapMetaData;
   data: Int8Array;
+}
+
+/** `nanosec` is less than a second, also where `sec` is below zero. */
+export interface Duration {
+  sec: number;
+  nanosec: number;
+}
+
+export interface Float64 {
+  data: number;
+}
+
+export interface Float64MultiArray {
+  layout: MultiArrayLayout;
+  data: readonly number[];
+}
+
+/** rad or m, rad/s or m/s, and so on, one number a joint; a list that is empty says nothing of it. */
+export interface JointTrajectoryPoint {
+  positions: readonly number[];
+  velocities: readonly number[];
+  accelerations: readonly number[];
+  effort: readonly number[];
+  time_from_start: Duration;
+}
+
+export interface JointTrajectory {
+  header: Header;
+  joint_names: readonly string[];
+  points: readonly JointTrajectoryPoint[];
+}
+
+/** Each in 0..1. */
+export interface ColorRGBA {
+  r: number;
+  g: number;
+  b: number;
+  a: number;
+}
+
+/** `format` is jpeg or png. */
+export interface CompressedImage {
+  header: Header;
+  format: string;
+  data: Uint8Array;
+}
+
+export interface UVCoordinate {
+  u: number;
+  v: number;
+}
+
+export interface MeshFile {
+  filename: string;
+  data: Uint8Array;
+}
+
+/** A thing to draw, known by `ns` and `id`; `type` and `action` are the numbers above. Without a `lifetime` it stays until it is deleted. */
+export interface Marker {
+  header: Header;
+  ns: string;
+  id: number;
+  type: number;
+  action: number;
+  pose: Pose;
+  scale: Vector3;
+  color: ColorRGBA;
+  lifetime: Duration;
+  frame_locked: boolean;
+  points: readonly Point[];
+  colors: readonly ColorRGBA[];
+  texture_resource: string;
+  texture: CompressedImage;
+  uv_coordinates: readonly UVCoordinate[];
+  text: string;
+  mesh_resource: string;
+  mesh_file: MeshFile;
+  mesh_use_embedded_materials: boolean;
+}
+
+export interface MarkerArray {
+  markers: readonly Marker[];
+}
+
+export interface PoseArray {
+  header: Header;
+  poses: readonly Pose[];
+}
+
+export interface PointStamped {
+  header: Header;
+  point: Point;
 }

@@ -54,11 +54,12 @@ export interface LinkView {
   place: Place | null;
 }
 
-/** A joint whose position is one number. `lower` and `upper` are the slider's ends. */
+/** A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and `upper` are the slider's ends. */
 export interface JointView {
   name: string;
   kind: "continuous" | "revolute" | "prismatic";
   child: string;
+  axis: readonly number[];
   lower: number;
   upper: number;
   mimics: string;

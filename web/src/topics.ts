@@ -32,9 +32,9 @@ export class Topics {
     };
   }
 
-  /** The first topic that carries a type, empty where none does. */
-  first(kind: string): string {
-    return this.list.value.find((topic) => topic.kind === kind)?.name ?? "";
+  /** The first topic that carries one of some types, empty where none does. */
+  first(kinds: readonly string[]): string {
+    return this.list.value.find((topic) => kinds.includes(topic.kind))?.name ?? "";
   }
 
   /** Asks anew for all: the server that is connected now knows nothing of it. */

@@ -18,6 +18,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.simulation import ORIGIN
 from kbot.text import KbotError
+from kbot.workbench.contact_forces import ContactForces
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.session import Reader, Session
@@ -93,6 +94,7 @@ class Driving:
         self._owed = 0.0
         self._frames = ForeignFrames(self._sim.bus)
         mount_declared(self._sim, strict=False)  # the findings say what is wrong with the declarations
+        ContactForces(self._sim)
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         setup.attend(self._sim)

@@ -159,6 +159,7 @@ def _joint(joint: Joint) -> JointView:
         name=joint.name,
         kind=joint.type.value,  # type: ignore[arg-type]
         child=joint.child,
+        axis=tuple(joint.axis),
         lower=lower,
         upper=upper,
         mimics=joint.mimic.joint if joint.mimic else "",

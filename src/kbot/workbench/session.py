@@ -12,6 +12,7 @@ from kbot.text import DescriptionError, KbotError
 from kbot.text.files import read_source
 from kbot.workbench.authoring import Authoring
 from kbot.workbench.description import Reading
+from kbot.workbench.marker_meshes import MarkerMeshes
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.motion import Motion, flat
 from kbot.workbench.overrides import Overrides
@@ -51,6 +52,7 @@ class Reader(Protocol):
     """Reads the description as it is now."""
 
     overrides: Overrides
+    package_path: tuple[str, ...]
 
     def read(self) -> Reading: ...
 
@@ -91,7 +93,8 @@ class Session:
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
         self._motion = make_motion(self._robot)
-        self.topics = TopicRelay(self._motion.bus, self._now)
+        for_page = MarkerMeshes(self.meshes, reader.package_path, self._shown.files[0])
+        self.topics = TopicRelay(self._motion.bus, self._now, for_page)
         self._revision = 1
         self._ownership = Ownership(self._shown.document)
         self._stale = False

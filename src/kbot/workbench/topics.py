@@ -56,12 +56,19 @@ class _Heard:
 class TopicRelay:
     """Hears a topic while a page wants it, wherever the bus comes and goes. For the server's loop alone."""
 
-    def __init__(self, bus: Bus, now: Callable[[], int]) -> None:
-        """`now` tells the time in nanoseconds."""
+    def __init__(
+        self, bus: Bus, now: Callable[[], int], for_page: Callable[[object], object] = lambda message: message
+    ) -> None:
+        """`now` tells the time in nanoseconds; `for_page` makes of a message what pages are sent."""
         self._wanted: dict[str, set[int]] = {}
         self._heard: dict[str, _Heard] = {}
-        self._bus, self._now = bus, now
+        self._bus, self._now, self._for_page = bus, now, for_page
         self._feed = Feed(bus, now)
+
+    @property
+    def bus(self) -> Bus:
+        """Where the topics are."""
+        return self._bus
 
     def attach(self, bus: Bus) -> None:
         """Go on with another bus."""
@@ -85,7 +92,7 @@ class TopicRelay:
         self._wanted.setdefault(name, set()).add(page)
         self._listen()
         heard = self._heard.get(name)
-        return encode_packet(heard.newest) if heard is not None and heard.newest is not None else None
+        return self._encoded(heard.newest) if heard is not None and heard.newest is not None else None
 
     def unsubscribe(self, topic: str, page: int) -> None:
         name = absolute(topic)
@@ -108,7 +115,7 @@ class TopicRelay:
         wall, found = time.monotonic(), []
         for topic, heard in self._heard.items():
             if heard.is_new and heard.newest is not None and wall >= heard.not_before:
-                frame = encode_packet(heard.newest)
+                frame = self._encoded(heard.newest)
                 heard.is_new = False
                 heard.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
                 found.append((topic, frame, frozenset(self._wanted[topic])))
@@ -145,6 +152,12 @@ class TopicRelay:
         if known_type(kind) is not message_type:
             raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
         self._bus.publish(name, from_plain(message, message_type))
+
+    def _encoded(self, packet: Packet) -> Frame:
+        message = self._for_page(packet.message)
+        if message is not packet.message:
+            packet = Packet(packet.topic, message, packet.nanoseconds)
+        return encode_packet(packet)
 
     def _listen(self) -> None:
         """Hear what is wanted and has come up."""

@@ -16,10 +16,10 @@ from typing import Any, Literal, Union
 
 import numpy as np
 
-from kbot.messages import navigation, sensing, types
+from kbot.messages import control, navigation, sensing, types, visualization
 from kbot.workbench import protocol
 from kbot.workbench.displays import property
-from kbot.workbench.displays.kinds import KINDS
+from kbot.workbench.displays.kinds import GLOBALS, KINDS
 
 _PRIMITIVES = {
     float: "number",
@@ -48,7 +48,7 @@ def generate() -> str:
 def generate_messages() -> str:
     """The types of what topics carry, arrays as a binary frame brings them."""
     parts = ["// Generated from src/kbot/messages; do not edit.\n"]
-    for home in (types, sensing, navigation):
+    for home in (types, sensing, navigation, control, visualization):
         own = (value for value in vars(home).values() if getattr(value, "__module__", "") == home.__name__)
         parts += [_interface(value) for value in own if isinstance(value, type)]
     return "\n".join(parts)
@@ -57,9 +57,18 @@ def generate_messages() -> str:
 def generate_kinds() -> str:
     """The kinds of displays, as data."""
     parts = ["// Generated from src/kbot/workbench/displays; do not edit.\n"]
-    parts += [_interface(cls) for cls in (property.Property, property.DisplayKind)]
-    table = json.dumps([dataclasses.asdict(kind) for kind in KINDS], indent=2)
-    return "\n".join([*parts, f"export const KINDS: readonly DisplayKind[] = {table};\n"])
+    parts += [_interface(cls, ("rviz",)) for cls in (property.Property, property.DisplayKind)]
+    for name, kind, table in (("GLOBALS", "Property", GLOBALS), ("KINDS", "DisplayKind", KINDS)):
+        rows = ",\n".join(f"  {json.dumps(_spare(dataclasses.asdict(row)))}" for row in table)
+        parts.append(f"export const {name}: readonly {kind}[] = [\n{rows},\n];\n")
+    return "\n".join(parts)
+
+
+def _spare(row: Any) -> Any:  # noqa: ANN401
+    """Without what only files need."""
+    if isinstance(row, dict):
+        return {name: _spare(value) for name, value in row.items() if name != "rviz"}
+    return [_spare(item) for item in row] if isinstance(row, list | tuple) else row
 
 
 def _collect(cls: type, seen: dict[type, None]) -> None:
@@ -76,10 +85,14 @@ def _dataclasses_in(hint: object) -> Iterator[type]:
         yield from _dataclasses_in(part)
 
 
-def _interface(cls: type) -> str:
+def _interface(cls: type, without: tuple[str, ...] = ()) -> str:
     doc = " ".join((cls.__doc__ or "").split())
     comment = "" if doc.startswith(f"{cls.__name__}(") else f"/** {doc} */\n"
-    fields = "".join(f"  {name}: {_name(hint)};\n" for name, hint in typing.get_type_hints(cls).items())
+    fields = "".join(
+        f"  {name}: {_name(hint)};\n"
+        for name, hint in typing.get_type_hints(cls).items()
+        if name not in without
+    )
     return f"{comment}export interface {cls.__name__} {{\n{fields}}}\n"
 
 

@@ -2,6 +2,7 @@ import type { Object3D } from "three";
 
 import type { App } from "../app";
 import type { Scene, State, TopicMessage } from "../protocol";
+import type { Bodies } from "../view/bodies";
 import type { Ground } from "../view/ground";
 import type { RobotObject } from "../view/robot";
 import type { Transforms } from "../view/transforms";
@@ -13,6 +14,11 @@ export interface Picture {
   readonly transforms: Transforms;
   readonly ground: Ground;
   readonly robot: RobotObject | null;
+  readonly bodies: Bodies | null;
+  /** Name of the frame that stands still in the picture. */
+  readonly fixedFrame: string;
+  /** Where windows over the picture go. */
+  readonly overlay: HTMLElement;
   /** Radius of the robot in m: what lines and arrows are sized by. */
   readonly radius: number;
   /** Size in m, at a distance of 1 m or without perspective anywhere, of a CSS pixel. */
@@ -34,6 +40,8 @@ export interface Display {
   clear?(): void;
   /** A link was chosen. */
   select?(link: string): void;
+  /** What is wrong with it, where it hears no topic. */
+  status?(): Status | null;
   /** A frame is about to be drawn. */
   frame?(): void;
   dispose(): void;

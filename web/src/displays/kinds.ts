@@ -1,6 +1,6 @@
 // Generated from src/kbot/workbench/displays; do not edit.
 
-/** `initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them; a colour is `#rrggbb`; a choice is one of `options`. A topic that is empty is the first of the display's type, a frame that is empty the fixed frame. `rviz` is the name in rviz's files, where it has one; a part after a slash lies beneath the part before. Those of a `group` are shown together. */
+/** `initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them; a colour is `#rrggbb`; a choice is one of `options`. A topic that is empty is the first of the display's type, a frame that is empty the fixed frame. `rviz` is the name in rviz's files, where it has one; a part after a slash lies beneath the part before. */
 export interface Property {
   name: string;
   label: string;
@@ -10,207 +10,44 @@ export interface Property {
   high: number;
   unit: string;
   options: readonly string[];
-  group: string;
-  rviz: string;
 }
 
-/** `topic` is the type of the messages it shows, empty where it shows none; of a `single` kind there is one display at most. `rviz` is the class's name without its package. */
+/** `topics` are the types of messages it shows; of a `single` kind there is one display at most. Each link of the robot has the properties `per_link` too, as `link/property`. `rviz` are the names that rviz has for its class, without the package, the first being that which is written. */
 export interface DisplayKind {
   name: string;
   about: string;
   properties: readonly Property[];
-  topic: string;
+  topics: readonly string[];
   single: boolean;
-  rviz: string;
+  per_link: readonly Property[];
 }
 
+export const GLOBALS: readonly Property[] = [
+  {"name": "frame", "label": "Fixed frame", "kind": "frame", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []},
+  {"name": "background", "label": "Background", "kind": "colour", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []},
+  {"name": "light", "label": "Light", "kind": "number", "initial": 1.0, "low": 0.0, "high": 3.0, "unit": "", "options": []},
+  {"name": "floor", "label": "Floor", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []},
+];
+
 export const KINDS: readonly DisplayKind[] = [
-  {
-    "name": "Grid",
-    "about": "Lines on the floor",
-    "properties": [
-      {
-        "name": "cell",
-        "label": "Cell size",
-        "kind": "number",
-        "initial": 0.0,
-        "low": 0.0,
-        "high": 100.0,
-        "unit": "m",
-        "options": [],
-        "group": "",
-        "rviz": "Cell Size"
-      },
-      {
-        "name": "colour",
-        "label": "Colour",
-        "kind": "colour",
-        "initial": "",
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Color"
-      }
-    ],
-    "topic": "",
-    "single": true,
-    "rviz": "Grid"
-  },
-  {
-    "name": "RobotModel",
-    "about": "The robot's shapes and masses",
-    "properties": [
-      {
-        "name": "visual",
-        "label": "Visual",
-        "kind": "switch",
-        "initial": true,
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Visual Enabled"
-      },
-      {
-        "name": "collision",
-        "label": "Collision",
-        "kind": "switch",
-        "initial": false,
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Collision Enabled"
-      },
-      {
-        "name": "inertia",
-        "label": "Inertia",
-        "kind": "switch",
-        "initial": false,
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Mass Properties/Inertia"
-      }
-    ],
-    "topic": "",
-    "single": true,
-    "rviz": "RobotModel"
-  },
-  {
-    "name": "TF",
-    "about": "Frames: their axes and names",
-    "properties": [
-      {
-        "name": "axes",
-        "label": "Axes",
-        "kind": "switch",
-        "initial": false,
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Show Axes"
-      },
-      {
-        "name": "names",
-        "label": "Names",
-        "kind": "switch",
-        "initial": false,
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Show Names"
-      },
-      {
-        "name": "filter",
-        "label": "Filter",
-        "kind": "text",
-        "initial": "",
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Filter (whitelist)"
-      }
-    ],
-    "topic": "",
-    "single": true,
-    "rviz": "TF"
-  },
-  {
-    "name": "Trail",
-    "about": "The way the robot took",
-    "properties": [],
-    "topic": "",
-    "single": true,
-    "rviz": ""
-  },
-  {
-    "name": "LaserScan",
-    "about": "What a lidar sees",
-    "properties": [
-      {
-        "name": "topic",
-        "label": "Topic",
-        "kind": "topic",
-        "initial": "",
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Topic"
-      },
-      {
-        "name": "size",
-        "label": "Size",
-        "kind": "number",
-        "initial": 4.0,
-        "low": 1.0,
-        "high": 50.0,
-        "unit": "px",
-        "options": [],
-        "group": "",
-        "rviz": "Size (Pixels)"
-      },
-      {
-        "name": "colour",
-        "label": "Colour",
-        "kind": "colour",
-        "initial": "#ff4d6d",
-        "low": 0.0,
-        "high": 1000000.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Color"
-      },
-      {
-        "name": "alpha",
-        "label": "Opacity",
-        "kind": "number",
-        "initial": 1.0,
-        "low": 0.0,
-        "high": 1.0,
-        "unit": "",
-        "options": [],
-        "group": "",
-        "rviz": "Alpha"
-      }
-    ],
-    "topic": "sensor_msgs/msg/LaserScan",
-    "single": false,
-    "rviz": "LaserScan"
-  }
+  {"name": "Grid", "about": "Lines on the floor, or anywhere", "properties": [{"name": "cell", "label": "Cell size", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "count", "label": "Cells", "kind": "number", "initial": 0.0, "low": 0.0, "high": 1000.0, "unit": "", "options": []}, {"name": "normal_count", "label": "Cells upwards", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "", "options": []}, {"name": "plane", "label": "Plane", "kind": "choice", "initial": "XY", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["XY", "XZ", "YZ"]}, {"name": "frame", "label": "Frame", "kind": "frame", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "x", "label": "x", "kind": "number", "initial": 0.0, "low": -1000.0, "high": 1000.0, "unit": "m", "options": []}, {"name": "y", "label": "y", "kind": "number", "initial": 0.0, "low": -1000.0, "high": 1000.0, "unit": "m", "options": []}, {"name": "z", "label": "z", "kind": "number", "initial": 0.0, "low": -1000.0, "high": 1000.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": [], "single": false, "per_link": []},
+  {"name": "RobotModel", "about": "The robot's shapes and masses", "properties": [{"name": "visual", "label": "Visual", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "collision", "label": "Collision", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "inertia", "label": "Inertia", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "inertia_shape", "label": "Inertia as", "kind": "choice", "initial": "box", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["box", "ellipsoid"]}, {"name": "mass", "label": "Centre of mass", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "joints", "label": "Joints", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": [], "single": true, "per_link": [{"name": "show", "label": "Show", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}]},
+  {"name": "TF", "about": "Frames: their axes and names", "properties": [{"name": "axes", "label": "Axes", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "names", "label": "Names", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "arrows", "label": "Arrows", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "scale", "label": "Scale", "kind": "number", "initial": 1.0, "low": 0.01, "high": 100.0, "unit": "", "options": []}, {"name": "filter", "label": "Filter", "kind": "text", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}], "topics": [], "single": true, "per_link": []},
+  {"name": "Trail", "about": "The way the robot took", "properties": [{"name": "colour", "label": "Colour", "kind": "colour", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}], "topics": [], "single": true, "per_link": []},
+  {"name": "World", "about": "What stands in the world", "properties": [{"name": "shapes", "label": "Shapes", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": [], "single": true, "per_link": []},
+  {"name": "LaserScan", "about": "What a lidar sees", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "size", "label": "Size", "kind": "number", "initial": 4.0, "low": 1.0, "high": 50.0, "unit": "px", "options": []}, {"name": "decay", "label": "Decay time", "kind": "number", "initial": 0.0, "low": 0.0, "high": 600.0, "unit": "s", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ff4d6d", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "by", "label": "Colour by", "kind": "choice", "initial": "colour", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["colour", "intensity", "distance", "x", "y", "z"]}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["sensor_msgs/msg/LaserScan"], "single": false, "per_link": []},
+  {"name": "PointCloud2", "about": "Points in space", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "size", "label": "Size", "kind": "number", "initial": 4.0, "low": 1.0, "high": 50.0, "unit": "px", "options": []}, {"name": "decay", "label": "Decay time", "kind": "number", "initial": 0.0, "low": 0.0, "high": 600.0, "unit": "s", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ff4d6d", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "by", "label": "Colour by", "kind": "choice", "initial": "z", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["z", "x", "y", "distance", "intensity", "rgb", "colour"]}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["sensor_msgs/msg/PointCloud2"], "single": false, "per_link": []},
+  {"name": "Path", "about": "A way that was planned or taken", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#19ff00", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "width", "label": "Line width", "kind": "number", "initial": 3.0, "low": 1.0, "high": 50.0, "unit": "px", "options": []}, {"name": "poses", "label": "Poses", "kind": "choice", "initial": "none", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["none", "arrows", "axes"]}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["nav_msgs/msg/Path"], "single": false, "per_link": []},
+  {"name": "Odometry", "about": "Where the wheels tell that the robot is", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "shape", "label": "Shape", "kind": "choice", "initial": "arrow", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["arrow", "axes"]}, {"name": "length", "label": "Length", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ff8a3d", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "keep", "label": "Keep", "kind": "number", "initial": 100.0, "low": 1.0, "high": 1000.0, "unit": "", "options": []}, {"name": "distance", "label": "Each", "kind": "number", "initial": 0.05, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "angle", "label": "or each", "kind": "number", "initial": 0.1, "low": 0.0, "high": 3.2, "unit": "rad", "options": []}, {"name": "covariance", "label": "Covariance", "kind": "switch", "initial": false, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "covariance_alpha", "label": "Its opacity", "kind": "number", "initial": 0.3, "low": 0.0, "high": 1.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["nav_msgs/msg/Odometry"], "single": false, "per_link": []},
+  {"name": "Pose", "about": "One pose, as a goal is", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "shape", "label": "Shape", "kind": "choice", "initial": "arrow", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["arrow", "axes"]}, {"name": "length", "label": "Length", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ff1900", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["geometry_msgs/msg/PoseStamped"], "single": false, "per_link": []},
+  {"name": "PoseWithCovariance", "about": "One pose and how sure it is", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "shape", "label": "Shape", "kind": "choice", "initial": "arrow", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["arrow", "axes"]}, {"name": "length", "label": "Length", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#b583ff", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "covariance", "label": "Covariance", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "covariance_alpha", "label": "Its opacity", "kind": "number", "initial": 0.3, "low": 0.0, "high": 1.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["geometry_msgs/msg/PoseWithCovarianceStamped"], "single": false, "per_link": []},
+  {"name": "PoseArray", "about": "Many poses, as those of a particle filter", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "shape", "label": "Shape", "kind": "choice", "initial": "arrow", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["arrow", "axes"]}, {"name": "length", "label": "Length", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ff1900", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["geometry_msgs/msg/PoseArray"], "single": false, "per_link": []},
+  {"name": "Twist", "about": "A velocity: an arrow for the straight part, one around for the turn", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "linear_scale", "label": "m for 1 m/s", "kind": "number", "initial": 0.5, "low": 0.01, "high": 100.0, "unit": "", "options": []}, {"name": "angular_scale", "label": "m for 1 rad/s", "kind": "number", "initial": 0.1, "low": 0.01, "high": 100.0, "unit": "", "options": []}, {"name": "linear", "label": "Straight", "kind": "colour", "initial": "#46a758", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "angular", "label": "Turn", "kind": "colour", "initial": "#cccc33", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"], "single": false, "per_link": []},
+  {"name": "Map", "about": "Where it is free and where not", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "scheme", "label": "Colours", "kind": "choice", "initial": "map", "low": 0.0, "high": 1000000.0, "unit": "", "options": ["map", "costmap", "raw"]}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 0.7, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["nav_msgs/msg/OccupancyGrid"], "single": false, "per_link": []},
+  {"name": "Marker", "about": "Things that a program draws", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "namespaces", "label": "Namespaces", "kind": "text", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}], "topics": ["visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"], "single": false, "per_link": []},
+  {"name": "Contacts", "about": "Where the robot is touched, and the forces there", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "/contacts", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "scale", "label": "m for the robot's weight", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ffd60a", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}], "topics": ["visualization_msgs/msg/MarkerArray"], "single": false, "per_link": []},
+  {"name": "Image", "about": "A camera's picture", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "normalize", "label": "Normalize range", "kind": "switch", "initial": true, "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "near", "label": "Nearest", "kind": "number", "initial": 0.0, "low": 0.0, "high": 1000.0, "unit": "m", "options": []}, {"name": "far", "label": "Farthest", "kind": "number", "initial": 5.0, "low": 0.0, "high": 1000.0, "unit": "m", "options": []}], "topics": ["sensor_msgs/msg/Image"], "single": false, "per_link": []},
+  {"name": "Range", "about": "A distance, as ultrasound and infrared tell it", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#ffffff", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 0.5, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["sensor_msgs/msg/Range"], "single": false, "per_link": []},
+  {"name": "Axes", "about": "The axes of one frame", "properties": [{"name": "frame", "label": "Frame", "kind": "frame", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "length", "label": "Length", "kind": "number", "initial": 0.0, "low": 0.0, "high": 100.0, "unit": "m", "options": []}, {"name": "radius", "label": "Radius", "kind": "number", "initial": 0.0, "low": 0.0, "high": 10.0, "unit": "m", "options": []}], "topics": [], "single": false, "per_link": []},
+  {"name": "PointStamped", "about": "A point, as one that was clicked", "properties": [{"name": "topic", "label": "Topic", "kind": "topic", "initial": "", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "radius", "label": "Radius", "kind": "number", "initial": 0.0, "low": 0.0, "high": 10.0, "unit": "m", "options": []}, {"name": "colour", "label": "Colour", "kind": "colour", "initial": "#cc29cc", "low": 0.0, "high": 1000000.0, "unit": "", "options": []}, {"name": "alpha", "label": "Opacity", "kind": "number", "initial": 1.0, "low": 0.0, "high": 1.0, "unit": "", "options": []}], "topics": ["geometry_msgs/msg/PointStamped"], "single": false, "per_link": []},
 ];

@@ -107,10 +107,10 @@ export class LiveDisplays {
   /** Hears the display's topic while it is enabled. */
   private connect(one: Live): void {
     const kind = kindOf(one.config.kind);
-    if (kind.topic === "" || one.display === null) return;
-    const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topic) : "";
+    if (kind.topics.length === 0 || one.display === null) return;
+    const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics) : "";
     const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
-    const wanted = carried === undefined || carried === kind.topic ? topic : "";
+    const wanted = carried === undefined || kind.topics.includes(carried) ? topic : "";
     if (wanted === one.topic) return;
     one.stop?.();
     one.stop = null;
@@ -134,15 +134,17 @@ export class LiveDisplays {
   private status(one: Live): Status {
     if (!one.config.enabled) return { level: "off", reason: "not shown" };
     if (one.display === null) return { level: "ok", reason: "being loaded" };
-    const { topic: type } = kindOf(one.config.kind);
-    if (type === "") return one.said ?? { level: "ok", reason: "" };
+    const { topics } = kindOf(one.config.kind);
+    if (topics.length === 0) return one.display.status?.() ?? { level: "ok", reason: "" };
+    const types = topics.map(shortType).join(" or ");
     const asked = String(valuesOf(one.config)["topic"]);
     const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
-    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic carries a ${shortType(type)}` };
+    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic carries a ${types}` };
     if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
-    if (carried.kind !== type) return { level: "error", reason: `${carried.name} carries a ${shortType(carried.kind)}, not a ${shortType(type)}` };
+    if (!topics.includes(carried.kind)) return { level: "error", reason: `${carried.name} carries a ${shortType(carried.kind)}, not a ${types}` };
     if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
-    return one.said ?? { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };
+    if (one.said !== null) return one.said;
+    return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };
   }
 }
 

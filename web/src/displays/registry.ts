@@ -1,9 +1,10 @@
 import type { Make } from "./display";
 import { grid } from "./grid";
-import { laserScan } from "./laser-scan";
+import { laserScan, pointCloud } from "./points";
 import { robotModel } from "./robot-model";
 import { tf } from "./tf";
 import { trail } from "./trail";
+import { world } from "./world";
 
 /** What makes a display of each kind; those that are rarely used are loaded when they are first wanted. */
 export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
@@ -11,5 +12,20 @@ export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
   RobotModel: () => robotModel,
   TF: () => tf,
   Trail: () => trail,
+  World: () => world,
   LaserScan: () => laserScan,
+  PointCloud2: () => pointCloud,
+  Path: async () => (await import("./path")).path,
+  Odometry: async () => (await import("./poses")).odometry,
+  Pose: async () => (await import("./poses")).newestPose,
+  PoseWithCovariance: async () => (await import("./poses")).newestPose,
+  PoseArray: async () => (await import("./poses")).newestPose,
+  Twist: async () => (await import("./twist")).twist,
+  Map: async () => (await import("./map")).map,
+  Marker: async () => (await import("./markers")).markers,
+  Contacts: async () => (await import("./markers")).contacts,
+  Image: async () => (await import("./image")).image,
+  Range: async () => (await import("./range")).range,
+  Axes: async () => (await import("./axes")).axes,
+  PointStamped: async () => (await import("./axes")).pointStamped,
 };

@@ -1,21 +1,51 @@
-import { Group } from "three";
+import { Matrix4, Quaternion, Vector3 } from "three";
 
+import { NOTHING, type Parts } from "../view/robot";
 import type { Make } from "./display";
+import { PoseShapes } from "./pose-shapes";
+import type { Values } from "./set";
 
-/** Which of the robot's parts are seen. */
+const X = new Vector3(1, 0, 0);
+const JOINTS = "#2dd4bf";
+
+/** Which of the robot's parts are seen, and the axes of its joints. */
 export const robotModel: Make = (picture) => {
-  let parts = { visual: false, collision: false, inertia: false };
+  const axes = new PoseShapes();
+  axes.style("arrow", JOINTS, 1);
+  let set: Values = {};
+  let isShown = false;
+  const parts = (link: string): Parts => {
+    if (!isShown || set[`${link}/show`] === false) return NOTHING;
+    return {
+      visual: set["visual"] === true,
+      collision: set["collision"] === true,
+      inertia: set["inertia"] === true,
+      inertiaShape: set["inertia_shape"] === "ellipsoid" ? "ellipsoid" : "box",
+      mass: set["mass"] === true,
+      alpha: Number(set["alpha"]) * Number(set[`${link}/alpha`] ?? 1),
+    };
+  };
   return {
-    group: new Group(),
+    group: axes.group,
     configure(values, shown) {
-      parts = {
-        visual: shown && values["visual"] === true,
-        collision: shown && values["collision"] === true,
-        inertia: shown && values["inertia"] === true,
-      };
+      set = values;
+      isShown = shown;
       picture.robot?.show(parts);
     },
     rebuild: () => picture.robot?.show(parts),
-    dispose: () => picture.robot?.show({ visual: false, collision: false, inertia: false }),
+    frame() {
+      const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
+      const matrices = joints.flatMap((joint) => {
+        const at = picture.transforms.lookup(joint.child, null);
+        const along = new Vector3().fromArray(joint.axis as number[]).normalize();
+        if (at === null || along.lengthSq() === 0) return [];
+        return [at.multiply(new Matrix4().makeRotationFromQuaternion(new Quaternion().setFromUnitVectors(X, along)))];
+      });
+      axes.put(matrices, picture.radius * 0.8);
+    },
+    dispose() {
+      picture.robot?.show(() => NOTHING);
+      axes.dispose();
+    },
   };
 };

@@ -1,6 +1,6 @@
 import { recalled, remember } from "../options";
 import { Signal } from "../signal";
-import { KINDS, type DisplayKind, type Property } from "./kinds";
+import { GLOBALS, KINDS, type DisplayKind, type Property } from "./kinds";
 
 export type Value = boolean | number | string;
 export type Values = Readonly<Record<string, Value>>;
@@ -22,9 +22,15 @@ export interface DisplayConfig {
 
 export type Saved = Omit<DisplayConfig, "id">;
 
+/** All that is set, as it is kept. */
+export interface Setup {
+  readonly globals: Values;
+  readonly displays: readonly Saved[];
+}
+
 const KEY = "kbot.displays";
 
-const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {} }));
+const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {} }));
 
 /** A kind by its name. */
 export function kindOf(name: string): DisplayKind {
@@ -43,15 +49,31 @@ export function valuesOf(config: DisplayConfig): Values {
   return { ...Object.fromEntries(kindOf(config.kind).properties.map((property) => [property.name, property.initial])), ...config.properties };
 }
 
-/** The displays in their order, as this browser remembers them. */
+/** The displays in their order and what holds for all of them, as this browser remembers them. */
 export class DisplaySet {
   readonly all: Signal<readonly DisplayConfig[]>;
+  readonly globals: Signal<Values>;
   private count = 0;
 
   constructor() {
     const kept = recalled(KEY);
-    this.all = new Signal<readonly DisplayConfig[]>(this.numbered(isSaved(kept) ? kept : START));
-    this.all.watch((all) => remember(KEY, all.map(plain)));
+    const { globals, displays } = isSetup(kept) ? kept : { globals: {}, displays: START };
+    this.all = new Signal<readonly DisplayConfig[]>(this.numbered(displays));
+    this.globals = new Signal(globals);
+    for (const signal of [this.all, this.globals]) (signal as Signal<unknown>).watch(() => remember(KEY, this.setup));
+  }
+
+  get setup(): Setup {
+    return { globals: this.globals.value, displays: this.all.value.map(plain) };
+  }
+
+  /** What holds for all displays. */
+  global(name: string): Value {
+    return this.globals.value[name] ?? GLOBALS.find((property) => property.name === name)!.initial;
+  }
+
+  setGlobal(name: string, value: Value): void {
+    this.globals.set({ ...this.globals.value, [name]: value });
   }
 
   /** What was added; null where there is one already, of which there is one at most. */
@@ -91,14 +113,15 @@ export class DisplaySet {
     if (config !== undefined) this.change(id, { properties: { ...config.properties, [property]: value } });
   }
 
-  /** Takes over other displays in place of these. */
-  replace(saved: readonly Saved[]): void {
-    this.all.set(this.numbered(saved));
+  /** Takes over other settings in place of these. */
+  replace({ globals, displays }: Setup): void {
+    this.globals.set(globals);
+    this.all.set(this.numbered(displays));
   }
 
-  /** Back to the displays one starts with. */
+  /** Back to what one starts with. */
   reset(): void {
-    this.replace(START);
+    this.replace({ globals: {}, displays: START });
   }
 
   /** Whether a kind is shown; with a property's name, whether that is on. */
@@ -138,8 +161,9 @@ function plain({ kind, name, enabled, properties }: Saved): Saved {
   return { kind, name, enabled, properties };
 }
 
-/** Whether what a browser remembered are displays: an older page may have written something else. */
-function isSaved(kept: unknown): kept is Saved[] {
+/** Whether what a browser remembered are settings: an older page may have written something else. */
+function isSetup(kept: unknown): kept is Setup {
   const known = new Set(KINDS.map((kind) => kind.name));
-  return Array.isArray(kept) && kept.every((one: Partial<Saved> | null) => known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object");
+  const { globals, displays } = (kept ?? {}) as { globals?: unknown; displays?: unknown };
+  return typeof globals === "object" && Array.isArray(displays) && displays.every((one: Partial<Saved> | null) => known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object");
 }

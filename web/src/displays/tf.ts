@@ -1,12 +1,17 @@
 import {
+  BufferGeometry,
   CanvasTexture,
   CylinderGeometry,
+  Float32BufferAttribute,
   Group,
   InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
   Matrix4,
   MeshBasicMaterial,
   Sprite,
   SpriteMaterial,
+  Vector3,
 } from "three";
 
 import type { Theme } from "../options";
@@ -15,6 +20,7 @@ import type { Display, Make, Picture } from "./display";
 import type { Values } from "./set";
 
 const LABEL_PIXELS = 22;
+const ARROWS = 0xe86fc5;
 const COLOURS = [AXES.x, AXES.y, AXES.z];
 
 /** Axes and names of frames, sized to suit the robot; those of the chosen link are always shown. */
@@ -25,11 +31,21 @@ class Frames implements Display {
   private readonly labels = new Map<string, Sprite>();
   private values: Values = {};
   private selected = "";
+  private readonly arrows = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: ARROWS, depthTest: false, transparent: true, toneMapped: false }));
 
-  constructor(private readonly picture: Picture) {}
+  constructor(private readonly picture: Picture) {
+    this.arrows.frustumCulled = false;
+    this.arrows.renderOrder = 7;
+  }
 
   configure(values: Values): void {
+    const resized = values["scale"] !== this.values["scale"];
     this.values = values;
+    if (resized && this.axes.length > 0) this.rebuild();
+  }
+
+  private get length(): number {
+    return this.picture.radius * 0.42 * Number(this.values["scale"] ?? 1);
   }
 
   select(link: string): void {
@@ -37,10 +53,10 @@ class Frames implements Display {
   }
 
   rebuild(): void {
-    this.dispose();
+    this.free();
     this.group.clear();
     this.labels.clear();
-    const length = this.picture.radius * 0.42;
+    const length = this.length;
     const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
     this.axes = COLOURS.map((color) => axisMesh(rod, color, this.picture.transforms.names.length + SPARE));
     this.still = [
@@ -48,7 +64,7 @@ class Frames implements Display {
       new Matrix4().setPosition(0, length / 2, 0),
       new Matrix4().makeRotationX(Math.PI / 2).setPosition(0, 0, length / 2),
     ];
-    this.group.add(...this.axes);
+    this.group.add(...this.axes, this.arrows);
   }
 
   frame(): void {
@@ -72,11 +88,30 @@ class Frames implements Display {
       this.axes.forEach((axis, which) => axis.setMatrixAt(count, product.multiplyMatrices(at, this.still[which]!)));
       count += 1;
     }
+    this.putArrows();
     for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
     for (const axis of this.axes) {
       axis.count = count;
       axis.instanceMatrix.needsUpdate = true;
     }
+  }
+
+  /** A line from each frame to the one it hangs on. */
+  private putArrows(): void {
+    const { transforms } = this.picture;
+    const ends: number[] = [];
+    const [at, above] = [new Matrix4(), new Matrix4()];
+    for (const name of this.values["arrows"] === true ? transforms.names : []) {
+      const parent = transforms.parent(name);
+      if (!name.includes(String(this.values["filter"])) || parent === "") continue;
+      if (transforms.lookup(name, null, at) === null || transforms.lookup(parent, null, above) === null) continue;
+      ends.push(...new Vector3().setFromMatrixPosition(at), ...new Vector3().setFromMatrixPosition(above));
+    }
+    this.arrows.visible = ends.length > 0;
+    if (ends.length === 0) return;
+    this.arrows.geometry.dispose();
+    this.arrows.geometry = new BufferGeometry();
+    this.arrows.geometry.setAttribute("position", new Float32BufferAttribute(ends, 3));
   }
 
   /** Labels are made when they are first shown. */
@@ -92,6 +127,12 @@ class Frames implements Display {
   }
 
   dispose(): void {
+    this.free();
+    this.arrows.geometry.dispose();
+    this.arrows.material.dispose();
+  }
+
+  private free(): void {
     this.axes[0]?.geometry.dispose();
     for (const axis of this.axes) {
       (axis.material as MeshBasicMaterial).dispose();

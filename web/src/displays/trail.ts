@@ -9,12 +9,17 @@ const MOST = 8000;
 export const trail: Make = ({ app }) => {
   const ribbon = new Ribbon();
   let resets = -1;
+  let colour = "";
+  const paint = (): void => void ribbon.mesh.material.color.set(colour || PALETTES[app.theme.value].trail);
   return {
     group: ribbon.mesh,
-    configure: () => {},
+    configure(values) {
+      colour = String(values["colour"]);
+      paint();
+    },
     rebuild(scene) {
       ribbon.suit(scene.radius, scene.ground);
-      ribbon.mesh.material.color.set(PALETTES[app.theme.value].trail);
+      paint();
     },
     state(state) {
       if (state.resets !== resets) ribbon.clear();

@@ -1,9 +1,10 @@
 import type { App } from "../app";
-import { KINDS, type DisplayKind } from "../displays/kinds";
+import { GLOBALS, KINDS, type DisplayKind } from "../displays/kinds";
 import { kindOf, valueOf, type DisplayConfig, type Status } from "../displays/set";
 import { h, panel } from "../dom";
 import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
+import { extras, type Extra } from "./display-extras";
 import { propertyField, type Field } from "./property";
 
 const LEVELS = { ok: "fine", warn: "warning", error: "error", off: "off" } as const;
@@ -13,6 +14,8 @@ export function displays(app: App): HTMLElement {
   const list = h("ul", { class: "displays", "aria-label": "Displays" });
   const worst = h("span", { class: "count" });
   const rows = new Map<number, Row>();
+  const globals = globalOptions(app);
+  list.append(globals);
   app.displays.all.watch((all) => {
     for (const [id, row] of rows) {
       if (all.some((one) => one.id === id)) continue;
@@ -25,7 +28,8 @@ export function displays(app: App): HTMLElement {
       let row = rows.get(config.id);
       if (row === undefined) rows.set(config.id, (row = new Row(app, config)));
       row.show(config);
-      if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
+      // the first place is that of the global options
+      if (list.children[index + 1] !== row.element) list.insertBefore(row.element, list.children[index + 1] ?? null);
     });
     if (focused instanceof HTMLElement && focused !== document.activeElement && list.contains(focused)) focused.focus();
   });
@@ -34,7 +38,9 @@ export function displays(app: App): HTMLElement {
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
     worst.textContent = bad.length === 0 ? "" : `${bad.length} to look at`;
   });
-  app.topics.list.watch(() => rows.forEach((row) => row.refresh()));
+  const refresh = (): void => rows.forEach((row) => row.refresh());
+  app.topics.list.watch(refresh);
+  app.scene.watch(refresh);
   return panel("displays", "Displays", [worst, adder(app, (id) => rows.get(id)?.open())], list);
 }
 
@@ -45,7 +51,7 @@ function adder(app: App, added: (id: number) => void): HTMLElement {
     const taken = (kind: DisplayKind): boolean => kind.single && app.displays.all.value.some((one) => one.kind === kind.name);
     const kinds = KINDS.map((kind) => h("option", { value: kind.name, title: kind.about, disabled: taken(kind) }, kind.name));
     const topics = app.topics.list.value.flatMap((topic) =>
-      KINDS.filter((kind) => kind.topic === topic.kind).map((kind) => h("option", { value: `${kind.name} ${topic.name}` }, `${topic.name} (${kind.name})`)),
+      KINDS.filter((kind) => kind.topics.includes(topic.kind)).map((kind) => h("option", { value: `${kind.name} ${topic.name}` }, `${topic.name} (${kind.name})`)),
     );
     const byTopic = topics.length === 0 ? null : h("optgroup", { label: "By topic" }, ...topics);
     field.replaceChildren(h("option", { value: "" }, "Add…"), h("optgroup", { label: "By kind" }, ...kinds), ...(byTopic === null ? [] : [byTopic]));
@@ -63,6 +69,42 @@ function adder(app: App, added: (id: number) => void): HTMLElement {
   return field;
 }
 
+/** What holds for all displays: opened like one of them. */
+function globalOptions(app: App): HTMLElement {
+  const lamp = h("span", { class: "lamp", role: "img" });
+  const reason = h("p", { class: "reason" });
+  const owner = { kind: "", name: "the picture" };
+  const fields = GLOBALS.map((property) => ({ property, field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)) }));
+  const body = h("div", { class: "settings", id: "display-globals", hidden: true }, reason, ...fields.map(({ field }) => field.element));
+  const head = h("button", { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body.id }, icon("chevron"), h("span", { class: "name" }, "Global options"));
+  let said = "";
+  const show = (): void => {
+    const asked = String(app.displays.global("frame"));
+    const isMissing = asked !== "" && asked !== app.scene.value?.world && !app.frames().includes(asked);
+    const text = isMissing ? `there is no frame ${asked}` : "";
+    lamp.dataset["level"] = isMissing ? "error" : "ok";
+    lamp.setAttribute("aria-label", isMissing ? `error: ${text}` : "fine");
+    reason.textContent = text;
+    reason.hidden = text === "";
+    reason.dataset["level"] = "error";
+    if (!body.hidden) for (const { property, field } of fields) field.show(app.displays.global(property.name));
+  };
+  head.addEventListener("click", () => {
+    body.hidden = !body.hidden;
+    head.setAttribute("aria-expanded", String(!body.hidden));
+    show();
+  });
+  app.displays.globals.watch(show);
+  app.scene.watch(show);
+  app.state.watch((state) => {
+    const names = state?.frames.map(([name]) => name).join("\n") ?? "";
+    if (names === said) return;
+    said = names;
+    show();
+  });
+  return h("li", { class: "display globals" }, h("div", { class: "row" }, head, lamp), body);
+}
+
 /** One display in the list: its name, how it fares, whether it is shown; opened, its settings. */
 class Row {
   readonly element: HTMLLIElement;
@@ -73,6 +115,7 @@ class Row {
   private readonly reason = h("p", { class: "reason" });
   private readonly body: HTMLElement;
   private readonly fields = new Map<string, Field>();
+  private readonly extras: Extra[];
 
   constructor(
     private readonly app: App,
@@ -91,6 +134,7 @@ class Row {
       this.fields.set(property.name, field);
       return field.element;
     });
+    this.extras = extras(app, kind);
     const actions = h(
       "div",
       { class: "actions" },
@@ -99,7 +143,7 @@ class Row {
       act("Rename (F2)", "pencil", () => this.rename()),
       act("Remove (Delete)", "close", () => app.displays.remove(id)),
     );
-    this.body = h("div", { class: "settings", id: body, hidden: true }, this.reason, ...properties, actions);
+    this.body = h("div", { class: "settings", id: body, hidden: true }, this.reason, ...properties, ...this.extras.map((extra) => extra.element), actions);
     this.element = h("li", { class: "display", "data-display": kind }, h("div", { class: "row" }, this.head, this.lamp, this.box), this.body);
   }
 
@@ -116,6 +160,7 @@ class Row {
   refresh(): void {
     if (this.body.hidden) return;
     for (const property of kindOf(this.config.kind).properties) this.fields.get(property.name)?.show(valueOf(this.config, property));
+    for (const extra of this.extras) extra.show(this.config);
   }
 
   tell(status: Status | undefined): void {

@@ -35,8 +35,8 @@ function editor(app: App, kind: string, property: Property, label: string, chang
       return [field, (value) => document.activeElement !== field && (field.value = String(value))];
     }
     case "topic": {
-      const type = kindOf(kind).topic;
-      const names = (): [string, string][] => app.topics.list.value.filter((topic) => topic.kind === type).map(({ name }) => [name, name]);
+      const types = kindOf(kind).topics;
+      const names = (): [string, string][] => app.topics.list.value.filter((topic) => types.includes(topic.kind)).map(({ name }) => [name, name]);
       return list(label, () => [["", "first there is"], ...names()], change);
     }
     case "frame":

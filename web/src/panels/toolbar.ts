@@ -65,7 +65,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   const hide = (): void => {
     for (const one of buttons) {
       const name = one.dataset["option"] ?? "";
-      if (name === "scan") one.hidden = app.topics.first("sensor_msgs/msg/LaserScan") === "";
+      if (name === "scan") one.hidden = app.topics.first(["sensor_msgs/msg/LaserScan"]) === "";
       else one.hidden = FOR_DRIVING.includes(name) && app.about.value?.mode !== "sim";
     }
   };

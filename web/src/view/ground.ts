@@ -50,7 +50,9 @@ export class Ground {
   readonly shadow: Mesh<PlaneGeometry, ShadowMaterial>;
   private palette: Palette = PALETTES.dark;
   private asked = { cell: 0, colour: "" };
-  private suited = 0.1;
+  private ruler: object | null = null;
+  /** Distance of the lines in m that suits the robot. */
+  suited = 0.1;
 
   constructor() {
     const material = new ShaderMaterial({
@@ -106,13 +108,24 @@ export class Ground {
     this.floor.material.uniforms["shade"]!.value = strength;
   }
 
-  /** Whether there are lines, how far apart in m (0: as suits the robot) and in which colour (empty: the theme's). */
-  rule(on: boolean, cell: number, colour: string): void {
+  /** Whether there are lines, how far apart in m (0: as suits the robot), in which colour (empty: the theme's)
+   * and how opaque. Of several that ask, the first decides. */
+  rule(who: object, on: boolean, cell: number, colour: string, alpha: number): void {
+    if (this.ruler !== null && this.ruler !== who) return;
+    this.ruler = on ? who : null;
     const { uniforms } = this.floor.material;
-    uniforms["lines"]!.value = on ? 1 : 0;
+    uniforms["lines"]!.value = on ? alpha : 0;
     this.asked = { cell, colour };
     uniforms["cell"]!.value = cell || this.suited;
     this.paintLines();
+  }
+
+  isRuledBy(who: object): boolean {
+    return this.ruler === who;
+  }
+
+  showFloor(on: boolean): void {
+    this.floor.visible = this.shadow.visible = on;
   }
 
   private paintLines(): void {

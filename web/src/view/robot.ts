@@ -1,16 +1,21 @@
-import { BoxGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, SphereGeometry } from "three";
+import { BoxGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, SphereGeometry, type Object3D } from "three";
 
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
 import { place, placeAt, solid, surface, type Paint } from "./solid";
 
-/** Which of the links' parts are seen. */
+/** Which of a link's parts are seen, and how opaque they are. */
 export interface Parts {
   visual: boolean;
   collision: boolean;
   inertia: boolean;
+  inertiaShape: "box" | "ellipsoid";
+  mass: boolean;
+  alpha: number;
 }
+
+export const NOTHING: Parts = { visual: false, collision: false, inertia: false, inertiaShape: "box", mass: false, alpha: 1 };
 
 const EMITTED = new Color(SELECTED);
 
@@ -20,6 +25,8 @@ class LinkObject {
   readonly visual = new Group();
   readonly collision = new Group();
   readonly inertia = new Group();
+  private inertiaParts: InertiaParts | null = null;
+  private alpha = 1;
   private readonly materials: MeshStandardMaterial[] = [];
   private lit = 0;
 
@@ -38,6 +45,7 @@ class LinkObject {
           const material = mesh.material as MeshStandardMaterial;
           this.materials.push(material);
           this.paintLit(material);
+          if (this.alpha < 1) this.fade(material);
           ids.add(mesh, index, () => this.visual.visible);
           changed();
         }),
@@ -53,7 +61,28 @@ class LinkObject {
         }),
       );
     }
-    if (view.inertia !== null) this.inertia.add(...inertiaObjects(view.inertia));
+    if (view.inertia === null) return;
+    this.inertiaParts = inertiaObjects(view.inertia);
+    this.inertia.add(...this.inertiaParts.box, ...this.inertiaParts.ellipsoid, this.inertiaParts.centre);
+  }
+
+  show(parts: Parts): void {
+    this.visual.visible = parts.visual;
+    this.collision.visible = parts.collision;
+    this.inertia.visible = parts.inertia || parts.mass;
+    for (const object of this.inertiaParts?.box ?? []) object.visible = parts.inertia && parts.inertiaShape === "box";
+    for (const object of this.inertiaParts?.ellipsoid ?? []) object.visible = parts.inertia && parts.inertiaShape === "ellipsoid";
+    if (parts.alpha === this.alpha) return;
+    this.alpha = parts.alpha;
+    for (const material of this.materials) this.fade(material);
+  }
+
+  private fade(material: MeshStandardMaterial): void {
+    const own = (material.userData["opacity"] ??= material.opacity) as number;
+    material.opacity = own * this.alpha;
+    material.transparent = material.opacity < 1;
+    material.depthWrite = !material.transparent;
+    material.needsUpdate = true;
   }
 
   /** 0 plain, 1 pointed at, 2 chosen. */
@@ -90,12 +119,9 @@ export class RobotObject {
     this.links.forEach((link, index) => placeAt(link.group, state.poses, index * 7));
   }
 
-  show(options: Parts): void {
-    for (const link of this.links) {
-      link.visual.visible = options.visual;
-      link.collision.visible = options.collision;
-      link.inertia.visible = options.inertia;
-    }
+  /** Shows of each link what is asked for it. */
+  show(parts: (link: string) => Parts): void {
+    for (const link of this.links) link.show(parts(link.view.name));
   }
 
   setEdges(colour: number): void {
@@ -129,7 +155,16 @@ function collisionPaint(): Paint {
   };
 }
 
-function inertiaObjects(inertia: InertiaView): [Mesh, LineSegments, Mesh] {
+interface InertiaParts {
+  box: Object3D[];
+  ellipsoid: Object3D[];
+  centre: Object3D;
+}
+
+/** A solid ellipsoid has the inertia of the box with sides a: b² + c² = 5 (I / m), where the box has 12 (I / m). */
+const HALF_AXIS = Math.sqrt(5 / 12);
+
+function inertiaObjects(inertia: InertiaView): InertiaParts {
   const [x = 0, y = 0, z = 0] = inertia.box;
   const geometry = new BoxGeometry(x, y, z);
   const filling = new MeshBasicMaterial({ color: INERTIA, transparent: true, opacity: 0.22, depthTest: false, depthWrite: false });
@@ -143,9 +178,15 @@ function inertiaObjects(inertia: InertiaView): [Mesh, LineSegments, Mesh] {
     new SphereGeometry(size * 0.06, 20, 14),
     new MeshBasicMaterial({ color: INERTIA, transparent: true, depthTest: false }),
   );
-  for (const object of [box, edges, centre]) {
+  const ellipsoid = new Mesh(new SphereGeometry(1, 40, 28), filling);
+  const rim = new Mesh(ellipsoid.geometry, new MeshBasicMaterial({ color: INERTIA, wireframe: true, transparent: true, opacity: 0.25, depthTest: false }));
+  for (const object of [box, edges, centre, ellipsoid, rim]) {
     place(object, inertia.position, inertia.quaternion);
     object.renderOrder = 5;
   }
-  return [box, edges, centre];
+  for (const object of [ellipsoid, rim]) {
+    object.scale.set(x * HALF_AXIS, y * HALF_AXIS, z * HALF_AXIS);
+    object.updateMatrix();
+  }
+  return { box: [box, edges], ellipsoid: [ellipsoid, rim], centre };
 }

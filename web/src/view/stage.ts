@@ -16,6 +16,7 @@ import type { Theme } from "../options";
 import { PALETTES } from "./palette";
 
 const FIELD_OF_VIEW = 32;
+const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
 export type Camera = PerspectiveCamera | OrthographicCamera;
 
@@ -30,9 +31,9 @@ export class Stage {
   frames = 0;
   /** Whether there is anything to draw yet; before, a frame would only delay the first true one. */
   isReady = false;
-  private readonly sky = new HemisphereLight(0xffffff, 0x666666, 1.5);
-  private readonly sun = new DirectionalLight(0xffffff, 2.1);
-  private readonly fill = new DirectionalLight(0xffffff, 0.5);
+  private readonly sky = new HemisphereLight(0xffffff, 0x666666, SKY);
+  private readonly sun = new DirectionalLight(0xffffff, SUN);
+  private readonly fill = new DirectionalLight(0xffffff, FILL);
   private readonly before: (() => void)[] = [];
   private pending = false;
 
@@ -87,10 +88,20 @@ export class Stage {
 
   setTheme(theme: Theme): void {
     const palette = PALETTES[theme];
-    this.scene.background = new Color(palette.background);
     this.sky.color.set(palette.sky);
     this.sky.groundColor.set(palette.ground);
     this.invalidate();
+  }
+
+  setBackground(colour: number | string): void {
+    this.scene.background = new Color(colour);
+  }
+
+  /** How bright the lights are: 1 as at first. */
+  setLight(factor: number): void {
+    this.sky.intensity = SKY * factor;
+    this.sun.intensity = SUN * factor;
+    this.fill.intensity = FILL * factor;
   }
 
   /** Puts sun and shadow around a place. */

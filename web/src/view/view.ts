@@ -3,6 +3,7 @@ import { Box3, Group, Object3D, Vector3 } from "three";
 import type { App } from "../app";
 import type { Picture } from "../displays/display";
 import { LiveDisplays } from "../displays/live";
+import { h } from "../dom";
 import type { Scene, State } from "../protocol";
 import { Bodies } from "./bodies";
 import { dispose } from "./dispose";
@@ -22,8 +23,9 @@ export class View implements Picture {
   readonly stage: Stage;
   readonly ids: IdBuffer;
   robot: RobotObject | null = null;
-  private bodies: Bodies | null = null;
+  bodies: Bodies | null = null;
   readonly ground = new Ground();
+  readonly overlay: HTMLElement;
   readonly transforms: Transforms;
   private readonly displays: LiveDisplays;
   /** All that is in the world. */
@@ -36,11 +38,14 @@ export class View implements Picture {
     private readonly holder: HTMLElement,
   ) {
     this.stage = new Stage(holder);
+    this.overlay = h("div", { class: "overlay" });
+    holder.append(this.overlay);
     this.ids = new IdBuffer(this.stage.renderer);
     this.transforms = new Transforms(app);
     this.displays = new LiveDisplays(app, this);
     this.world.add(this.ground.floor, this.displays.group);
     if (this.stage.hasShadows) this.world.add(this.ground.shadow);
+    this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
     this.stage.controls.addEventListener("end", () => this.writeAddress());
@@ -48,6 +53,7 @@ export class View implements Picture {
     app.state.watch((state) => state && this.apply(state));
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
+    app.displays.globals.watch(() => this.showGlobals());
     app.selected.watch((name) => this.robot?.select(name));
   }
 
@@ -60,6 +66,11 @@ export class View implements Picture {
 
   get radius(): number {
     return this.app.scene.value?.radius ?? 0.1;
+  }
+
+  get fixedFrame(): string {
+    const asked = String(this.app.displays.global("frame"));
+    return asked !== "" && this.transforms.lookup(asked, null) !== null ? asked : this.transforms.world;
   }
 
   invalidate(): void {
@@ -105,8 +116,8 @@ export class View implements Picture {
     const radius = this.app.scene.value?.radius ?? 0.1;
     const base = this.rootObject;
     if (base === undefined) return;
-    camera.position.set(-radius * 0.4, 0, radius * 1.5).applyQuaternion(base.quaternion).add(base.position);
-    controls.target.set(radius * 3, 0, radius * 0.7).applyQuaternion(base.quaternion).add(base.position);
+    camera.position.set(-radius * 0.4, 0, radius * 1.5).applyMatrix4(base.matrixWorld);
+    controls.target.set(radius * 3, 0, radius * 0.7).applyMatrix4(base.matrixWorld);
   }
 
   /** Takes the view from the page's address, where it has one. */
@@ -143,6 +154,7 @@ export class View implements Picture {
 
   private apply(state: State): void {
     if (this.robot === null) return;
+    this.fixFrame();
     this.robot.apply(state);
     this.bodies?.apply(state);
     this.displays.state(state);
@@ -161,7 +173,8 @@ export class View implements Picture {
     this.lastSeen.copy(centre);
     const radius = this.app.scene.value?.radius ?? 1;
     this.stage.lightAround(centre, radius * 1.5);
-    if (!this.stage.hasShadows) this.ground.shadeUnder(centre.x, centre.y, radius, PALETTES[this.app.theme.value].shadow);
+    const { x, y } = this.root;
+    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, PALETTES[this.app.theme.value].shadow);
     this.stage.invalidate();
   }
 
@@ -179,13 +192,14 @@ export class View implements Picture {
     if (scene === null) return new Vector3();
     const { x, y, z } = this.root;
     const [cx = 0, cy = 0, cz = 0] = scene.centre;
-    return new Vector3(x + cx, y + cy, z + cz);
+    return new Vector3(x + cx, y + cy, z + cz).applyMatrix4(this.world.matrix);
   }
 
   private beforeFrame(): void {
     const { target } = this.stage.controls;
-    this.ground.follow(target.x, target.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
-    this.robot?.group.updateMatrixWorld();
+    const seen = target.clone().applyMatrix4(this.world.matrix.clone().invert());
+    this.ground.follow(seen.x, seen.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
+    this.world.updateMatrixWorld();
     this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.displays.frame();
   }
@@ -205,6 +219,31 @@ export class View implements Picture {
     this.bodies?.setEdges(palette.edge);
     if (this.robot !== null) this.displays.rebuild(this.robot.scene);
     this.showOptions();
+    this.showGlobals();
+  }
+
+  /** Lets the fixed frame stand still, and the world move around it. */
+  private fixFrame(): void {
+    this.transforms.lookup(this.fixedFrame, null, this.world.matrix);
+    this.world.matrix.invert();
+    this.world.updateMatrixWorld(true);
+  }
+
+  private showGlobals(): void {
+    const { displays } = this.app;
+    const background = String(displays.global("background"));
+    this.stage.setBackground(background || PALETTES[this.app.theme.value].background);
+    this.stage.setLight(Number(displays.global("light")));
+    this.ground.showFloor(displays.global("floor") === true);
+    const before = this.centre();
+    this.fixFrame();
+    const moved = this.centre().sub(before);
+    if (this.placed && moved.length() > 0) {
+      this.stage.controls.target.add(moved);
+      this.stage.camera.position.add(moved);
+      this.lastSeen.add(moved);
+    }
+    this.stage.invalidate();
   }
 
   private showOptions(): void {

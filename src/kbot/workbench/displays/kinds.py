@@ -1,61 +1,261 @@
-"""The kinds of displays; `web/src/displays/kinds.ts` is generated from here."""
+"""The kinds of displays; `web/src/displays/kinds.ts` is generated from here.
+
+Lengths that are 0 by themselves suit the robot's size.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from kbot.workbench.displays.property import (
-    OPACITY,
     TOPIC,
     DisplayKind,
+    choice,
     colour,
+    frame,
     number,
+    opacity,
     switch,
     text,
 )
 
+_COVARIANCE = (
+    switch("covariance", "Covariance", False, "Covariance/Value"),
+    number("covariance_alpha", "Its opacity", 0.3, 0.0, 1.0, rviz="Covariance/Position/Alpha"),
+)
+_SHAPE = (
+    choice("shape", "Shape", ("arrow", "axes"), "Shape"),
+    number("length", "Length", 0.0, 0.0, 100.0, "m", "Shaft Length"),
+)
+_POINTS = (
+    number("size", "Size", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
+    number("decay", "Decay time", 0.0, 0.0, 600.0, "s", "Decay Time"),
+    colour("colour", "Colour", "#ff4d6d", "Color"),
+)
+
+GLOBALS = (
+    frame("frame", "Fixed frame", "Fixed Frame"),
+    colour("background", "Background", "", "Background Color"),
+    number("light", "Light", 1.0, 0.0, 3.0),
+    switch("floor", "Floor", True),
+)
+"""What holds for all displays."""
+
 KINDS = (
     DisplayKind(
         "Grid",
-        "Lines on the floor",
+        "Lines on the floor, or anywhere",
         (
-            number("cell", "Cell size", 0.0, 0.0, 100.0, "m", rviz="Cell Size"),
-            colour("colour", "Colour", "", rviz="Color"),
+            number("cell", "Cell size", 0.0, 0.0, 100.0, "m", "Cell Size"),
+            number("count", "Cells", 0.0, 0.0, 1000.0, rviz="Plane Cell Count"),
+            number("normal_count", "Cells upwards", 0.0, 0.0, 100.0, rviz="Normal Cell Count"),
+            choice("plane", "Plane", ("XY", "XZ", "YZ"), "Plane"),
+            frame("frame", "Frame", "Reference Frame"),
+            number("x", "x", 0.0, -1e3, 1e3, "m", "Offset/X"),
+            number("y", "y", 0.0, -1e3, 1e3, "m", "Offset/Y"),
+            number("z", "z", 0.0, -1e3, 1e3, "m", "Offset/Z"),
+            colour("colour", "Colour", "", "Color"),
+            opacity(),
         ),
-        single=True,
-        rviz="Grid",
+        rviz=("Grid",),
     ),
     DisplayKind(
         "RobotModel",
         "The robot's shapes and masses",
         (
-            switch("visual", "Visual", True, rviz="Visual Enabled"),
-            switch("collision", "Collision", False, rviz="Collision Enabled"),
-            switch("inertia", "Inertia", False, rviz="Mass Properties/Inertia"),
+            switch("visual", "Visual", True, "Visual Enabled"),
+            switch("collision", "Collision", False, "Collision Enabled"),
+            switch("inertia", "Inertia", False, "Mass Properties/Inertia"),
+            choice("inertia_shape", "Inertia as", ("box", "ellipsoid")),
+            switch("mass", "Centre of mass", False, "Mass Properties/Mass"),
+            switch("joints", "Joints", False),
+            opacity(),
         ),
         single=True,
-        rviz="RobotModel",
+        per_link=(
+            switch("show", "Show", True, "Value"),
+            opacity(),
+        ),
+        rviz=("RobotModel",),
     ),
     DisplayKind(
         "TF",
         "Frames: their axes and names",
         (
-            switch("axes", "Axes", False, rviz="Show Axes"),
-            switch("names", "Names", False, rviz="Show Names"),
-            text("filter", "Filter", rviz="Filter (whitelist)"),
+            switch("axes", "Axes", False, "Show Axes"),
+            switch("names", "Names", False, "Show Names"),
+            switch("arrows", "Arrows", False, "Show Arrows"),
+            number("scale", "Scale", 1.0, 0.01, 100.0),
+            text("filter", "Filter", "Filter (whitelist)"),
         ),
         single=True,
-        rviz="TF",
+        rviz=("TF",),
     ),
-    DisplayKind("Trail", "The way the robot took", (), single=True),
+    DisplayKind("Trail", "The way the robot took", (colour("colour", "Colour", ""),), single=True),
+    DisplayKind(
+        "World",
+        "What stands in the world",
+        (switch("shapes", "Shapes", True), opacity(rviz="")),
+        single=True,
+    ),
     DisplayKind(
         "LaserScan",
         "What a lidar sees",
         (
             TOPIC,
-            number("size", "Size", 4.0, 1.0, 50.0, "px", rviz="Size (Pixels)"),
-            colour("colour", "Colour", "#ff4d6d", rviz="Color"),
-            OPACITY,
+            *_POINTS,
+            choice("by", "Colour by", ("colour", "intensity", "distance", "x", "y", "z")),
+            opacity(),
         ),
-        topic="sensor_msgs/msg/LaserScan",
-        rviz="LaserScan",
+        topics=("sensor_msgs/msg/LaserScan",),
+        rviz=("LaserScan",),
+    ),
+    DisplayKind(
+        "PointCloud2",
+        "Points in space",
+        (
+            TOPIC,
+            *_POINTS,
+            choice("by", "Colour by", ("z", "x", "y", "distance", "intensity", "rgb", "colour")),
+            opacity(),
+        ),
+        topics=("sensor_msgs/msg/PointCloud2",),
+        rviz=("PointCloud2",),
+    ),
+    DisplayKind(
+        "Path",
+        "A way that was planned or taken",
+        (
+            TOPIC,
+            colour("colour", "Colour", "#19ff00", "Color"),
+            number("width", "Line width", 3.0, 1.0, 50.0, "px"),
+            choice("poses", "Poses", ("none", "arrows", "axes"), "Pose Style"),
+            opacity(),
+        ),
+        topics=("nav_msgs/msg/Path",),
+        rviz=("Path",),
+    ),
+    DisplayKind(
+        "Odometry",
+        "Where the wheels tell that the robot is",
+        (
+            TOPIC,
+            *_SHAPE,
+            colour("colour", "Colour", "#ff8a3d", "Shape/Color"),
+            number("keep", "Keep", 100.0, 1.0, 1000.0, rviz="Keep"),
+            number("distance", "Each", 0.05, 0.0, 100.0, "m", "Position Tolerance"),
+            number("angle", "or each", 0.1, 0.0, 3.2, "rad", "Angle Tolerance"),
+            *_COVARIANCE,
+            opacity(rviz="Shape/Alpha"),
+        ),
+        topics=("nav_msgs/msg/Odometry",),
+        rviz=("Odometry",),
+    ),
+    DisplayKind(
+        "Pose",
+        "One pose, as a goal is",
+        (TOPIC, *_SHAPE, colour("colour", "Colour", "#ff1900", "Color"), opacity()),
+        topics=("geometry_msgs/msg/PoseStamped",),
+        rviz=("Pose",),
+    ),
+    DisplayKind(
+        "PoseWithCovariance",
+        "One pose and how sure it is",
+        (
+            TOPIC,
+            *_SHAPE,
+            colour("colour", "Colour", "#b583ff", "Color"),
+            switch("covariance", "Covariance", True, "Covariance/Value"),
+            _COVARIANCE[1],
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PoseWithCovarianceStamped",),
+        rviz=("PoseWithCovariance",),
+    ),
+    DisplayKind(
+        "PoseArray",
+        "Many poses, as those of a particle filter",
+        (TOPIC, *_SHAPE, colour("colour", "Colour", "#ff1900", "Color"), opacity()),
+        topics=("geometry_msgs/msg/PoseArray",),
+        rviz=("PoseArray",),
+    ),
+    DisplayKind(
+        "Twist",
+        "A velocity: an arrow for the straight part, one around for the turn",
+        (
+            TOPIC,
+            number("linear_scale", "m for 1 m/s", 0.5, 0.01, 100.0, rviz="Linear Arrow Scale"),
+            number("angular_scale", "m for 1 rad/s", 0.1, 0.01, 100.0, rviz="Angular Arrow Scale"),
+            colour("linear", "Straight", "#46a758", "Linear Color"),
+            colour("angular", "Turn", "#cccc33", "Angular Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
+        rviz=("TwistStamped",),
+    ),
+    DisplayKind(
+        "Map",
+        "Where it is free and where not",
+        (TOPIC, choice("scheme", "Colours", ("map", "costmap", "raw"), "Color Scheme"), opacity(0.7)),
+        topics=("nav_msgs/msg/OccupancyGrid",),
+        rviz=("Map",),
+    ),
+    DisplayKind(
+        "Marker",
+        "Things that a program draws",
+        (TOPIC, text("namespaces", "Namespaces")),
+        topics=("visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"),
+        rviz=("Marker", "MarkerArray"),
+    ),
+    DisplayKind(
+        "Contacts",
+        "Where the robot is touched, and the forces there",
+        (
+            replace(TOPIC, initial="/contacts"),
+            number("scale", "m for the robot's weight", 0.0, 0.0, 100.0),
+            colour("colour", "Colour", "#ffd60a"),
+        ),
+        topics=("visualization_msgs/msg/MarkerArray",),
+    ),
+    DisplayKind(
+        "Image",
+        "A camera's picture",
+        (
+            TOPIC,
+            switch("normalize", "Normalize range", True, "Normalize Range"),
+            number("near", "Nearest", 0.0, 0.0, 1e3, "m", "Min Value"),
+            number("far", "Farthest", 5.0, 0.0, 1e3, "m", "Max Value"),
+        ),
+        topics=("sensor_msgs/msg/Image",),
+        rviz=("Image",),
+    ),
+    DisplayKind(
+        "Range",
+        "A distance, as ultrasound and infrared tell it",
+        (TOPIC, colour("colour", "Colour", "#ffffff", "Color"), opacity(0.5)),
+        topics=("sensor_msgs/msg/Range",),
+        rviz=("Range",),
+    ),
+    DisplayKind(
+        "Axes",
+        "The axes of one frame",
+        (
+            frame("frame", "Frame", "Reference Frame"),
+            number("length", "Length", 0.0, 0.0, 100.0, "m", "Length"),
+            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius"),
+        ),
+        rviz=("Axes",),
+    ),
+    DisplayKind(
+        "PointStamped",
+        "A point, as one that was clicked",
+        (
+            TOPIC,
+            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius"),
+            colour("colour", "Colour", "#cc29cc", "Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PointStamped",),
+        rviz=("PointStamped",),
     ),
 )

@@ -14,7 +14,7 @@ class Property:
     """`initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them;
     a colour is `#rrggbb`; a choice is one of `options`. A topic that is empty is the first of the display's
     type, a frame that is empty the fixed frame. `rviz` is the name in rviz's files, where it has one; a part
-    after a slash lies beneath the part before. Those of a `group` are shown together."""
+    after a slash lies beneath the part before."""
 
     name: str
     label: str
@@ -24,25 +24,26 @@ class Property:
     high: float = 1e6
     unit: str = ""
     options: tuple[str, ...] = ()
-    group: str = ""
     rviz: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class DisplayKind:
-    """`topic` is the type of the messages it shows, empty where it shows none; of a `single` kind there is
-    one display at most. `rviz` is the class's name without its package."""
+    """`topics` are the types of messages it shows; of a `single` kind there is one display at most. Each link
+    of the robot has the properties `per_link` too, as `link/property`. `rviz` are the names that rviz has for
+    its class, without the package, the first being that which is written."""
 
     name: str
     about: str
     properties: tuple[Property, ...]
-    topic: str = ""
+    topics: tuple[str, ...] = ()
     single: bool = False
-    rviz: str = ""
+    per_link: tuple[Property, ...] = ()
+    rviz: tuple[str, ...] = ()
 
 
-def switch(name: str, label: str, initial: bool, rviz: str = "", group: str = "") -> Property:
-    return Property(name, label, "switch", initial, rviz=rviz, group=group)
+def switch(name: str, label: str, initial: bool, rviz: str = "") -> Property:
+    return Property(name, label, "switch", initial, rviz=rviz)
 
 
 def number(
@@ -53,23 +54,29 @@ def number(
     high: float,
     unit: str = "",
     rviz: str = "",
-    group: str = "",
 ) -> Property:
-    return Property(name, label, "number", initial, low, high, unit, rviz=rviz, group=group)
+    return Property(name, label, "number", initial, low, high, unit, rviz=rviz)
 
 
-def colour(name: str, label: str, initial: str, rviz: str = "", group: str = "") -> Property:
-    return Property(name, label, "colour", initial, rviz=rviz, group=group)
+def colour(name: str, label: str, initial: str, rviz: str = "") -> Property:
+    return Property(name, label, "colour", initial, rviz=rviz)
 
 
-def choice(name: str, label: str, options: tuple[str, ...], rviz: str = "", group: str = "") -> Property:
+def choice(name: str, label: str, options: tuple[str, ...], rviz: str = "") -> Property:
     """The first of the options is the initial one."""
-    return Property(name, label, "choice", options[0], options=options, rviz=rviz, group=group)
+    return Property(name, label, "choice", options[0], options=options, rviz=rviz)
 
 
-def text(name: str, label: str, rviz: str = "", group: str = "") -> Property:
-    return Property(name, label, "text", "", rviz=rviz, group=group)
+def text(name: str, label: str, rviz: str = "") -> Property:
+    return Property(name, label, "text", "", rviz=rviz)
+
+
+def frame(name: str, label: str, rviz: str = "") -> Property:
+    return Property(name, label, "frame", "", rviz=rviz)
+
+
+def opacity(initial: float = 1.0, rviz: str = "Alpha") -> Property:
+    return number("alpha", "Opacity", initial, 0.0, 1.0, rviz=rviz)
 
 
 TOPIC = Property("topic", "Topic", "topic", "", rviz="Topic")
-OPACITY = number("alpha", "Opacity", 1.0, 0.0, 1.0, rviz="Alpha")

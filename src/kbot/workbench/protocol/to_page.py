@@ -34,11 +34,13 @@ class LinkView:
 
 @dataclass(frozen=True, slots=True)
 class JointView:
-    """A joint whose position is one number. `lower` and `upper` are the slider's ends."""
+    """A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and
+    `upper` are the slider's ends."""
 
     name: str
     kind: Literal["continuous", "revolute", "prismatic"]
     child: str
+    axis: tuple[float, ...]
     lower: float
     upper: float
     mimics: str

@@ -1,0 +1,91 @@
+"""Messages that are made to be looked at: visualization_msgs/Marker and its parts, arrays of poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kbot.messages.control import Duration
+from kbot.messages.types import Header, Point, Pose, Vector3
+
+HEADER, ORIGIN, HERE, NO_SIZE, FOR_EVER = Header(), Pose(), Point(), Vector3(), Duration()
+
+ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST = 0, 1, 2, 3, 4, 5
+CUBE_LIST, SPHERE_LIST, POINTS, TEXT_VIEW_FACING, MESH_RESOURCE, TRIANGLE_LIST = 6, 7, 8, 9, 10, 11
+ADD, DELETE, DELETE_ALL = 0, 2, 3
+
+
+@dataclass(frozen=True, slots=True)
+class ColorRGBA:
+    """Each in 0..1."""
+
+    r: float = 0.0
+    g: float = 0.0
+    b: float = 0.0
+    a: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CompressedImage:
+    """`format` is jpeg or png."""
+
+    header: Header = HEADER
+    format: str = ""
+    data: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class UVCoordinate:
+    u: float = 0.0
+    v: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFile:
+    filename: str = ""
+    data: bytes = b""
+
+
+BLACK, NO_IMAGE, NO_FILE = ColorRGBA(), CompressedImage(), MeshFile()
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """A thing to draw, known by `ns` and `id`; `type` and `action` are the numbers above. Without a
+    `lifetime` it stays until it is deleted."""
+
+    header: Header = HEADER
+    ns: str = ""
+    id: int = 0
+    type: int = ARROW
+    action: int = ADD
+    pose: Pose = ORIGIN
+    scale: Vector3 = NO_SIZE
+    color: ColorRGBA = BLACK
+    lifetime: Duration = FOR_EVER
+    frame_locked: bool = False
+    points: tuple[Point, ...] = ()
+    colors: tuple[ColorRGBA, ...] = ()
+    texture_resource: str = ""
+    texture: CompressedImage = NO_IMAGE
+    uv_coordinates: tuple[UVCoordinate, ...] = ()
+    text: str = ""
+    mesh_resource: str = ""
+    mesh_file: MeshFile = NO_FILE
+    mesh_use_embedded_materials: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerArray:
+    markers: tuple[Marker, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PoseArray:
+    header: Header = HEADER
+    poses: tuple[Pose, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PointStamped:
+    header: Header = HEADER
+    point: Point = HERE

@@ -1,0 +1,70 @@
+"""Where the simulated robot is touched, and the forces there, as markers on `/contacts`."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from kbot.messages.control import Duration
+from kbot.messages.types import Header, Point, Vector3
+from kbot.messages.visualization import ARROW, DELETE_ALL, ColorRGBA, Marker, MarkerArray
+from kbot.sensors.sensor import own_geometries
+from kbot.sim import Simulation
+from kbot.workbench.foreign_frames import WORLD
+from kbot.workbench.scene import robot_bounds
+
+TOPIC = "/contacts"
+RATE = 25.0
+YELLOW = ColorRGBA(1.0, 0.84, 0.04, 1.0)
+CLEAR = Marker(action=DELETE_ALL)
+
+
+class ContactForces:
+    """Says an arrow for each force on the robot, from the point it acts at, to those who listen. A force as
+    large as the robot's weight is as long as the robot's radius."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._publisher = simulation.bus.advertise(TOPIC, MarkerArray)
+        low, high = robot_bounds(simulation.robot)
+        mass = sum(link.inertial.mass for link in simulation.robot.links.values() if link.inertial)
+        gravity = float(np.linalg.norm(simulation.world.gravity)) or 9.81
+        self._length = float(np.linalg.norm(high - low)) / 2 / max(mass * gravity, 1e-9)
+        simulation.clock.every(RATE, self._say)
+
+    def _say(self) -> None:
+        if self._publisher.is_heard:
+            header = Header(self._simulation.clock.stamp, WORLD)
+            markers = (self._marker(header, number, *force) for number, force in enumerate(self.forces()))
+            self._publisher.publish(MarkerArray((CLEAR, *markers)))
+
+    def forces(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Place (3,) in m and force on the robot (3,) in N of each contact, in the world."""
+        model, data = self._simulation.engine()
+        own = np.zeros(model.ngeom, dtype=bool)
+        own[own_geometries(model, self._simulation.named().name)] = True
+        found, wrench = [], np.zeros(6)
+        for index in range(data.ncon):
+            contact = data.contact[index]
+            first, second = (own[g] if g >= 0 else False for g in contact.geom)
+            if first == second or contact.exclude:
+                continue
+            mujoco.mj_contactForce(model, data, index, wrench)
+            # the rows of the frame are the contact's axes; the force is that of the first shape on the second
+            force = contact.frame.reshape(3, 3).T @ wrench[:3]
+            found.append((contact.pos.copy(), force if second else -force))
+        return found
+
+    def _marker(self, header: Header, number: int, place: np.ndarray, force: np.ndarray) -> Marker:
+        tip = place + force * self._length
+        wide = float(np.linalg.norm(tip - place)) * 0.08
+        return Marker(
+            header=header,
+            ns="contacts",
+            id=number,
+            type=ARROW,
+            scale=Vector3(wide, 2.0 * wide, 0.0),
+            color=YELLOW,
+            lifetime=Duration(1),
+            points=(Point(*place.tolist()), Point(*tip.tolist())),
+        )

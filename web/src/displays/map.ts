@@ -1,0 +1,84 @@
+import { DataTexture, Group, Mesh, MeshBasicMaterial, NearestFilter, PlaneGeometry, SRGBColorSpace } from "three";
+
+import type * as msg from "../messages";
+import type { Make } from "./display";
+import { placeAtHeader } from "./frames";
+import { poseMatrix } from "./pose-shapes";
+
+type Rgba = readonly [number, number, number, number];
+
+/** Colours as rviz has them: of a value from 0 free to 100 occupied, and -1 unknown. */
+const SCHEMES: Record<string, (value: number) => Rgba> = {
+  map: (value) => {
+    if (value < 0 || value > 100) return [112, 137, 134, 255];
+    const grey = 255 - Math.round((255 * value) / 100);
+    return [grey, grey, grey, 255];
+  },
+  costmap: (value) => {
+    if (value === 0) return [0, 0, 0, 0];
+    if (value < 0 || value > 100) return [112, 137, 134, 255];
+    if (value === 99) return [0, 255, 255, 255];
+    if (value === 100) return [255, 0, 255, 255];
+    const red = Math.round((255 * value) / 100);
+    return [red, 0, 255 - red, 255];
+  },
+  raw: (value) => {
+    const grey = value & 255;
+    return [grey, grey, grey, 255];
+  },
+};
+
+/** A grid of cells on the ground, the first row along x of its origin. */
+export const map: Make = (picture) => {
+  const group = new Group();
+  const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, toneMapped: false, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
+  const mesh = new Mesh(new PlaneGeometry(1, 1).translate(0.5, 0.5, 0), material);
+  mesh.visible = mesh.matrixAutoUpdate = false;
+  mesh.renderOrder = -1;
+  group.add(mesh);
+  let heard: msg.OccupancyGrid | null = null;
+  let scheme = "map";
+  const draw = (): void => {
+    mesh.visible = heard !== null;
+    if (heard === null) return;
+    const { width, height, resolution, origin } = heard.info;
+    const table = Array.from({ length: 256 }, (_, byte) => SCHEMES[scheme]!(byte > 127 ? byte - 256 : byte));
+    const pixels = new Uint8Array(width * height * 4);
+    heard.data.forEach((value, cell) => pixels.set(table[value & 255]!, cell * 4));
+    material.map?.dispose();
+    material.map = new DataTexture(pixels, width, height);
+    material.map.colorSpace = SRGBColorSpace;
+    material.map.magFilter = material.map.minFilter = NearestFilter;
+    material.map.needsUpdate = true;
+    material.needsUpdate = true;
+    poseMatrix(origin, mesh.matrix).scale({ x: width * resolution, y: height * resolution, z: 1 } as Mesh["scale"]);
+    mesh.matrixWorldNeedsUpdate = true;
+  };
+  return {
+    group,
+    configure(values) {
+      material.opacity = values["alpha"] as number;
+      if (values["scheme"] === scheme) return;
+      scheme = values["scheme"] as string;
+      draw();
+    },
+    message({ message }) {
+      const grid = message as unknown as msg.OccupancyGrid;
+      const { width, height } = grid.info;
+      if (width * height !== grid.data.length) return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
+      if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
+      heard = grid;
+      draw();
+      return placeAtHeader(picture, group, grid.header);
+    },
+    clear() {
+      heard = null;
+      draw();
+    },
+    dispose() {
+      material.map?.dispose();
+      material.dispose();
+      mesh.geometry.dispose();
+    },
+  };
+};

@@ -1,0 +1,153 @@
+import { Color, Group, Mesh, MeshLambertMaterial, type Object3D, type Sprite } from "three";
+
+import type * as msg from "../messages";
+import type { State, TopicMessage } from "../protocol";
+import type { Display, Make, Picture } from "./display";
+import { placeAtHeader, seconds } from "./frames";
+import { BUILDERS } from "./marker-objects";
+import { poseMatrix } from "./pose-shapes";
+import type { Status, Values } from "./set";
+
+const DELETE = 2;
+const DELETE_ALL = 3;
+
+interface Drawn {
+  marker: msg.Marker;
+  /** In the frame of the header; what it holds stands at the marker's pose. */
+  holder: Group;
+  until: number;
+}
+
+/** What programs draw, by namespace and number. */
+class Markers implements Display {
+  readonly group = new Group();
+  protected readonly drawn = new Map<string, Drawn>();
+  private wanted: readonly string[] = [];
+  private resets = 0;
+
+  constructor(protected readonly picture: Picture) {}
+
+  configure(values: Values): void {
+    this.wanted = String(values["namespaces"] ?? "").split(",").map((name) => name.trim()).filter(Boolean);
+    for (const { holder, marker } of this.drawn.values()) holder.visible = this.isWanted(marker);
+  }
+
+  message({ message }: TopicMessage): Status | null {
+    const all = (message as { markers?: msg.Marker[] }).markers ?? [message as unknown as msg.Marker];
+    let problem: Status | null = null;
+    for (const marker of all) problem = this.take(marker) ?? problem;
+    return problem;
+  }
+
+  state(state: State): void {
+    if (state.resets !== this.resets) this.clear();
+    this.resets = state.resets;
+    for (const [key, { until }] of this.drawn) if (state.time > until) this.drop(key);
+  }
+
+  frame(): void {
+    for (const { marker, holder } of this.drawn.values()) if (marker.frame_locked) this.put(holder, marker, true);
+  }
+
+  clear(): void {
+    for (const key of [...this.drawn.keys()]) this.drop(key);
+  }
+
+  dispose(): void {
+    this.clear();
+  }
+
+  /** A marker as it is drawn here. */
+  protected prepared(marker: msg.Marker): msg.Marker {
+    return marker;
+  }
+
+  private take(received: msg.Marker): Status | null {
+    const key = `${received.ns}\n${received.id}`;
+    if (received.action === DELETE_ALL) {
+      for (const [name, { marker }] of this.drawn) if (received.ns === "" || marker.ns === received.ns) this.drop(name);
+      return null;
+    }
+    this.drop(key);
+    if (received.action === DELETE) return null;
+    const marker = this.prepared(received);
+    const build = BUILDERS[marker.type];
+    if (build === undefined) return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
+    const holder = new Group();
+    const object = new Group();
+    object.matrixAutoUpdate = false;
+    poseMatrix(marker.pose, object.matrix);
+    object.add(build(marker, () => this.picture.invalidate()));
+    holder.add(object);
+    this.group.add(holder);
+    const life = seconds(marker.lifetime);
+    this.drawn.set(key, { marker, holder, until: life > 0 ? seconds(marker.header.stamp) + life : Infinity });
+    return this.put(holder, marker, marker.frame_locked) ?? doubt(marker);
+  }
+
+  private put(holder: Group, marker: msg.Marker, isNow: boolean): Status | null {
+    const now = this.picture.app.state.value?.time ?? 0;
+    const stamp = isNow ? { sec: Math.floor(now), nanosec: Math.round((now % 1) * 1e9) } : marker.header.stamp;
+    const status = placeAtHeader(this.picture, holder, { ...marker.header, stamp });
+    holder.visible = status === null && this.isWanted(marker);
+    return status;
+  }
+
+  private isWanted({ ns }: msg.Marker): boolean {
+    return this.wanted.length === 0 || this.wanted.includes(ns);
+  }
+
+  private drop(key: string): void {
+    const one = this.drawn.get(key);
+    if (one === undefined) return;
+    this.drawn.delete(key);
+    one.holder.removeFromParent();
+    one.holder.traverse(free);
+  }
+}
+
+function named({ ns, id }: msg.Marker): string {
+  return `marker ${ns === "" ? "" : `${ns}/`}${id}`;
+}
+
+/** What rviz warns of too: a marker that cannot be seen. */
+function doubt(marker: msg.Marker): Status | null {
+  if (marker.colors.length === 0 && marker.color.a === 0 && !marker.mesh_use_embedded_materials) return { level: "warn", reason: `${named(marker)} is transparent: its colour's a is 0` };
+  if (marker.type === 10 && marker.mesh_resource === "") return { level: "warn", reason: `${named(marker)} has a mesh that cannot be read` };
+  return null;
+}
+
+function free(object: Object3D): void {
+  const { geometry, material } = object as Partial<Mesh>;
+  if (object.userData["shared"] !== true) geometry?.dispose();
+  if (material === undefined) return;
+  (object as Sprite).material.map?.dispose();
+  (material as MeshLambertMaterial).dispose();
+}
+
+/** Contacts: arrows of the forces, which the server sends one robot's radius long for the robot's weight. */
+class Contacts extends Markers {
+  private values: Values = {};
+
+  override configure(values: Values): void {
+    this.values = values;
+  }
+
+  override prepared(marker: msg.Marker): msg.Marker {
+    const [from, to] = marker.points;
+    if (from === undefined || to === undefined) return marker;
+    const wide = this.picture.radius * 0.06;
+    const factor = (Number(this.values["scale"]) || this.picture.radius) / this.picture.radius;
+    const tip = (start: number, end: number): number => start + (end - start) * factor;
+    const { r, g, b } = new Color(String(this.values["colour"])).convertLinearToSRGB();
+    return {
+      ...marker,
+      points: [from, { x: tip(from.x, to.x), y: tip(from.y, to.y), z: tip(from.z, to.z) }],
+      scale: { x: wide, y: wide * 2.4, z: wide * 3 },
+      color: { r, g, b, a: 1 },
+    };
+  }
+}
+
+export const markers: Make = (picture) => new Markers(picture);
+export const contacts: Make = (picture) => new Contacts(picture);

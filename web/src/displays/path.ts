@@ -1,0 +1,61 @@
+import { Color, Group } from "three";
+import { Line2 } from "three/addons/lines/Line2.js";
+import { LineGeometry } from "three/addons/lines/LineGeometry.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+
+import type * as msg from "../messages";
+import type { Make } from "./display";
+import { placeAtHeader } from "./frames";
+import { PoseShapes, poseMatrix } from "./pose-shapes";
+import type { Values } from "./set";
+
+/** Poses in a row, joined by a line. */
+export const path: Make = (picture) => {
+  const group = new Group();
+  const material = new LineMaterial({ transparent: true, toneMapped: false });
+  const shapes = new PoseShapes();
+  let line: Line2 | null = null;
+  let poses: readonly msg.PoseStamped[] = [];
+  let set: Values = {};
+  group.add(shapes.group);
+  const draw = (): void => {
+    const isPlain = set["poses"] === "none";
+    shapes.style(String(set["poses"]) === "axes" ? "axes" : "arrow", String(set["colour"]), Number(set["alpha"]));
+    shapes.put(isPlain ? [] : poses.map((one) => poseMatrix(one.pose)), picture.radius * 0.5);
+    line?.geometry.dispose();
+    line?.removeFromParent();
+    line = null;
+    if (poses.length < 2) return;
+    const geometry = new LineGeometry();
+    geometry.setPositions(poses.flatMap(({ pose: { position } }) => [position.x, position.y, position.z]));
+    line = new Line2(geometry, material);
+    line.frustumCulled = false;
+    group.add(line);
+  };
+  return {
+    group,
+    configure(values) {
+      set = values;
+      material.color = new Color(values["colour"] as string);
+      material.linewidth = values["width"] as number;
+      material.opacity = values["alpha"] as number;
+      draw();
+    },
+    message({ message }) {
+      const heard = message as unknown as msg.Path;
+      poses = heard.poses;
+      draw();
+      // what a path starts with may leave its poses' frames out, and one that is empty clears the way
+      return poses.length === 0 ? null : placeAtHeader(picture, group, heard.header);
+    },
+    clear() {
+      poses = [];
+      draw();
+    },
+    dispose() {
+      line?.geometry.dispose();
+      material.dispose();
+      shapes.dispose();
+    },
+  };
+};

@@ -1,0 +1,39 @@
+import { Color, ConeGeometry, DoubleSide, Mesh, MeshBasicMaterial } from "three";
+
+import type * as msg from "../messages";
+import type { Make } from "./display";
+import { placeAtHeader } from "./frames";
+
+/** A cone from the sensor to what it met, as wide as it sees. */
+export const range: Make = (picture) => {
+  const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, side: DoubleSide });
+  const mesh = new Mesh(new ConeGeometry(), material);
+  const group = mesh;
+  mesh.frustumCulled = false;
+  const put = (length: number, angle: number): void => {
+    mesh.geometry.dispose();
+    // three's cone points along y with its middle at the origin; a sensor looks along x from its tip
+    mesh.geometry = new ConeGeometry(length * Math.tan(angle / 2), length, 48, 1, true).translate(0, -length / 2, 0).rotateZ(Math.PI / 2);
+  };
+  put(0, 0);
+  return {
+    group,
+    configure(values) {
+      material.color = new Color(values["colour"] as string);
+      material.opacity = values["alpha"] as number;
+    },
+    message({ message }) {
+      const heard = message as unknown as Omit<msg.Range, "range"> & { range: number | null };
+      const status = placeAtHeader(picture, mesh, heard.header);
+      // JSON has no infinity: nothing came back
+      const isMet = heard.range !== null && heard.range >= heard.min_range && heard.range <= heard.max_range;
+      put(isMet ? heard.range! : 0, heard.field_of_view);
+      return status ?? (isMet ? null : { level: "ok", reason: `nothing within ${heard.max_range} m` });
+    },
+    clear: () => put(0, 0),
+    dispose() {
+      mesh.geometry.dispose();
+      material.dispose();
+    },
+  };
+};

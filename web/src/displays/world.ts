@@ -1,0 +1,20 @@
+import { Group } from "three";
+
+import type { Make } from "./display";
+
+/** What stands in the world. */
+export const world: Make = (picture) => {
+  let isShown = true;
+  const show = (on: boolean): void => {
+    if (picture.bodies !== null) picture.bodies.group.visible = on;
+  };
+  return {
+    group: new Group(),
+    configure(_, shown) {
+      isShown = shown;
+      show(shown);
+    },
+    rebuild: () => show(isShown),
+    dispose: () => show(false),
+  };
+};

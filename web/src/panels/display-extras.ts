@@ -1,0 +1,65 @@
+import type { App } from "../app";
+import { kindOf, valueOf, type DisplayConfig } from "../displays/set";
+import { h } from "../dom";
+import { propertyField } from "./property";
+
+/** What a display's settings have besides its properties; brought up to date by `show`. */
+export interface Extra {
+  element: HTMLElement;
+  show: (config: DisplayConfig) => void;
+}
+
+/** A part that is opened where it is wanted, and filled when it is. */
+function folded(title: string, fill: (config: DisplayConfig) => Node[]): Extra {
+  const body = h("div", { class: "folded" });
+  let config: DisplayConfig | null = null;
+  const element = h("details", {}, h("summary", {}, title), body);
+  const refill = (): void => {
+    if (element.open && config !== null) body.replaceChildren(...fill(config));
+  };
+  element.addEventListener("toggle", refill);
+  return {
+    element,
+    show(now) {
+      config = now;
+      if (!body.contains(document.activeElement)) refill();
+    },
+  };
+}
+
+/** Each link: whether it is shown, and how opaque. */
+function perLink(app: App): Extra {
+  return folded("Links", (config) =>
+    (app.scene.value?.links ?? []).map((link) => {
+      const fields = kindOf(config.kind).per_link.map((property) => {
+        const own = { ...property, name: `${link.name}/${property.name}` };
+        const field = propertyField(app, { kind: config.kind, name: link.name }, own, (value) => app.displays.set(config.id, own.name, value));
+        field.show(valueOf(config, own));
+        return field.element.querySelector(".value")!;
+      });
+      return h("div", { class: "property link" }, h("span", {}, link.name), ...fields);
+    }),
+  );
+}
+
+/** All frames, each beneath the one it hangs on. */
+function frameTree(app: App): Extra {
+  return folded("Tree", () => {
+    const scene = app.scene.value;
+    if (scene === null) return [];
+    const parents = new Map<string, string>(scene.links.map((link) => [link.name, link.parent]));
+    for (const [name = "", parent = ""] of app.state.value?.frames ?? []) parents.set(name, parent);
+    if (scene.world !== scene.root && !parents.get(scene.root)) parents.set(scene.root, scene.world);
+    const beneath = (parent: string): HTMLElement[] => [...parents].filter(([, above]) => above === parent).map(([name]) => branch(name));
+    const branch = (name: string): HTMLElement => {
+      const children = beneath(name);
+      return h("li", {}, name, children.length > 0 && h("ul", {}, ...children));
+    };
+    return [h("ul", { class: "frames" }, branch(scene.world))];
+  });
+}
+
+/** What belongs to a kind of display. */
+export function extras(app: App, kind: string): Extra[] {
+  return [...(kindOf(kind).per_link.length > 0 ? [perLink(app)] : []), ...(kind === "TF" ? [frameTree(app)] : [])];
+}
