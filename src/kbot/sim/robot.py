@@ -184,8 +184,9 @@ class SimulatedRobot(RobotBody):
                 left, right, settled = self._controller.advance()
                 self._servos.command(left, right)
                 self._is_driving = not settled
-            self.joint_servos.advance(step)
-            if not self.is_slewing:
+            if self.joint_servos.is_active:
+                self.joint_servos.advance(step)
+            elif not self._is_driving:
                 return 0
             self._next_slew = step + self._slew_steps
         return self._next_slew - step

@@ -10,7 +10,6 @@ from math import atan, cos, pi, sin
 from typing import Any, NamedTuple
 
 import mujoco
-import numpy as np
 
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.sim.numbers import numbers
@@ -154,18 +153,22 @@ class SteeredServos:
 
     def _as_differential(self, ways: list[float], aside: list[float]) -> tuple[float, float]:
         """From what each driven wheel rolled, or its speed at the rim (m or m/s)."""
-        rows, values = [], []
+        vv = vw = ww = v_way = w_way = 0.0
         for wheel, way in zip(self._driven, ways, strict=True):
             angle = aside[wheel.steering] if wheel.steering >= 0 else 0.0
-            rows.append((cos(angle), wheel.x * sin(angle) - wheel.y * cos(angle)))
-            values.append(way)
+            by_v, by_w = cos(angle), wheel.x * sin(angle) - wheel.y * cos(angle)
+            vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
+            v_way, w_way = v_way + by_v * way, w_way + by_w * way
         for steering, angle in zip(self._steering, aside, strict=True):
             # it does not slip across
-            rows.append((-sin(angle), steering.x * cos(angle) + steering.y * sin(angle)))
-            values.append(0.0)
-        (ahead, turned), *_ = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)
-        across = float(turned) * self._half
-        return (float(ahead) - across) / self._radius, (float(ahead) + across) / self._radius
+            by_v, by_w = -sin(angle), steering.x * cos(angle) + steering.y * sin(angle)
+            vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
+        # the normal equations of two unknowns; their determinant is above zero, for no wheel is on the axle
+        determinant = vv * ww - vw * vw
+        ahead = (ww * v_way - vw * w_way) / determinant
+        turned = (vv * w_way - vw * v_way) / determinant
+        across = turned * self._half
+        return (ahead - across) / self._radius, (ahead + across) / self._radius
 
 
 def _aside(model: Any, joint: str) -> tuple[int, int]:  # noqa: ANN401
