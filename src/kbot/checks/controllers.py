@@ -194,10 +194,11 @@ def two_publishers(context: Context) -> Found:
     for driver in context.drivers:
         if driver.publishes_tf:
             place = next((e for e in _plugin_tags(context, ("publishWheelTF", "publish_wheel_tf"))), None)
+            tag = place.tag if place else "publishWheelTF"
             yield Finding(
                 place.origin if place else driver.origin,
                 f"{driver.name} publishes the wheels' transforms, and so does robot_state_publisher",
-                "publishWheelTF false",
+                f"write <{tag}>false</{tag}>",
             )
 
 

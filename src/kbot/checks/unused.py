@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 from kbot.checks.context import Context
 from kbot.checks.fixing import remove_element
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.sources import MacroText, SourceFile, named, parameters_of
-from kbot.text import Severity
+from kbot.text import Element, Origin, Severity, Span
 
 
 def _entry(context: Context) -> SourceFile | None:
@@ -118,10 +120,21 @@ def unused_parameter(context: Context) -> Found:
             for name in macro.parameters:
                 if name not in seen:
                     yield Finding(
-                        macro.element.attribute_origin("params"),
+                        _parameter_origin(macro.element, name),
                         f"the macro '{macro.element.attributes['name']}' does not use its parameter '{name}'",
                         "use it, or take it out",
                     )
+
+
+def _parameter_origin(macro: Element, name: str) -> Origin:
+    """Where a macro names a parameter; all of its `params` where that is not plain to see."""
+    origin = macro.attribute_origin("params")
+    span = origin.span
+    text = span.source.data[span.start : span.end]
+    found = re.search(rb"(?<![\w-])" + re.escape(name).encode() + rb"(?![\w-])", text)
+    if found is None:
+        return origin
+    return Origin(Span(span.source, span.start + found.start(), span.start + found.end()), origin.call)
 
 
 def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str]:

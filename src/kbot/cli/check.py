@@ -225,7 +225,8 @@ def _summary(found: Sequence[Diagnostic]) -> str:
     safe = sum(bool(d.fix and d.fix.safe) for d in found)
     unsafe = sum(bool(d.fix and not d.fix.safe) for d in found)
     parts = [f"{safe} can be mended by --fix"] if safe else []
-    parts += [f"{unsafe} more by --unsafe-fixes"] if unsafe else []
+    if unsafe:
+        parts.append(f"{unsafe} {'more' if safe else 'can be mended'} by --unsafe-fixes")
     return count(found) + (f"; {', '.join(parts)}" if parts else "")
 
 
