@@ -33,6 +33,16 @@ INNER = """<launch>
   <node pkg="p" type="t" name="inner" ns="deep/er"/>
 </launch>"""
 
+MIDDLE = """<launch>
+  <arg name="c"/><arg name="a" default="middle"/>
+  <group ns="m"><include file="$(dirname)/inner.launch" ns="$(arg c)x" if="0">
+      <arg name="b" value="1"/></include>
+    <include file="$(dirname)/inner.launch"><arg name="b" value="$(arg c)"/>
+      <arg name="a" default="d"/></include>
+  </group>
+  <param name="c" value="$(arg c)"/>
+</launch>"""
+
 HARD = {
     "types": """<launch>
       <param name="int" value=" 12 "/><param name="float" value="1e3"/><param name="dot" value="1."/>
@@ -87,6 +97,50 @@ HARD = {
     </launch>""",
     "remaps": """<launch><remap from="a" to="b"/><env name="E" value="1"/>
       <node pkg="p" type="t" name="n" args="--x $(anon n)"><remap from="a" to="c"/></node></launch>""",
+    "conditions": """<launch>
+      <arg name="on" default="True"/><arg name="off" default="0"/><arg name="word" default="fast"/>
+      <group if="$(arg on)"><param name="a" value="1"/><group unless="$(arg off)">
+        <node pkg="p" type="t" name="n" if="1"><param name="x" value="1" unless="$(arg on)"/>
+          <param name="y" value="2" if="$(arg on)"/></node></group></group>
+      <include file="$(dirname)/inner.launch" if="$(arg off)"><arg name="b" value="1"/></include>
+      <include file="$(dirname)/inner.launch" ns="i"><arg name="b" value="1"/>
+        <arg name="a" value="x" if="$(arg off)"/><arg name="a" value="y" unless="$(arg off)"/></include>
+      <arg name="late" value="$(eval 'b' + word)" if="$(eval word == 'fast' and on)"/>
+      <param name="late" value="$(arg late)"/>
+      <rosparam if="$(arg on)">{r: 1}</rosparam><rosparam unless="$(arg on)">{s: 1}</rosparam>
+    </launch>""",
+    "passing": """<launch>
+      <arg name="a" default="mine"/><arg name="b" default="too"/>
+      <include file="$(dirname)/inner.launch" pass_all_args="true"><arg name="a" value="over"/></include>
+      <include file="$(dirname)/middle.launch"><arg name="c" value="$(arg a)-$(arg b)"/></include>
+    </launch>""",
+    "overwritten": """<launch>
+      <param name="a" value="1"/><param name="a" value="2"/><rosparam>{b: 1}</rosparam>
+      <rosparam>{b: 2, c: {d: 1}}</rosparam><param name="c/e" value="3"/>
+      <group ns="g"><rosparam ns="/abs">{z: 1}</rosparam><rosparam param="/q">5</rosparam>
+        <rosparam param="rel" ns="deep">[a, b]</rosparam></group>
+      <group ns="gone" clear_params="true"><param name="kept" value="1"/></group>
+    </launch>""",
+    "numbers": """<launch>
+      <param name="plus" value="+5"/><param name="neg" value="-0"/><param name="exp" value="1.5e-3"/>
+      <param name="zero" value="007"/><param name="oct" value="0o7"/><param name="inf" value=".inf"/>
+      <param name="spaces" value="  a b  "/><param name="empty" value=""/><param name="nl" value="a&#10;b"/>
+      <param name="d" value="1e3" type="double"/><param name="i" value="-12" type="int"/>
+      <param name="yes" value="yes"/><param name="y2" value="yes" type="yaml"/>
+      <param name="n" value="null" type="yaml" if="0"/><param name="s" value="true" type="string"/>
+      <param name="f" value="12." type="yaml"/><param name="big" value="2147483647"/>
+    </launch>""",
+    "expressions": """<launch>
+      <arg name="w" default="0.5"/><arg name="n" default="3"/><arg name="list" default="[1, 2]"/>
+      <param name="a" value="$(eval w * n)"/><param name="b" value="$(eval arg('w') &gt; 0.4 and n == 3)"/>
+      <param name="c" value="$(eval str(n) + '/' + str(w))"/><param name="d" value="$(eval -n // 2)"/>
+      <param name="e" value="$(eval optenv('NOT_SET', 'x') + env('LANG'))"/>
+      <param name="f" value="$(eval 'yes' if list == '[1, 2]' else 'no')"/>
+      <param name="g" value="$(eval int(w * 10) % 4)"/><param name="h" value="$(eval not true)"/>
+      <param name="i" value="$(eval ceil(w) + sqrt(16))"/><param name="j" value="$(eval dirname() != '')"/>
+      <param name="k" value="$(eval round(2.5) if false else pow(2, 3))" if="0"/>
+      <param name="l" value="$(eval ','.join(['a', 'b']))" if="0"/>
+    </launch>""",
     "slow": "<launch>" + "".join(f'<param name="p{i}" value="{i}"/>' for i in range(300)) + "</launch>",
 }
 
@@ -107,6 +161,17 @@ WRONG = {
     "remap": '<launch><remap from="a"/></launch>',
     "bool": '<launch><node pkg="p" type="t" name="n" required="1"/></launch>',
     "no root": "<robot/>",
+    "nested": '<launch><param name="p" value="$(arg $(arg q))"/></launch>',
+    "find nothing": '<launch><param name="p" value="$(find)"/></launch>',
+    "late eval": '<launch><param name="p" value="a $(eval 1)"/></launch>',
+    "undefined": '<launch><param name="p" value="$(eval nothing)"/></launch>',
+    "missing include": '<launch><include file="/no/such.launch"/></launch>',
+    "missing yaml": '<launch><rosparam file="/no/such.yaml"/></launch>',
+    "missing text": '<launch><param name="p" textfile="/no/such.txt"/></launch>',
+    "two sources": '<launch><param name="p" value="1" textfile="/etc/hostname"/></launch>',
+    "no default": '<launch><include file="$(dirname)/inner.launch"/></launch>',
+    "delay": '<launch><node pkg="p" type="t" name="n" respawn_delay="soon"/></launch>',
+    "failing command": '<launch><param name="p" command="cat /no/such/file"/></launch>',
     "empty ns": '<launch><group ns=""/></launch>',
     "yaml": "<launch><rosparam>[1, 2]</rosparam></launch>",
     "substitution": '<launch><param name="p" value="$(fnd p)"/></launch>',
@@ -118,6 +183,7 @@ def folder(ros: Ros) -> Path:
     folder = ros.home / "launch_files"
     folder.mkdir()
     (folder / "inner.launch").write_text(INNER)
+    (folder / "middle.launch").write_text(MIDDLE)
     (folder / "fixed.launch").write_text('<launch><arg name="a" value="2"/></launch>')
     (folder / "p.yaml").write_text("a: {b: 1}\nlist: [1.5, x]\n")
     (folder / "r.xacro").write_text(
@@ -127,6 +193,33 @@ def folder(ros: Ros) -> Path:
     for name, text in {**HARD, **WRONG}.items():
         (folder / f"{name}.launch").write_text(text)
     return folder
+
+
+def test_the_command_line_of_a_node_reads_alike(ros: Ros, folder: Path) -> None:
+    file = folder / "command.launch"
+    file.write_text(
+        '<launch><remap from="joint_states" to="/js"/><env name="E" value="a b"/>'
+        '<node pkg="joint_state_publisher" type="joint_state_publisher" name="jsp" ns="left"'
+        ' args="--fast  $(anon x)" launch-prefix="nice"/></launch>'
+    )
+    theirs = ros.run("roslaunch", "--args", "/left/jsp", str(file)).split()
+    ours = subprocess.run(
+        [sys.executable, "-m", "kbot", "launch", str(file), "--args", "/left/jsp"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    at = ours.index("joint_state_publisher/joint_state_publisher")
+    # roslaunch names the program's file, and the words after it are the same; so are those before
+    program = next(i for i, word in enumerate(theirs) if word.endswith("/joint_state_publisher"))
+    assert named(ours[at + 1 :]) == named(theirs[program + 1 :])
+    assert "nice" in theirs[:program]
+    assert "nice" in ours[:at]
+
+
+def named(words: list[str]) -> list[str]:
+    """Words with what is different at every run taken out of the anonymous one."""
+    return [re.sub(r"^x_.*", "x", word) for word in words]
 
 
 def nodes(text: str) -> list[str]:

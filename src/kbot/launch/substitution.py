@@ -132,6 +132,9 @@ class Scope:
             raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None
 
 
+_BUILTINS = {kind.__name__: kind for kind in (list, dict, map, str, float, int)}
+
+
 class _Names:
     """What an `$(eval …)` may name: the substitutions as functions, mathematics, the arguments."""
 
@@ -142,7 +145,6 @@ class _Names:
         self._scope = scope
         self._known: dict[str, Any] = {
             **{name: value for name, value in vars(math).items() if not name.startswith("_")},
-            **{kind.__name__: kind for kind in (list, dict, map, str, float, int)},
             "true": True,
             "false": False,
             "anon": scope.anon,
@@ -158,6 +160,8 @@ class _Names:
             return self._known[name]
         if name in self._scope.arguments:
             return convert(self._scope.arguments[name], "auto")
+        if name in _BUILTINS:  # roslaunch lets arguments of these names come first
+            return _BUILTINS[name]
         hint = did_you_mean(name, [*self._known, *self._scope.arguments])
         raise Fault("L014", f"the name '{name}' is not defined", hint, name)
 

@@ -1,0 +1,123 @@
+"""On a real ROS 1: what `kbot new` makes is built and run, and a user's node is one of its nodes."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from kbot.launch import read_launch
+from kbot.templates import Sizes, make_package
+from kbot.xacro import Packages
+
+from .conftest import Ros, stop, wait_until
+
+PROGRAM = Path(__file__).parents[1] / "client" / "drive.py"
+
+
+@pytest.fixture(scope="module")
+def package(ros: Ros) -> Path:
+    """A package in a catkin workspace, built and installed."""
+    source = ros.home / "new_workspace" / "src"
+    source.mkdir(parents=True)
+    make_package(source / "new_robot", "new_robot", Sizes())
+    ros.run("catkin_make", "-C", str(source.parent), "install", timeout=240)
+    return source / "new_robot"
+
+
+@pytest.fixture
+def sourced(ros: Ros, package: Path, monkeypatch: pytest.MonkeyPatch) -> Ros:
+    """ROS as it is after `source install/setup.bash`."""
+    setup = package.parents[1] / "install" / "setup.sh"
+    for entry in ros.run("/bin/sh", "-c", f". {setup} && env -0").split("\0"):
+        name, _, value = entry.partition("=")
+        if name and name != "PWD":
+            monkeypatch.setitem(ros.environment, name, value)
+    monkeypatch.setitem(
+        ros.environment,
+        "ROS_PACKAGE_PATH",
+        f"{ros.environment['ROS_PACKAGE_PATH']}:{ros.packages}:/usr/share",
+    )
+    return ros
+
+
+def test_catkin_builds_and_installs_all_of_it(package: Path) -> None:
+    share = package.parents[1] / "install" / "share" / "new_robot"
+    installed = {str(file.relative_to(share)) for file in share.rglob("*") if file.is_file()}
+    written = {str(file.relative_to(package)) for file in package.rglob("*") if file.is_file()}
+    assert written - installed == {"CMakeLists.txt", "README.md"}
+
+
+def test_roslaunch_sets_the_same_parameters(sourced: Ros, package: Path) -> None:
+    file = package / "launch" / "display.launch"
+    theirs = yaml.safe_load(sourced.run("roslaunch", "--dump-params", "new_robot", "display.launch"))
+    plan = read_launch(str(file), packages=Packages([str(package), str(sourced.packages)])).require()
+    assert set(theirs) == set(plan.params) == {"/robot_description"}
+    assert theirs["/robot_description"].count("<link ") == plan.params["/robot_description"].value.count(
+        "<link "
+    )
+
+
+def test_roslaunch_runs_it_and_its_frames_are_published(sourced: Ros, display: Path) -> None:
+    process = sourced.start("roslaunch", "new_robot", "display.launch")
+    try:
+        wait_until(lambda: "/robot_state_publisher" in _said(sourced, "rosnode", "list"), "its nodes")
+        fixed = yaml.safe_load(sourced.run("rostopic", "echo", "-n", "1", "/tf_static").partition("---")[0])
+        assert {t["child_frame_id"] for t in fixed["transforms"]} == {"base_link", "caster"}
+        states = yaml.safe_load(
+            sourced.run("rostopic", "echo", "-n", "1", "/joint_states").partition("---")[0]
+        )
+        assert states["name"] == ["left_wheel_joint", "right_wheel_joint"]
+    finally:
+        stop(process)
+
+
+@pytest.fixture
+def simulated(ros: Ros) -> Iterator[Ros]:
+    """Debian's master, and a KBot that is a node of it."""
+    master = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
+    wait_until(lambda: "/rosout" in _said(ros, "rosnode", "list"), "a master")
+    robot = ros.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
+    try:
+        wait_until(lambda: "/kbot" in _said(ros, "rosnode", "list"), "a node /kbot")
+        yield ros
+    finally:
+        stop(robot)
+        stop(master)
+
+
+def test_a_user_s_node_drives_over_debian_s_master(simulated: Ros) -> None:
+    simulated.run("rosparam", "set", "/driver/distance", "0.25")
+    done = simulated.run(sys.executable, str(PROGRAM), "go:=cmd_vel", timeout=90)
+    found = json.loads(done)
+    assert (found["distance"], found["sim_time"]) == (0.25, True)
+    assert found["x"] >= 0.25
+
+
+def test_a_user_s_node_and_rostopic_hear_each_other(simulated: Ros) -> None:
+    program = (
+        "import kbot\nfrom kbot.messages import String\n"
+        "node = kbot.Node('talker')\n"
+        "said = node.advertise('chatter', String, latched=True)\n"
+        "node.subscribe('orders', String, lambda m: said.publish(String('heard ' + m.data)))\n"
+        "node.spin(60)\n"
+    )
+    node = simulated.start(sys.executable, "-c", program)
+    orders = simulated.start("rostopic", "pub", "-r", "5", "/orders", "std_msgs/String", "turn")
+    try:
+        assert "heard turn" in simulated.run("rostopic", "echo", "-n", "1", "/chatter", timeout=60)
+        wait_until(lambda: "/talker" in _said(simulated, "rosnode", "list"), "a node /talker")
+        assert "* /chatter [std_msgs/String]" in simulated.run("rosnode", "info", "/talker")
+    finally:
+        stop(orders)
+        stop(node)
+
+
+def _said(ros: Ros, *command: str) -> str:
+    done = subprocess.run(
+        command, env=ros.environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    return done.stdout
