@@ -307,3 +307,20 @@ def test_the_document_of_rules_is_up_to_date() -> None:
     done = CliRunner().invoke(rule, ["--all", "--markdown"], catch_exceptions=False, standalone_mode=False)
     document = Path(__file__).parents[2] / "docs" / "rules.md"
     assert document.read_text("utf-8") == done.stdout
+
+
+def test_the_summary_says_what_can_be_mended(tmp_path: Path) -> None:
+    safe, unsafe = "<axis xyz='0 2 0'/>", "<xacro:property name='unused' value='1'/>"
+    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <link name="a"/> <link name="b"/> {}
+  <joint name="j" type="continuous"> <parent link="a"/> <child link="b"/> {} </joint>
+</robot>"""
+    file = tmp_path / "r.xacro"
+    for parts, said in (
+        ((unsafe, ""), "1 warning; 1 can be mended by --unsafe-fixes"),
+        (("", safe), "1 warning; 1 can be mended by --fix"),
+        ((unsafe, safe), "2 warnings; 1 can be mended by --fix, 1 more by --unsafe-fixes"),
+    ):
+        file.write_text(text.format(*parts))
+        lines = CliRunner().invoke(check, [str(file), "--select", "S101,J107"]).output.splitlines()
+        assert lines[-1] == said

@@ -1,0 +1,32 @@
+"""The nearest valid names to a misspelt one."""
+
+from __future__ import annotations
+
+import pytest
+
+from kbot.text.suggest import did_you_mean, nearest
+
+LINKS = ["base_link", "imu_link", "laser_link", "left_wheel_link", "right_wheel_link"]
+
+
+@pytest.mark.parametrize(
+    ("name", "first"),
+    [
+        ("lasr_link", "laser_link"),
+        ("Base_Link", "base_link"),
+        ("baselink", "base_link"),
+        ("left_whel_link", "left_wheel_link"),
+        ("laser_lnk", "laser_link"),
+    ],
+)
+def test_a_slip_of_the_fingers_is_understood(name: str, first: str) -> None:
+    assert nearest(name, LINKS)[0] == first
+
+
+@pytest.mark.parametrize("name", ["bulkhead_link", "arm_mount_link", "x_link", "camera"])
+def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
+    assert did_you_mean(name, LINKS) == ""
+
+
+def test_without_candidates_nothing_is_near() -> None:
+    assert nearest("base_link", []) == []
