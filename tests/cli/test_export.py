@@ -75,3 +75,20 @@ def test_a_broken_robot_leaves_the_file_as_it_was(tmp_path: Path) -> None:
     assert run(["export", str(tmp_path / "broken.urdf"), "-o", str(out)]) == 2
     assert out.read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.urdf", "robot.svg"]
+
+
+def test_a_picture_in_place_of_the_page(tmp_path: Path) -> None:
+    out = tmp_path / "robot.png"
+    assert run(["view", "kbot", "--shot", str(out), "--size", "80x60", "--transparent"]) == 0
+    with Image.open(out) as image:
+        assert (image.size, image.mode) == ((80, 60), "RGBA")
+
+
+def test_a_picture_of_how_a_run_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["sim", "kbot", "--headless", "--world", "boxes", "--duration", "0.1"]
+    out = tmp_path / "end.png"
+    assert run([*words, "--shot", str(out)]) == 0
+    with Image.open(out) as image:
+        assert image.size == (1280, 720)
+    assert run(["sim", "kbot", "--shot", str(out)]) == 2
+    assert "--shot goes with --headless" in capsys.readouterr().err

@@ -13,6 +13,9 @@ from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Robot, Sphere
 from kbot.model.meshes import load_mesh
 
 AROUND, ALONG = 72, 24
+CONTESTED = -2
+"""Where two links are at the same depth, which no depth buffer can tell apart."""
+TIE = 1e-6
 
 
 def link_image(
@@ -23,12 +26,13 @@ def link_image(
     moved: Mapping[str, Transform] | None = None,
     joints: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """Index of the foremost link at each pixel, -1 for none; (height, width).
+    """Index of the foremost link at each pixel, -1 for none, CONTESTED for two at once; (height, width).
 
     `moved` puts a link elsewhere in its own frame.
     """
     image = np.full((height, width), -1)
     depth = np.full((height, width), np.inf)
+    tied = np.zeros((height, width), dtype=bool)
     poses = FrameTree(robot).poses(joints)
     for index, link in enumerate(robot.links.values()):
         for visual in link.visuals:
@@ -36,7 +40,8 @@ def link_image(
             pose = poses[link.name] @ own @ Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
             for triangles in _triangles(visual.geometry):
                 corners = pose.apply(triangles.reshape(-1, 3)).reshape(-1, 3, 3)
-                _draw(corners, clip_from_world, image, depth, index)
+                _draw(corners, clip_from_world, image, depth, tied, index)
+    image[tied] = CONTESTED
     return image
 
 
@@ -46,7 +51,12 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def _draw(
-    corners: np.ndarray, clip_from_world: np.ndarray, image: np.ndarray, depth: np.ndarray, index: int
+    corners: np.ndarray,
+    clip_from_world: np.ndarray,
+    image: np.ndarray,
+    depth: np.ndarray,
+    tied: np.ndarray,
+    index: int,
 ) -> None:
     height, width = image.shape
     clip = np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2) @ clip_from_world.T
@@ -68,7 +78,11 @@ def _draw(
         a = 1 - b - c
         at = z0 * a + z1 * b + z2 * c
         part = np.s_[top:bottom, left:right]
-        nearer = (a >= 0) & (b >= 0) & (c >= 0) & (at < depth[part]) & (at > -1)
+        inside = (a >= 0) & (b >= 0) & (c >= 0) & (at > -1)
+        other = (image[part] != index) & (image[part] >= 0)
+        tied[part][inside & other & (np.abs(at - depth[part]) <= TIE)] = True
+        tied[part][inside & (at < depth[part] - TIE)] = False
+        nearer = inside & (at < depth[part])
         depth[part][nearer] = at[nearer]
         image[part][nearer] = index
 
@@ -86,6 +100,8 @@ def _triangles(shape: Geometry) -> Iterator[np.ndarray]:
             yield _turned(_arc(r, 0.0, -np.pi / 2, np.pi / 2))
         case Capsule(radius=r, length=h):
             yield _turned(_arc(r, -h / 2, -np.pi / 2, 0.0) + _arc(r, h / 2, 0.0, np.pi / 2))
+        case Mesh(path=None):
+            return
         case Mesh(path=path, scale=scale):
             data = load_mesh(path or "")
             yield data.vertices[data.faces] * np.asarray(scale)

@@ -10,6 +10,8 @@ export interface Handle {
   readonly software: boolean;
   readonly revision: number;
   readonly time: number;
+  /** x, y, z, qx, qy, qz, qw of each link in the world, flat. */
+  poses(): readonly number[];
   /** Holds the picture still, whatever the server says, or lets it go on. */
   freeze(on: boolean): void;
   /** Draws, and resolves when it is done. */
@@ -51,6 +53,9 @@ export function handle(app: App, view: View): Handle {
     },
     get time() {
       return app.state.value?.time ?? 0;
+    },
+    poses() {
+      return app.state.value?.poses ?? [];
     },
     freeze(on) {
       app.frozen = on;

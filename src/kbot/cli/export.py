@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
+from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import fail, report
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
@@ -21,33 +22,6 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "html", "glb", "svg", "tree")
 _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg": "svg"}
-
-
-def look_options(function: Callable[..., int]) -> Callable[..., int]:
-    """`--size`, `--from`, `--transparent` and `--theme`, as `size`, `side`, `transparent` and `theme`."""
-    for option in (
-        click.option(
-            "--theme",
-            type=click.Choice(["dark", "light"]),
-            default="dark",
-            show_default=True,
-            help="Colours.",
-        ),
-        click.option("--transparent", is_flag=True, help="PNG, SVG: the robot alone, on nothing."),
-        click.option(
-            "--from",
-            "side",
-            default="215,28",
-            show_default=True,
-            metavar="AZ,EL",
-            help="PNG, SVG: from where, in degrees; 0,0 is ahead of it, 90,0 its left, 0,90 above.",
-        ),
-        click.option(
-            "--size", default="1280x720", show_default=True, metavar="WxH", help="PNG, SVG: exactly so large."
-        ),
-    ):
-        function = option(function)
-    return function
 
 
 @click.command(
@@ -139,25 +113,6 @@ def _html(
     for name, position in joints.items():
         session.obey(SetJoint(name, position), 0)
     return saved_page(session, robot).encode()
-
-
-def parse_look(size: str, side: str, transparent: bool) -> Look:
-    """What the options of `look_options` say.
-
-    Raises:
-        KbotError: a size or a side that is none; the text says how to write it.
-    """
-    from kbot.workbench.export.look import Look
-
-    try:
-        width, height = (int(word) for word in size.lower().split("x"))
-    except ValueError:
-        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
-    try:
-        azimuth, elevation = (to_float(word) for word in side.split(","))
-    except ValueError:
-        fail(f"--from is an azimuth and an elevation in degrees, as in 215,28; not '{side}'")
-    return Look(width, height, azimuth, elevation, transparent)
 
 
 def _by_ending(output: str | None) -> str:

@@ -56,6 +56,7 @@ DURATION = 10.0
     help="Where it starts: m, m, rad in the world.",
 )
 @click.option("--plot", metavar="PNG", help="Draw the way it went, and its odometry's, from above.")
+@click.option("--shot", metavar="PNG", help="Draw robot and world as they stand in the end.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",
@@ -78,6 +79,7 @@ def command(
     goto: str | None,
     pose: str,
     plot: str | None,
+    shot: str | None,
     seed: int,
     contacts: str,
     as_json: bool,
@@ -101,6 +103,7 @@ def command(
             script=script,
             goto=goto,
             plot=plot,
+            shot=shot,
             json=as_json or None,
         )
         start = _three_numbers(pose)
@@ -153,12 +156,23 @@ def command(
     with going_along(wishes) as join:
         join(simulation, loaded.expansion.text, world)
         if goal is not None:
-            return run_goto(simulation, goal, duration, as_json)
-        if speeds is not None:
-            simulation.cmd_vel(*speeds)
-        if wishes.is_live and script is None:
-            return _run(simulation, duration, script, as_json, plot, in_real_time=True)
-        return _run(simulation, seconds, script, as_json, plot)
+            status = run_goto(simulation, goal, duration, as_json)
+        else:
+            if speeds is not None:
+                simulation.cmd_vel(*speeds)
+            live = wishes.is_live and script is None
+            status = _run(simulation, duration if live else seconds, script, as_json, plot, in_real_time=live)
+        if shot is not None:
+            _draw_end(simulation, shot)
+    return status
+
+
+def _draw_end(simulation: Simulation, path: str) -> None:
+    from kbot.workbench.export.look import Look
+    from kbot.workbench.export.picture import draw_picture
+    from kbot.workbench.export.things import robot_in_world
+
+    write_bytes(path, draw_picture(robot_in_world(simulation), Look()))
 
 
 def _refuse_without_headless(**options: object) -> None:

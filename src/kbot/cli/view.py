@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import report
+from kbot.text.files import write_bytes
+
+if TYPE_CHECKING:
+    from kbot.workbench.export.palette import Theme
 
 
 @click.command(
@@ -14,13 +21,25 @@ from kbot.cli.output import report
         "kbot view kbot",
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
+        "kbot view robot.urdf --shot robot.png --size 800x600       a picture, and no page",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [NAME:=VALUE]…")
+@click.option("--shot", metavar="PNG", help="Write a picture, and serve no page.")
+@look_options
 @page_options
 @package_path_option
 def command(
-    words: tuple[str, ...], host: str, port: int | None, browser: bool, package_path: tuple[str, ...]
+    words: tuple[str, ...],
+    host: str,
+    port: int | None,
+    browser: bool,
+    package_path: tuple[str, ...],
+    shot: str | None,
+    size: str,
+    side: str,
+    transparent: bool,
+    theme: Theme,
 ) -> None:
     """Show a robot in the browser, with sliders for its joints.
 
@@ -33,7 +52,15 @@ def command(
     from kbot.workbench import serve
     from kbot.xacro import Packages
 
-    report(first_look(load_robot(path, arguments, packages=Packages(package_path)), MESHES))
+    look = parse_look(size, side, transparent)
+    loaded = load_robot(path, arguments, packages=Packages(package_path))
+    report(first_look(loaded, MESHES))
+    if shot is not None:
+        from kbot.workbench.export.picture import draw_picture
+        from kbot.workbench.export.things import robot_alone
+
+        write_bytes(shot, draw_picture(robot_alone(loaded.require()), look, theme))
+        return
     serve(
         path,
         simulate=False,

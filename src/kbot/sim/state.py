@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.sim.pushes import Push
 from kbot.sim.welds import Weld
+from kbot.text import KbotError
 
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on; the smaller sets differ in the last bits after a restore."""
@@ -40,7 +41,11 @@ def copy_engine(model: Any, data: Any) -> Any:  # noqa: ANN401
 
 
 def restore_engine(model: Any, data: Any, copy: Any) -> None:  # noqa: ANN401
-    mujoco.mj_copyData(data, model, copy)
+    """Raises KbotError where the copy is of another model."""
+    try:
+        mujoco.mj_copyData(data, model, copy)
+    except mujoco.FatalError:
+        raise KbotError("the state is that of another robot or world") from None
 
 
 def read_engine(model: Any, data: Any) -> NDArray[np.float64]:  # noqa: ANN401

@@ -1,0 +1,62 @@
+"""The options that say from where a picture is taken and how large it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from kbot.cli.output import fail
+from kbot.text.numbers import to_float
+
+if TYPE_CHECKING:
+    from kbot.workbench.export.look import Look
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def look_options(function: _Function) -> _Function:
+    """`--size`, `--from`, `--transparent` and `--theme`, as `size`, `side`, `transparent` and `theme`."""
+    for option in (
+        click.option(
+            "--theme",
+            type=click.Choice(["dark", "light"]),
+            default="dark",
+            show_default=True,
+            help="Its colours.",
+        ),
+        click.option("--transparent", is_flag=True, help="the robot alone, on nothing."),
+        click.option(
+            "--from",
+            "side",
+            default="215,28",
+            show_default=True,
+            metavar="AZ,EL",
+            help="from where, in degrees; 0,0 is ahead of it, 90,0 its left, 0,90 above.",
+        ),
+        click.option(
+            "--size", default="1280x720", show_default=True, metavar="WxH", help="exactly so large."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def parse_look(size: str, side: str, transparent: bool) -> Look:
+    """What the options of `look_options` say.
+
+    Raises:
+        KbotError: a size or a side that is none; the text says how to write it.
+    """
+    from kbot.workbench.export.look import Look
+
+    try:
+        width, height = (int(word) for word in size.lower().split("x"))
+    except ValueError:
+        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+    try:
+        azimuth, elevation = (to_float(word) for word in side.split(","))
+    except ValueError:
+        fail(f"--from is an azimuth and an elevation in degrees, as in 215,28; not '{side}'")
+    return Look(width, height, azimuth, elevation, transparent)
