@@ -39,7 +39,7 @@ def findings(context: Context) -> list[Diagnostic]:
     for needs, rules in rules_by_need().items():
         for rule in rules if context.has(needs) else ():
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
-    return said_once(found, lambda: context.elements, context.parameters, context.call_element)
+    return said_once(found, context)
 
 
 def _not_said_before(said: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:

@@ -32,6 +32,5 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     rules = [find_rule(code) for code in codes]
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
-        replace(d, severity=Severity.WARNING) if d.code in MESHES else d
-        for d in said_once(found, lambda: context.elements, context.parameters, context.call_element)
+        replace(d, severity=Severity.WARNING) if d.code in MESHES else d for d in said_once(found, context)
     ]

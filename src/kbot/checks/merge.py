@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
+from kbot.checks.context import Context
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
 _SHOWN = 8
@@ -17,14 +18,8 @@ _BARE = re.compile(r"\s*\$\{\s*(\w+)\s*\}\s*")
 Parameters = Mapping[str, frozenset[str]]
 
 
-def said_once(
-    found: Iterable[Diagnostic],
-    elements: Callable[[], Iterable[Element]],
-    parameters: Parameters,
-    call_element: Callable[[Call], Element | None],
-) -> list[Diagnostic]:
-    """Findings of one code at one place made into one. `elements` gives those of the whole result,
-    `call_element` what a call is written as.
+def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
+    """Findings of one code at one place made into one.
 
     A value that a macro passes on as it was given (`${m}`) is its caller's, and is found there.
 
@@ -35,7 +30,7 @@ def said_once(
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
     for given in found:
-        diagnostic = _at_value(given, parameters)
+        diagnostic = _at_value(given, context.parameters)
         origin = diagnostic.origin
         if origin is None or not _macros(origin.call):
             result.append(diagnostic)
@@ -43,10 +38,10 @@ def said_once(
             span = origin.span
             groups[diagnostic.code, span.file, span.start, span.end].append(diagnostic)
     if groups:
-        copies = _Copies(elements(), groups.values())
+        copies = _Copies(context, groups.values())
         moved: dict[tuple[str, str, int], list[Diagnostic]] = defaultdict(list)
         for group in groups.values():
-            for diagnostic in copies.placed(group, call_element):
+            for diagnostic in copies.placed(group):
                 span = diagnostic.origin.span  # type: ignore[union-attr]  # placed ones have an origin
                 moved[diagnostic.code, span.file, span.start].append(diagnostic)
         result += [_one_of(group) for group in moved.values()]
@@ -76,19 +71,18 @@ def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
 class _Copies:
     """By which calls each element that has a finding was brought."""
 
-    def __init__(self, elements: Iterable[Element], groups: Iterable[list[Diagnostic]]) -> None:
+    def __init__(self, context: Context, groups: Iterable[list[Diagnostic]]) -> None:
+        self._context = context
         spans = [g[0].origin.span for g in groups if g[0].origin]
         self._calls: dict[tuple[str, int], list[Call]] = {(s.file, _tag_at(s)): [] for s in spans}
         starts = {start for _, start in self._calls}
-        for element in elements:
+        for element in context.elements if context.document is not None else ():
             if element.start in starts and element.call is not None:
                 calls = self._calls.get((element.source.path, element.start))
                 if calls is not None:
                     calls.append(element.call)
 
-    def placed(
-        self, group: list[Diagnostic], call_element: Callable[[Call], Element | None]
-    ) -> list[Diagnostic]:
+    def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
         """Findings of one place: as they are when all its copies have them, else at their calls."""
         by_calls = {_chain(d.origin): d for d in group if d.origin}
         span = group[0].origin.span if group[0].origin else None
@@ -96,7 +90,7 @@ class _Copies:
         others = [c for c in calls if _spans(c) not in by_calls]
         if not others:
             return list(by_calls.values())
-        return [_at_call(d, [_macros(c) for c in others], call_element) for d in by_calls.values()]
+        return [_at_call(d, [_macros(c) for c in others], self._context) for d in by_calls.values()]
 
 
 def _tag_at(span: Span) -> int:
@@ -120,9 +114,7 @@ def _chain(origin: Origin) -> tuple[Span, ...]:
     return _spans(origin.call)
 
 
-def _at_call(
-    diagnostic: Diagnostic, others: list[list[Call]], call_element: Callable[[Call], Element | None]
-) -> Diagnostic:
+def _at_call(diagnostic: Diagnostic, others: list[list[Call]], context: Context) -> Diagnostic:
     """The finding at its innermost call that no faultless copy shares."""
     origin = diagnostic.origin
     if origin is None:
@@ -131,7 +123,7 @@ def _at_call(
         if not any(len(o) > level and o[level].span == call.span for o in others):
             made = Related(f"made here, in macro '{call.name}'", Origin(origin.span, origin.call))
             related = (made, *diagnostic.related)
-            fix = diagnostic.fix if _edits_only(diagnostic.fix, call_element(call)) else None
+            fix = diagnostic.fix if _edits_only(diagnostic.fix, context.call_element(call)) else None
             return replace(diagnostic, origin=Origin(call.span, call.caller), related=related, fix=fix)
     return diagnostic
 
