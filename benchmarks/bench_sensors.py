@@ -3,7 +3,7 @@
     python benchmarks/bench_sensors.py
 
 Medians of alternating runs, in processor time; the ratio is that of each round. The camera's is wall time.
-PyBullet is measured where it is installed.
+PyBullet is measured where it is installed (`pip install pybullet`).
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ def test_a_maze_is_driven(capsys):
 
 
 def test_a_wall_is_followed(capsys):
-    runpy.run_path(str(EXAMPLES / "own_controller.py"))
+    runpy.run_path(str(EXAMPLES / "own_controller.py"), run_name="__main__")
     x, wall = map(float, re.search(r"x ([\d.]+) m, ([\d.]+) m", capsys.readouterr().out).groups())
     assert x > 2.0
     assert wall == pytest.approx(0.3, abs=0.03)

@@ -69,7 +69,7 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
         The engine's inverse dynamics give what the parent exerts on the child, with the torque about the
         centre of mass of the whole robot.
         """
-        model, data, place, axes = self._place()
+        model, data, _, axes = self._place()
         mujoco.mj_rnePostConstraint(model, data)
         felt = data.cfrc_int[self._body]
         force = felt[3:].copy()

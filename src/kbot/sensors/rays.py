@@ -43,6 +43,8 @@ class Rays:
         self._flat = self._world.reshape(-1)
         self._geometry = np.empty(count, dtype=np.int32)
         self._distance = np.empty(count)
+        self._bits = self._distance.view(np.uint64)
+        self._missed = np.empty(count, dtype=bool)
 
     def cast(
         self,
@@ -56,16 +58,22 @@ class Rays:
         if model is not self._model:
             self._model = model
             self._look_at(model, data)
-        distances = None if self._slabs is None else self._slabs.cast(place, axes, most)
+        distances = self._distance
         if self._has_others:
-            np.matmul(self._directions, axes.T, out=self._world)
+            np.dot(self._directions, axes.T, out=self._world)
             self._ask_engine(model, data, place, most)
-            self._distance[self._geometry < 0] = np.inf
-            distances = self._distance if distances is None else np.minimum(distances, self._distance)
-        if distances is None:
-            return np.full(len(self._directions), np.inf)
-        # the engine's cutoff may let far planes through, so it is only a help
-        return np.where(distances > most, np.inf, distances)
+        else:
+            distances.fill(np.inf)
+        # the engine's cutoff may let far planes through, so it is only a help; what is missed is negative,
+        # and the bits of negative numbers stand for more than those of any others
+        missed = np.greater(self._bits, np.float64(most).view(np.uint64), out=self._missed)
+        found = distances.copy()
+        np.copyto(found, np.inf, where=missed)
+        if self._slabs is not None:
+            boxes = self._slabs.cast(place, axes, most)
+            boxes[boxes > most] = np.inf
+            np.minimum(found, boxes, out=found)
+        return found
 
     def _look_at(self, model: Any, data: Any) -> None:  # noqa: ANN401
         """Sort what is around by how it is met best."""

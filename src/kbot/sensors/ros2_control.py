@@ -63,8 +63,8 @@ def _by_interfaces(
         joint = next((j.name for j in robot.joints.values() if j.child == link), None)
         if joint is None:
             values.warn(
-                f"no joint holds the link '{link}', in which force and torque could be felt: say which link by"
-                " <param name='frame_id'>; it is left out",
+                f"no joint holds the link '{link}', in which force and torque could be felt: say which link"
+                " by <param name='frame_id'>; it is left out",
                 values.element,
             )
             return None

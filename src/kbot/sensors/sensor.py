@@ -177,7 +177,8 @@ class Sensor(ABC, Generic[M]):
         """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
         model, data = self._engine()
         rotation = data.xmat[self._body].reshape(3, 3)
-        return model, data, data.xpos[self._body] + rotation @ self._offset, rotation @ self._rotation
+        place = data.xpos[self._body] + rotation.dot(self._offset)
+        return model, data, place, rotation.dot(self._rotation)
 
 
 def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:  # noqa: ANN401

@@ -1,0 +1,82 @@
+"""A controller drives a robot through a node: by odometry and scans in, commands out."""
+
+import math
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.bridges.companions import Companions
+from kbot.bridges.wishes import Wishes
+from kbot.client.pilot import NodePilot
+from kbot.messages import Twist
+from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
+from kbot.sensors.declared import mount_declared
+from kbot.sim import Simulation
+
+
+@pytest.fixture
+def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simulation]:
+    """One that runs beside, with a lidar, in a corridor that ends 5.5 m ahead."""
+    for name in ("ROS_DISTRO", "ROS_VERSION", "ROS_MASTER_URI", "ROS_NAMESPACE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    running = Simulation(kbot.load("kbot", lidar=True), world="corridor:length=1.6")
+    mount_declared(running)
+    companions = Companions(Wishes(), lambda text: None, served=True)
+    companions.join(running, "", "corridor")
+    stop = threading.Event()
+
+    def run() -> None:
+        while not stop.is_set():
+            running.run_errands()
+            running.step(10)
+            time.sleep(0.01)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield running
+    finally:
+        stop.set()
+        thread.join()
+        companions.close()
+
+
+def _until(node: kbot.Node, met: object, seconds: float = 30.0) -> bool:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        node.spin(0.05)
+        if met():  # type: ignore[operator]
+            return True
+    return False
+
+
+def test_a_goal_is_reached_by_odometry(simulation: Simulation) -> None:
+    with kbot.Node("driver", ()) as node:
+        controller = GoToPose(kbot.PlanarPose(0.4, 0.0, 0.3))
+        pilot = NodePilot(node, controller)
+        assert _until(node, lambda: controller.is_done)
+        pilot.close()
+        node.spin(0.2)
+    pose = simulation.odometry.pose
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.4, 0.0, 0.3), abs=0.06)
+
+
+def test_a_guard_stops_it_before_the_wall(simulation: Simulation) -> None:
+    class Straight:
+        def update(self, observation: Observation) -> Twist:
+            return twist(0.3, 0.0)
+
+    guard = ObstacleGuard(Straight(), outline(simulation.robot))
+    with kbot.Node("driver", ()) as node:
+        NodePilot(node, guard)
+        assert _until(node, lambda: guard.blocked_since is not None)
+        node.spin(0.5)
+    # the end wall's face is at 1.09 m; the robot reaches 0.06 m ahead of its base
+    front = simulation.ground_truth.pose.x + 0.06
+    assert 0.8 < front < 1.09
+    assert math.isfinite(front)
