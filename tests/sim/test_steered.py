@@ -5,6 +5,7 @@ from math import pi, tan
 import pytest
 
 from kbot.kinematics.steered_drive import SteeredDrive, find_base
+from kbot.messages import Twist, Vector3
 from kbot.sim import Simulation
 
 BASE, TRACK, RADIUS = 0.5, 0.4, 0.1
@@ -113,6 +114,15 @@ def test_a_steered_base_turns_about_one_point(urdf, name, turn):
     truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
     assert (reckoned.x, reckoned.y) == pytest.approx((truth.x, truth.y), abs=0.01)
     assert reckoned.yaw == pytest.approx(truth.yaw, abs=0.01)
+
+
+def test_the_plugin_of_a_car_has_its_topic_and_limits(urdf):
+    said = "<topic>/car/cmd</topic><max_velocity>0.2</max_velocity><wheel_separation>0.4</wheel_separation>"
+    sim = Simulation(urdf(CAR.replace("<left_joint>", f"{said}<left_joint>")))
+    sim.bus.publish("/car/cmd", Twist(Vector3(1.0)))
+    sim.run(0.4)
+    assert sim.ground_truth.twist.x == pytest.approx(0.2, rel=0.02)
+    assert sim.diagnostics == ()
 
 
 def test_a_steering_limit_bounds_the_curve(urdf):

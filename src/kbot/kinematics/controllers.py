@@ -39,16 +39,18 @@ def plugin_driven_joints(robot: Robot) -> list[Joint]:
 
 def steering_plugin_joints(robot: Robot) -> list[Joint]:
     """The movable joints that gz's AckermannSteering, or a plugin of a tricycle, drives."""
-    names = [
-        element.text.strip()
-        for extension in robot.extensions
-        if extension.tag == "gazebo"
-        for plugin in extension.elements("plugin")
-        if any(word in "".join(plugin.attributes.values()).lower() for word in ("ackermann", "tricycle"))
-        for element in plugin.elements()
-        if element.tag in _TRACTION
-    ]
-    return _movable(robot, names)
+    elements = (element for plugin in steering_plugins(robot) for element in plugin.elements())
+    return _movable(robot, [e.text.strip() for e in elements if e.tag in _TRACTION])
+
+
+def steering_plugins(robot: Robot) -> Iterator[Element]:
+    """The `<plugin>` elements of bases that steer: gz's AckermannSteering, Classic's cars and tricycles."""
+    for extension in robot.extensions:
+        if extension.tag == "gazebo":
+            for plugin in extension.elements("plugin"):
+                names = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
+                if "ackermann" in names or "tricycle" in names:
+                    yield plugin
 
 
 def velocity_joints(robot: Robot) -> list[Joint]:

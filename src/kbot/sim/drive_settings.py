@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from math import inf, isfinite
 
-from kbot.kinematics.controllers import drive_plugins, plugin_joints
+from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_plugins
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
 from kbot.sim.controllers_yaml import diff_drive_parameters
@@ -47,7 +48,7 @@ class DriveSettings:
 
 def drive_settings(robot: Robot, drive: DifferentialDrive, findings: Findings) -> DriveSettings:
     """Read the robot's own settings; what it does not say is taken from its shapes and the defaults."""
-    plugin = next(iter(drive_plugins(robot)), None)
+    plugin = next(chain(drive_plugins(robot), steering_plugins(robot)), None)
     if plugin is not None:
         values = _PluginValues(plugin, findings)
         return _from_plugin(values, drive)
@@ -140,8 +141,8 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
         separation or drive.separation,
         limits,
         values.positive("wheelTorque", "max_wheel_torque"),
-        command_topic=values.word("cmd_vel", "commandTopic", "command_topic"),
-        odometry_topic=values.word("odom", "odometryTopic", "odometry_topic"),
+        command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
+        odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
         odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
     )
 
