@@ -158,14 +158,15 @@ def _with_sizes(context: Context, made: _Made, shape: Collision | Visual) -> Fix
 
 def _as_call(context: Context, inertial: Inertial, shape: Collision | Visual) -> Fix | None:
     """A call of a fitting inertia macro in the place of the inertial, with the same names in force."""
-    element, scope = context.element_at(inertial.origin), inertial.origin.call
-    if element is None or shape.geometry.origin.call != scope or "<!--" in element.whole.text:
+    macros, scope = tuple(find_macros(context.expansion.macros)), inertial.origin.call
+    sizes = _sizes(context, shape, scope) if macros and shape.geometry.origin.call == scope else None
+    element = context.element_at(inertial.origin) if sizes is not None else None
+    if sizes is None or element is None or "<!--" in element.whole.text:
         return None
-    sizes = _sizes(context, shape, scope)
     mass = element.find("mass")
     weight = mass.attribute_spans().get("value") if mass is not None else None
-    macro = next((m for m in find_macros(context.expansion.macros) if sizes and m.kind == sizes[0]), None)
-    if macro is None or sizes is None or weight is None:
+    macro = next((m for m in macros if m.kind == sizes[0]), None)
+    if macro is None or weight is None:
         return None
     rpy = _angles(context, shape, scope) if any(shape.pose.rpy) and macro.kind != "sphere" else ""
     xyz = _numbers(inertial.pose.xyz) if any(inertial.pose.xyz) else ""
