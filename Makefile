@@ -1,7 +1,7 @@
 # A fresh clone needs Python >= 3.11, make and the network; these do the rest.
 #   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
 #   make test         lint, types, layers, all tests      (ARGS="-k xacro" for some of them)
-#   make test-peers   tests against a real ROS 1 (Debian, Ubuntu)
+#   make test-peers   tests against a real ROS 1 and libsdformat (Debian, Ubuntu)
 #   make benchmarks   what it costs, as ratios
 #   make clean        forget what was set up
 
