@@ -77,7 +77,7 @@ def _tell(text: str) -> None:
 
 def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
     """What was asked for on the command line, and what the launch file itself needs."""
-    values = {name: param.value for name, param in plan.params.items() if not isinstance(param.value, bytes)}
+    values = {name: param.value for name, param in plan.params.items() if _can_be_told(param.value)}
     wishes = replace(wishes, transforms=staged.transforms, parameters=values)
     for recording in staged.recordings[:1]:
         if not wishes.record and staged.simulate:
@@ -93,6 +93,15 @@ def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
     return wishes
 
 
+def _can_be_told(value: object) -> bool:
+    """Whether every peer takes it as a parameter: XML-RPC has no nothing and no long numbers."""
+    if isinstance(value, list):
+        return all(map(_can_be_told, value))
+    if isinstance(value, int):
+        return -(1 << 31) <= value < 1 << 31
+    return isinstance(value, str | float)
+
+
 def _simulated(
     staged: Stage, going: Companions, world: str, place: Place, teleop: TeleopKeys | None
 ) -> Session:
@@ -103,10 +112,10 @@ def _simulated(
     description = Description(str(staged.path), staged.arguments, place.package_path)
 
     def attend(simulation: Simulation) -> None:
+        _publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
             _put(simulation, staged)
-        _publish_maps(simulation.bus, staged)
         if teleop is not None:
             simulation.clock.every(RATE, lambda: teleop.drive(simulation.command))
 
@@ -143,8 +152,8 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     joints = staged.joints
 
     def attend(sliders: Sliders) -> None:
-        going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
         _publish_maps(sliders.bus, staged)
+        going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
 
         def take_over(message: JointState) -> None:
             for name, position in zip(message.name, message.position, strict=False):
@@ -204,7 +213,8 @@ def _dump(plan: Plan) -> None:
 
 def _processes(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> list[Process]:
     logs = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
-    _tell(f'Nodes with output="log" write to {logs}')
+    if any(program.node.output == "log" for program in programs):
+        _tell(f'Nodes with output="log" write to {logs}')
     return [_process(plan, program, logs, told) for program in programs]
 
 

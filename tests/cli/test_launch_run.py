@@ -1,0 +1,215 @@
+"""`kbot launch` beside the robot: where it starts, what runs, what is recorded, how it ends."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kbot.bridges.companions import Companions
+from kbot.bridges.wishes import Wishes
+from kbot.cli.launch_run import Place, _shown, _simulated
+from kbot.launch import read_launch
+from kbot.launch.stage import Stage, stage
+from kbot.messages import TFMessage
+from kbot.messages.navigation import OccupancyGrid
+from kbot.nodes.teleop_twist_keyboard import TeleopKeys
+from kbot.record import Recording
+from kbot.record.replay import replay
+from kbot.templates import Sizes, make_package
+from kbot.workbench.session import Session
+from kbot.xacro import Packages
+
+ROBOT = '<param name="robot_description" command="xacro $(find my_robot)/urdf/my_robot.xacro"/>'
+GAZEBO = '<include file="$(find gazebo_ros)/launch/empty_world.launch">{}</include>'
+SPAWN = (
+    '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param robot_description -model r {}"/>'
+)
+PLACE = Place("127.0.0.1", 0, False, ())
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.delenv("KBOT_TRANSPORT", raising=False)
+    make_package(tmp_path / "my_robot", "my_robot", Sizes())
+    return tmp_path / "my_robot"
+
+
+def staged(package: Path, body: str) -> Stage:
+    file = package / "launch" / "a.launch"
+    file.write_text(f"<launch>{ROBOT}\n{body}\n</launch>\n")
+    return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
+
+
+def launched(package: Path, body: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """A launch that ends by itself."""
+    staged(package, body)
+    return subprocess.run(
+        [sys.executable, "-m", "kbot", "launch", "launch/a.launch", "--no-browser", "--port", "0", *options],
+        cwd=package,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        env={**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:11397/"},
+    )
+
+
+def program(package: Path, name: str, text: str) -> str:
+    (package / "scripts").mkdir(exist_ok=True)
+    (package / "scripts" / name).write_text(text)
+    return f'<node pkg="my_robot" type="{name}" name="{name.partition(".")[0]}" {{}}/>'
+
+
+def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
+    found = staged(package, body)
+    return _simulated(found, Companions(Wishes(transforms=found.transforms), print), "empty", PLACE, teleop)
+
+
+def test_the_robot_starts_where_the_spawner_says_and_again_after_a_reset(package: Path) -> None:
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("-x 1 -y -2 -Y 1.5"))
+    motion = session._motion
+    for _ in range(2):
+        pose = motion._sim.ground_truth.pose
+        assert (pose.x, pose.y, pose.yaw) == pytest.approx((1.0, -2.0, 1.5))
+        motion.drive(0.3, 0.0)
+        motion._sim.run(1.0)
+        motion.reset()
+
+
+def test_height_and_attitude_are_those_of_the_spawner(package: Path) -> None:
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("-z 0.5 -R 0.1 -P -0.2 -Y 0.7"))
+    pose = session._motion._sim.link_pose("base_footprint")
+    assert float(pose.translation[2]) == pytest.approx(0.5)
+    assert pose.rpy == pytest.approx((0.1, -0.2, 0.7))
+
+
+def test_a_paused_gazebo_is_a_paused_simulation(package: Path) -> None:
+    paused = GAZEBO.format('<arg name="paused" value="true"/>')
+    assert simulated(package, paused + SPAWN.format("")).paused
+    assert not simulated(package, paused + SPAWN.format("-unpause")).paused
+
+
+def test_static_transforms_are_said_beside_the_robot_s_own(package: Path) -> None:
+    node = (
+        '<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="1 2 3 0 0 0 base_link camera"/>'
+    )
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("") + node)
+    heard: list[TFMessage] = []
+    session._motion.bus.subscribe("/tf_static", TFMessage, heard.append)
+    frames = {t.child_frame_id: t for t in heard[-1].transforms}
+    assert {"camera", "base_link", "caster"} <= set(frames)
+    place = frames["camera"].transform.translation
+    assert (frames["camera"].header.frame_id, place.x, place.y, place.z) == ("base_link", 1.0, 2.0, 3.0)
+
+
+def test_the_map_server_s_map_is_on_its_topic(package: Path) -> None:
+    (package / "m.pgm").write_bytes(b"P5\n3 2\n255\n" + bytes([254, 254, 0, 254, 254, 254]))
+    (package / "m.yaml").write_text(
+        "image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    )
+    node = f'<node pkg="map_server" type="map_server" name="m" args="{package}/m.yaml"/>'
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("") + node)
+    heard: list[OccupancyGrid] = []
+    session._motion.bus.subscribe("/map", OccupancyGrid, heard.append)
+    # the picture's upper row is the map's last one
+    assert list(heard[-1].data) == [0, 0, 0, 0, 0, 100]
+
+
+def test_the_keys_of_the_terminal_drive(package: Path) -> None:
+    teleop = TeleopKeys()
+    session = simulated(package, GAZEBO.format("") + SPAWN.format(""), teleop)
+    sim = session._motion._sim
+    teleop.press("i")
+    sim.run(3.0)
+    # 0.5 m/s, as the node starts with
+    assert sim.odometry.twist.x == pytest.approx(0.5, abs=0.02)
+    teleop.press("k")
+    sim.run(2.0)
+    assert sim.odometry.twist.x == pytest.approx(0.0, abs=0.01)
+
+
+def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> None:
+    node = """<node pkg="joint_state_publisher" type="joint_state_publisher" name="j"><rosparam>
+      {zeros: {left_wheel_joint: 1.5}, dependent_joints: {right_wheel_joint: {parent: left_wheel_joint,
+      factor: -2.0, offset: 0.5}}}</rosparam></node>"""
+    found = staged(package, node)
+    session = _shown(found, Companions(Wishes(), print), PLACE)
+    assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
+    assert [joint.name for joint in session._robot.movable_joints if joint.mimic] == ["right_wheel_joint"]
+
+
+def test_a_program_drives_the_robot_and_ends_the_launch_and_the_run_is_recorded(package: Path) -> None:
+    node = program(
+        package,
+        "drive.py",
+        "import kbot\nfrom kbot.messages import Odometry, Twist, Vector3\n"
+        "node = kbot.Node('drive')\nspeed = node.param('speed', 0.1)\n"
+        "node.subscribe('odom', Odometry, lambda m: m.pose.pose.position.x > 0.3 and node.close())\n"
+        "node.every(0.1, lambda: node.publish('cmd_vel', Twist(Vector3(speed))))\nnode.spin(60)\n"
+        "print('arrived at', speed)\n",
+    )
+    body = node.replace("/>", '><param name="speed" value="0.4"/></node>').format(
+        'required="true" output="screen"'
+    )
+    done = launched(package, GAZEBO.format("") + SPAWN.format("-x 2") + body, "--record", "run.mcap")
+    assert done.returncode == 0, done.stderr
+    assert "arrived at 0.4" in done.stdout
+    assert "/drive is required and ended with status 0: the launch ends" in done.stderr
+    again = replay(str(package / "run.mcap"))
+    assert again.is_same
+    # 0.3 m from where it was spawned, and on until the last command is taken for lost
+    assert 2.3 <= again.simulation.ground_truth.pose.x <= 2.3 + 0.4 * 0.8
+
+
+def test_a_required_program_that_fails_is_the_launch_s_failure(package: Path) -> None:
+    node = program(package, "fail.py", "raise SystemExit(3)\n").format('required="true"')
+    done = launched(package, GAZEBO.format("") + SPAWN.format("") + node)
+    assert done.returncode == 1
+    assert "/fail is required and ended with status 3: the launch ends" in done.stderr
+
+
+def test_rosbag_record_records(package: Path) -> None:
+    node = program(package, "wait.py", "import time; time.sleep(2)\n").format('required="true"')
+    bag = '<node pkg="rosbag" type="record" name="r" args="-O run odom"/>'
+    done = launched(package, GAZEBO.format("") + SPAWN.format("") + node + bag)
+    assert done.returncode == 0, done.stderr
+    topics = Recording(str(package / "run.bag")).summary().topics
+    assert topics["/odom"].count > 0
+    assert "/joint_states" not in topics
+
+
+def test_rosparam_dump_writes_what_the_launch_sets(package: Path) -> None:
+    node = program(package, "wait.py", "").format('required="true"')
+    dump = '<rosparam>{a: {b: 1, c: [2, x]}}</rosparam><rosparam command="dump" file="out.yaml" ns="a"/>'
+    assert launched(package, GAZEBO.format("") + SPAWN.format("") + node + dump).returncode == 0
+    assert (package / "out.yaml").read_text() == "b: 1\nc:\n- 2\n- x\n"
+
+
+def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
+    """A source of joint states over ROS 1, as joint_state_publisher's source_list has it."""
+    node = program(
+        package,
+        "turn.py",
+        "import json, kbot\nfrom kbot.messages import JointState\n"
+        "node = kbot.Node('turn')\n"
+        "turned = JointState(name=('left_wheel_joint',), position=(1.25,))\n"
+        "node.every(0.05, lambda: node.publish('turned', turned))\n"
+        "def hear(m):\n"
+        "    at = dict(zip(m.name, m.position))\n"
+        "    if at['left_wheel_joint'] == 1.25:\n"
+        "        print(json.dumps(at)); node.close()\n"
+        "node.subscribe('joint_states', JointState, hear)\nnode.spin(60)\n",
+    ).format('required="true" output="screen"')
+    jsp = (
+        '<node pkg="joint_state_publisher" type="joint_state_publisher" name="j">'
+        "<rosparam>{source_list: [turned]}</rosparam></node>"
+    )
+    done = launched(package, jsp + node)
+    assert done.returncode == 0, done.stderr
+    said = next(line for line in done.stdout.splitlines() if line.startswith("{"))
+    assert json.loads(said) == {"left_wheel_joint": 1.25, "right_wheel_joint": 0.0}
