@@ -5,6 +5,7 @@ import math
 import kbot
 from kbot.bridges.link import WAITING, Link
 from kbot.messages import types as msg
+from kbot.messages.navigation import PoseStamped
 from kbot.sim import Simulation
 from kbot.wire import Feed, Packet
 
@@ -84,3 +85,17 @@ def test_receivers_go_along_to_the_next_simulation_with_their_topics() -> None:
 
 def test_a_link_to_nothing_serves_nobody() -> None:
     Link(print).serve()
+
+
+def test_hidden_topics_are_neither_told_of_nor_delivered() -> None:
+    sim, told = Simulation(kbot.load("kbot")), list[str]()
+    goals: list[PoseStamped] = []
+    sim.bus.subscribe("goal_pose", PoseStamped, goals.append)
+    link, got = Link(told.append, frozenset({"/goal_pose", "/odom"})), list[Packet]()
+    link.open("/odom", got.append)
+    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
+    link.send("/goal_pose", PoseStamped())
+    sim.run(0.1)
+    assert {"/tf", "/cmd_vel"} <= link.topics.keys()
+    assert not link.topics.keys() & {"/goal_pose", "/odom"}
+    assert (goals, got) == ([], [])

@@ -215,3 +215,25 @@ def test_it_sees_with_the_lidar_that_is_declared():
     goals.go(PlanarPose(1.6, 0.0))
     simulation.run(60.0)
     assert goals.status.state is GoalState.REACHED, goals.status
+
+
+def _wheel(name, x, y, parent="base"):
+    return f"""<link name="{name}"><inertial><mass value="0.2"/>
+      <inertia ixx=".001" iyy=".001" izz=".001" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5708 0 0"/><geometry>
+      <cylinder radius="0.05" length="0.02"/></geometry></collision></link>
+      <joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/>
+      <origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"""
+
+
+def test_a_robot_that_steers_is_refused_with_the_reason():
+    inertial = """<inertial><mass value="2"/><origin xyz="0.1 0 0.05"/><inertia ixx=".01" iyy=".01" izz=".01"
+      ixy="0" ixz="0" iyz="0"/></inertial>"""
+    text = f"""<robot name="trike"><link name="base">{inertial}</link>
+      {_wheel("left", 0, 0.1)}{_wheel("right", 0, -0.1)}
+      <link name="fork">{inertial.replace('"2"', '"0.2"').replace("0.1 0 0.05", "0 0 0")}</link>
+      <joint name="steering" type="revolute"><parent link="base"/><child link="fork"/>
+      <origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="50" velocity="9"/></joint>
+      {_wheel("front", 0, 0, "fork")}</robot>"""
+    simulation = Simulation(load_robot_text(text, "r.urdf").require())
+    with pytest.raises(KbotError, match="steers: goals are planned for robots that turn on the spot"):
+        Goals(simulation).go(PlanarPose(1.0, 0.0))

@@ -14,7 +14,7 @@ from kbot.navigation.goal import GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, robot_planner
+from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, require_turning, robot_planner
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -163,6 +163,7 @@ class Goals:
         """Before the first goal: how large the robot is, and what it sees with."""
         if self._radius is not None:
             return
+        require_turning(self._simulation)
         robot = self._simulation.robot
         radius = turning_radius(robot)
         lidar = self._lidar or level_lidar(self._simulation)

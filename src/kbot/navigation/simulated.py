@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.navigation.controller import Controller, Observation
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal import GoalState, GoalStatus
@@ -46,8 +47,9 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
     way beyond; where that shows no way, over a map of finer cells.
 
     Raises:
-        KbotError: the robot cannot drive or has no size, or the world is too large for a map.
+        KbotError: the robot cannot drive, steers or has no size, or the world is too large for a map.
     """
+    require_turning(simulation)
     low, high = HEIGHTS
     robot, world = simulation.robot, simulation.world
     heights = low, max(high, height(robot))
@@ -57,6 +59,13 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
         return world_grid(world, FINE, heights, around, most_cells=MOST_FINE_CELLS)
 
     return GridPlanner(grid, turning_radius(robot), finer=finer)
+
+
+def require_turning(simulation: Simulation) -> None:
+    """Raises KbotError for a robot that steers: paths have corners, at which it is turned on the spot."""
+    if isinstance(simulation.drive, SteeredDrive):
+        name = simulation.robot.name
+        raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:

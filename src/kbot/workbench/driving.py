@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -180,7 +181,8 @@ class Driving:
         """Go on with the changed robot where this one stands."""
         other = Driving(robot, self._setup, self._sim.with_robot(robot))
         if self._goals.is_driving and self._goals.status is not None:
-            other._goals.go(self._goals.status.goal)
+            with suppress(KbotError):  # a robot that can no longer drive has no goal
+                other._goals.go(self._goals.status.goal)
         other.paused = self.paused
         return other
 
