@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
@@ -12,24 +11,18 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
-from kbot.sim.joint_controllers import Interface, JointControl
-from kbot.sim.joint_servos import JointServos
+from kbot.sim.joint_controllers import JointControl
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
-from kbot.sim.robot_body import RobotBody
+from kbot.sim.robot_joints import NO_CONTROL, JointHost, RobotJoints
 from kbot.sim.servo import speed_limit
 from kbot.sim.steered_servos import SteeredServos
-from kbot.sim.trajectory import Point
 from kbot.sim.wheel_servos import WheelServos
 from kbot.text import KbotError
 
 
-class Host(Protocol):
+class Host(JointHost, Protocol):
     """The simulation a robot is in."""
-
-    def refresh(self) -> None:
-        """Bring the engine's frames up to the positions of now."""
-        ...
 
     def take_command(
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
@@ -37,28 +30,9 @@ class Host(Protocol):
         """Take a twist that holds, or, with a watchdog (s), is taken for lost after that time."""
         ...
 
-    def command_joints(self, values: Mapping[str, float], interface: str, robot: str | None) -> None:
-        """See `Simulation.command_joints`."""
-        ...
 
-    def follow_trajectory(
-        self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None
-    ) -> None:
-        """See `Simulation.follow_trajectory`."""
-        ...
-
-    def serve(self, robot: SimulatedRobot) -> None:
-        """Call the robot's `slew` when it is due, from now on."""
-        ...
-
-
-NO_CONTROL = JointControl()
-
-
-class SimulatedRobot(RobotBody):
+class SimulatedRobot(RobotJoints):
     """A robot in a simulation: commands in; motion, joints and links out."""
-
-    joint_servos: JointServos
 
     def __init__(
         self,
@@ -73,14 +47,13 @@ class SimulatedRobot(RobotBody):
         """`settings`: how the robot's own controller drives; None for one that cannot drive. `control`: what
         commands its other joints."""
         base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
-        super().__init__(name, robot, base, host)
-        self._host = host
-        self.drive = drive
-        self.control = control
-        self._timestep = timestep
-        self._is_bound = False
-        self._is_driving = False
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
+        super().__init__(
+            name, robot, base, host, control, driving_joints(drive), self._slew_steps * timestep, timestep
+        )
+        self._host: Host = host
+        self.drive = drive
+        self._is_driving = False
         self._next_slew = 0
         self.settings = settings
         self._controller: TwistController | None = None
@@ -96,15 +69,7 @@ class SimulatedRobot(RobotBody):
 
     def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
         """Look up this robot's places in a compiled model; joints go on as they were told."""
-        told = self.joint_servos.save() if self._is_bound else None
-        self._is_bound = True
         super().bind(model, data)
-        driven = driving_joints(self.drive)
-        others = [name for name in self._joints if name not in driven]
-        period = self._slew_steps * self._timestep
-        self.joint_servos = JointServos(self.robot, model, data, others, self.prefix, period, self._timestep)
-        if told is not None:
-            self.joint_servos.restore(told)
         rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
         self._servos = None
         if isinstance(self.drive, SteeredDrive):
@@ -190,54 +155,6 @@ class SimulatedRobot(RobotBody):
                 return 0
             self._next_slew = step + self._slew_steps
         return self._next_slew - step
-
-    def command_joints(self, values: Mapping[str, float], interface: str = Interface.POSITION) -> None:
-        """See `Simulation.command_joints`."""
-        self._host.command_joints(values, interface, self.name)
-
-    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[Any]]) -> None:
-        """See `Simulation.follow_trajectory`."""
-        self._host.follow_trajectory(joints, points, self.name)
-
-    def take_joint_command(self, values: Mapping[str, float], interface: Interface) -> None:
-        """Command joints from now on.
-
-        Raises:
-            KbotError: no such joint, one that drives or follows another, or a number that is none.
-        """
-        for joint in values:
-            self._require_free_joint(joint)
-        self.joint_servos.command(values, interface)
-        self._host.serve(self)
-
-    def take_trajectory(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
-        """Let joints follow points from a step on. Raises KbotError as `take_joint_command` does."""
-        for joint in joints:
-            self._require_free_joint(joint)
-        self.joint_servos.follow(joints, points, step)
-        self._host.serve(self)
-
-    def release(self, joint: str) -> None:
-        """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
-        self.joint_servos.release(joint)
-
-    def _require_free_joint(self, joint: str) -> None:
-        self._require_joint(joint)
-        if joint not in self.joint_servos.joints:
-            drives = isinstance(self.drive, DifferentialDrive) and joint in driving_joints(self.drive)
-            why = "drives the robot" if drives else "follows another joint"
-            raise KbotError(f"joint '{joint}' {why} and cannot be held")
-
-    def _start_joints(self) -> None:
-        """Put joints where the description has them start, and hold those that its controllers hold."""
-        self.joint_servos.release_all()
-        for joint, position in self.control.starts.items():
-            if joint in self.joint_servos.joints:
-                self.set_position(joint, position)
-        held = [joint for joint in self.joint_servos.joints if joint in self.control.holds]
-        here = self.joint_positions
-        self.joint_servos.command({joint: here[joint] for joint in held}, Interface.POSITION)
 
     def tick(self, step: int) -> bool:
         """Called every control period: reckon odometry, keep the servos from winding up, and drop a
