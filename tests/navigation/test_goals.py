@@ -219,7 +219,8 @@ def test_it_sees_with_the_lidar_that_is_declared():
 
 def _wheel(name, x, y, parent="base"):
     return f"""<link name="{name}"><inertial><mass value="0.2"/>
-      <inertia ixx=".001" iyy=".001" izz=".001" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5708 0 0"/><geometry>
+      <inertia ixx=".001" iyy=".001" izz=".001" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><origin rpy="1.5708 0 0"/><geometry>
       <cylinder radius="0.05" length="0.02"/></geometry></collision></link>
       <joint name="{name}_joint" type="continuous"><parent link="{parent}"/><child link="{name}"/>
       <origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"""
