@@ -1,8 +1,8 @@
 """`kbot check` over real robots: findings per rule, and what checking costs beside expanding.
 
-An entry is expanded by the official `xacro`, expanded by KBot and checked by KBot, in turn, each from its
-files with all of KBot's caches cleared; the least processor time of some rounds counts. The official
-package is timed without writing its result out, which would add a third.
+An entry is expanded by the official `xacro`, expanded by KBot and checked by KBot, in turn, with what KBot
+keeps of files and expressions forgotten before each; the least processor time of some rounds counts. The
+official package is timed without writing its result out.
 
     python benchmarks/bench_check.py [--corpus DIR] [--report FILE] [--list CODE] [--only TEXT]
 
@@ -218,12 +218,14 @@ def main() -> None:
             place = diagnostic.origin.span if diagnostic.origin else ""
             print(f"{name}\n    {place}: {diagnostic.severity}: {diagnostic.message} [{diagnostic.code}]")
     print(costs(times))
+    print("```text")
     for t in sorted(times, key=lambda t: -t.checking / t.official)[:12]:
         print(
             f"{t.checking / t.official:6.2f}  official {t.official * 1e3:7.2f} ms, "
             f"own {t.expanding * 1e3:6.2f}, check {t.checking * 1e3:6.2f}, "
             f"typed {t.typed * 1e3:6.2f}  {t.name}"
         )
+    print("```")
     if target:
         target.write_text(report(found, times), "utf-8")
 
