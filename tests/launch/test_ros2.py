@@ -307,3 +307,67 @@ def test_faults_of_xml_are_told_at_their_element(folder: Path) -> None:
         ("L004", 3),
         ("L010", 4),
     ]
+
+
+def test_timers_and_events_say_when_a_node_starts(folder: Path) -> None:
+    plan = clean(
+        python(
+            folder,
+            "Node(package='p', executable='e', name='at_once')",
+            "TimerAction(period=2.0, actions=[TimerAction(period=LaunchConfiguration('more', default='0.5'),"
+            " actions=[Node(package='p', executable='e', name='late')])])",
+            "first",
+            "RegisterEventHandler(OnProcessExit(target_action=first, on_exit=[TimerAction(period='1',"
+            " actions=[Node(package='p', executable='e', name='then')])]))",
+            "RegisterEventHandler(OnProcessStart(target_action=first, on_start="
+            "[Node(package='p', executable='e', name='beside')]))",
+            before="from launch.event_handlers import OnProcessStart\n"
+            "first = Node(package='p', executable='e', name='first', namespace='ns')",
+        )
+    )
+    assert {n.name: (n.delay, n.after) for n in plan.nodes} == {
+        "at_once": (0.0, None),
+        "late": (2.5, None),
+        "first": (0.0, None),
+        "then": (1.0, ("exit", "/ns/first")),
+        "beside": (0.0, ("start", "/ns/first")),
+    }
+
+
+@pytest.mark.parametrize("reaction", ["Shutdown()", "EmitEvent(event=ShutdownEvent(reason='gone'))"])
+def test_a_node_whose_end_shuts_down_is_required(folder: Path, reaction: str) -> None:
+    plan = clean(
+        python(
+            folder,
+            "viewer",
+            f"RegisterEventHandler(OnProcessExit(target_action=viewer, on_exit=[{reaction}]))",
+            f"Node(package='p', executable='e', name='own', on_exit={reaction})",
+            "Node(package='p', executable='e', name='other')",
+            before="from launch.events import Shutdown as ShutdownEvent\n"
+            "viewer = Node(package='rviz2', executable='rviz2', name='viewer')",
+        )
+    )
+    assert {n.name: n.required for n in plan.nodes} == {"viewer": True, "own": True, "other": False}
+
+
+def test_a_period_that_is_no_number_is_told_at_its_line(folder: Path) -> None:
+    (found,) = python(folder, "TimerAction(period='soon', actions=[])").diagnostics
+    assert found.code == "L005"
+
+
+def test_a_package_that_is_missing_is_told_at_the_line_that_asks_for_it(folder: Path) -> None:
+    before = "from ament_index_python.packages import get_package_share_directory as share\nshare('nav9')\n"
+    (found,) = python(folder, before=before).diagnostics
+    assert found.origin is not None
+    assert (found.code, found.origin.span.text) == ("L012", "share('nav9')")
+
+
+def test_a_shell_s_line_is_split_into_words(folder: Path) -> None:
+    plan = clean(python(folder, "ExecuteProcess(cmd=[['ros2 ', 'bag ', 'record -o ', 'run']], shell=True)"))
+    assert [(node.type, node.args) for node in plan.nodes] == [("ros2", "bag record -o run")]
+
+
+def test_a_context_of_the_launch_file_s_own_is_the_launch_s(folder: Path) -> None:
+    before = "from launch import LaunchContext\nname = FindExecutable(name='x').perform(LaunchContext())\n"
+    plan = clean(python(folder, "Node(package='p', executable=name)", before=before))
+    assert [node.type for node in plan.nodes] == ["x"]

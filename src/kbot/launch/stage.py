@@ -42,6 +42,8 @@ class Stage:
     world: str
     paused: bool
     window: bool
+    displays: str
+    """The file that rviz is told to show, empty where it is told none."""
     spawn: Spawn
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
@@ -74,14 +76,15 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     joints, found = read_joint_states(plan)
     notes += found
     description = _description(plan, spawners)
-    views = bool(cast.get(Role.VIEWER))
+    viewers = cast.get(Role.VIEWER, [])
     return Stage(
         path=description.path if description else None,
         arguments=description.arguments if description else {},
         simulate=bool(spawners),
         world=gazebo.world,
         paused=gazebo.paused and not spawn.unpause,
-        window=gazebo.window or views,
+        window=gazebo.window or bool(viewers),
+        displays=next((file for node in viewers if (file := display_config(node.args))), ""),
         spawn=spawn,
         joints=joints,
         transforms=tuple(t for t in transforms if t is not None),
@@ -91,6 +94,17 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         programs=tuple(programs),
         notes=tuple(notes),
     )
+
+
+def display_config(arguments: str) -> str:
+    """The file that rviz is told to show by `-d` or `--display-config`, empty where it is told none."""
+    words = arguments.split()
+    for at, word in enumerate(words):
+        if word in ("-d", "--display-config") and at + 1 < len(words):
+            return words[at + 1]
+        if word.startswith("--display-config="):
+            return word.partition("=")[2]
+    return ""
 
 
 def _taken(read: tuple[_T, list[Diagnostic]], notes: list[Diagnostic]) -> _T:

@@ -50,7 +50,8 @@ class Packages:
     """
 
     def __init__(self, paths: Sequence[str | os.PathLike[str]] = (), around: str | None = None) -> None:
-        self.paths = tuple(os.fspath(path) for path in paths)
+        # absolute, so that what is found there can be named in a file of any folder
+        self.paths = tuple(os.path.abspath(path) for path in paths)  # noqa: PTH100 - keeps symbolic links
         self.around = around
         self._found: dict[str, str] = {}
         self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}

@@ -176,10 +176,16 @@ class ComposableNodeContainer(Node):
 
 class ExecuteProcess(Action):
     def __init__(
-        self, *, cmd: Iterable[Value], name: Value = None, on_exit: Value = None, **more: Value
+        self,
+        *,
+        cmd: Iterable[Value],
+        name: Value = None,
+        on_exit: Value = None,
+        shell: Value = False,
+        **more: Value,
     ) -> None:
         super().__init__(**more)
-        self.command, self.name, self.on_exit = list(cmd), name, on_exit
+        self.command, self.name, self.on_exit, self.shell = list(cmd), name, on_exit, shell
 
 
 class ExecuteLocal(ExecuteProcess):

@@ -255,6 +255,8 @@ class Carrier:
 
     def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
         words = [performed(word, self.context) for word in action.command]
+        if is_true(performed(action.shell, self.context)):
+            words = shlex.split(" ".join(words))
         program = Path(words[0]).name if words else ""
         name = performed(action.name, self.context) if action.name is not None else program
         node = Node(

@@ -16,7 +16,7 @@ from kbot.launch.ros2 import actions, substitutions
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import line_origin, place, running
 from kbot.launch.substitution import Fault
-from kbot.text import Diagnostic, KbotError, Severity, Source, read_source
+from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.suggest import did_you_mean
 
@@ -72,7 +72,7 @@ def _modules(context: Context) -> dict[str, ModuleType]:
         "launch": {
             **_ACTIONS,
             "LaunchDescription": actions.LaunchDescription,
-            "LaunchContext": Context,
+            "LaunchContext": lambda *_, **__: context,
             "Substitution": substitutions.Substitution,
             "Condition": substitutions.Condition,
         },
@@ -82,7 +82,7 @@ def _modules(context: Context) -> dict[str, ModuleType]:
         "launch.event_handlers": _HANDLERS,
         "launch.events": {"Shutdown": actions.Shutdown},
         "launch.launch_description_sources": _SOURCES,
-        "launch.launch_context": {"LaunchContext": Context},
+        "launch.launch_context": {"LaunchContext": lambda *_, **__: context},
         "launch.launch_description": {"LaunchDescription": actions.LaunchDescription},
         "launch_xml": {},
         "launch_xml.launch_description_sources": _SOURCES,
@@ -160,6 +160,12 @@ def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
         sys.modules.update(kept)
 
 
+def _places(error: BaseException) -> list[Origin]:
+    """The lines of launch files that an exception came through, the innermost last."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return [found for frame in frames if (found := place(frame.filename, frame.lineno or 1))]
+
+
 class PythonFiles:
     """Runs launch files in Python within one context."""
 
@@ -196,16 +202,19 @@ class PythonFiles:
         """Runs the user's code; what it raises is an error at the line of the launch file that did it."""
         try:
             return work()
-        except (Fault, KbotError):
+        except KbotError:
             raise
+        except Fault as fault:
+            at = _places(fault) or [line_origin(source, 1)]
+            found = Diagnostic(fault.code, Severity.ERROR, fault.message, at[-1], fault.hint)
         except SyntaxError as error:
             at = line_origin(source, error.lineno or 1)
             found = Diagnostic("L081", Severity.ERROR, f"not valid Python: {error.msg}", at)
         except Exception as error:  # noqa: BLE001 - whatever a stranger's program raises
-            frames = traceback.extract_tb(error.__traceback__)
-            places = [o for f in frames if (o := place(f.filename, f.lineno or 1))]
             message = f"the launch file fails: {type(error).__name__}: {error}"
-            found = Diagnostic("L081", Severity.ERROR, message, (places or [line_origin(source, 1)])[-1])
+            found = Diagnostic(
+                "L081", Severity.ERROR, message, (_places(error) or [line_origin(source, 1)])[-1]
+            )
         raise DescriptionError([found])
 
     def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:  # noqa: ANN401
