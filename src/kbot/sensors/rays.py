@@ -45,6 +45,7 @@ class Rays:
         self._distance = np.empty(count)
         self._bits = self._distance.view(np.uint64)
         self._missed = np.empty(count, dtype=bool)
+        self._most, self._most_bits = math.nan, np.uint64(0)
 
     def cast(
         self,
@@ -66,9 +67,11 @@ class Rays:
             distances.fill(np.inf)
         # the engine's cutoff may let far planes through, so it is only a help; what is missed is negative,
         # and the bits of negative numbers stand for more than those of any others
-        missed = np.greater(self._bits, np.float64(most).view(np.uint64), out=self._missed)
+        if most != self._most:
+            self._most, self._most_bits = most, np.float64(most).view(np.uint64)
+        np.greater(self._bits, self._most_bits, out=self._missed)
         found = distances.copy()
-        np.copyto(found, np.inf, where=missed)
+        np.copyto(found, math.inf, where=self._missed)
         if self._slabs is not None:
             boxes = self._slabs.cast(place, axes, most)
             boxes[boxes > most] = np.inf

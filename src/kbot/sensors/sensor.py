@@ -164,6 +164,9 @@ class Sensor(ABC, Generic[M]):
         if model is not self._model:
             self._model = model
             self._bind(model)
+            # what the engine writes to, seen without asking it each time
+            self._body_place: NDArray[np.float64] = data.xpos[self._body]
+            self._body_axes: NDArray[np.float64] = data.xmat[self._body].reshape(3, 3)
         return model, data
 
     def _bind(self, model: Any) -> None:  # noqa: ANN401 - the engine has no types
@@ -176,9 +179,8 @@ class Sensor(ABC, Generic[M]):
     def _place(self) -> tuple[Any, Any, NDArray[np.float64], NDArray[np.float64]]:
         """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
         model, data = self._engine()
-        rotation = data.xmat[self._body].reshape(3, 3)
-        place = data.xpos[self._body] + rotation.dot(self._offset)
-        return model, data, place, rotation.dot(self._rotation)
+        rotation = self._body_axes
+        return model, data, self._body_place + rotation.dot(self._offset), rotation.dot(self._rotation)
 
 
 def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:  # noqa: ANN401
