@@ -42,17 +42,18 @@ def test_every_mutator_spoils_some_robot() -> None:
 
 @st.composite
 def generated(draw: st.DrawFn) -> Rover:
-    """A rover of 20 cm to 1 m in proportions that stand and drive, of any driver."""
+    """A rover of 20 cm to 1 m and up to 100 kg, in proportions that stand and drive, of any driver."""
     length = draw(st.floats(0.2, 1.0))
+    width, height = length * draw(st.floats(0.65, 0.85)), length * draw(st.floats(0.2, 0.26))
     radius = length * draw(st.floats(0.12, 0.21))
     return Rover(
         "generated",
         round(length, 4),
-        round(length * draw(st.floats(0.65, 0.85)), 4),
-        round(length * draw(st.floats(0.2, 0.26)), 4),
+        round(width, 4),
+        round(height, 4),
         round(radius, 4),
         round(radius * draw(st.floats(0.4, 0.55)), 4),
-        draw(st.sampled_from([300.0, 600.0, 900.0])),
+        round(draw(st.floats(200.0, min(900.0, 100.0 / (length * width * height)))), 1),
         draw(st.sampled_from(["classic", "gz", "ros2_control"])),
     )
 
