@@ -59,6 +59,11 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
 
 """The nodes of packages that KBot knows, and what stands in for each; None where nothing does."""
 
+ELSEWHERE: Mapping[tuple[str, str], str] = {
+    ("rosbag", "play"): "kbot bag play FILE says a recording again",
+}
+"""What does the work of a node that has no place in a launch."""
+
 STAND_IN_PACKAGES = frozenset({*NODES, "xacro"})
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from kbot.launch.gazebo import read_gazebo
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
-from kbot.launch.known import NODES, RENAMED, Role, role
+from kbot.launch.known import ELSEWHERE, NODES, RENAMED, Role, role
 from kbot.launch.plan import Description, Node, Param, Plan
 from kbot.launch.programs import Program, find_program
 from kbot.launch.rosbag import Recording, read_recording
@@ -30,6 +30,7 @@ class Stage:
     path, arguments  the robot file and its xacro arguments; None where no parameter holds a robot
     simulate         whether it is simulated, in `world`, from `spawn` on, `paused` at first
     window           whether the launch wants anything to be seen
+    displays         the file that rviz is told to show, empty where it is told none
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
     programs         the user's own nodes that can be run
@@ -43,7 +44,6 @@ class Stage:
     paused: bool
     window: bool
     displays: str
-    """The file that rviz is told to show, empty where it is told none."""
     spawn: Spawn
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
@@ -131,7 +131,8 @@ def _unknown(node: Node) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
     message = f"nothing stands in for the {what}: {node.full_name} is not run"
-    hint = "the launch needs it (required)" if node.required else "it runs where a ROS is installed"
+    hint = ELSEWHERE.get((node.package, node.type), "it runs where a ROS is installed")
+    hint = f"the launch needs it (required); {hint}" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 
