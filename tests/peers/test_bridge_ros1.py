@@ -159,3 +159,36 @@ def test_a_second_one_takes_the_name_and_the_first_gives_way(live: Ros) -> None:
             assert str(second.pid) in said(live, "rosnode", "info", "/kbot")
     finally:
         stop(second)
+
+
+def test_tf_echo_finds_the_frames(live: Ros) -> None:
+    # it ends with nothing but Ctrl-C, and then says what it kept back
+    echo = "timeout -s INT 5 /usr/lib/tf/tf_echo base_footprint base_link || true"
+    text = live.run("/bin/sh", "-c", echo)
+    line = next(line for line in text.splitlines() if line.startswith("- Translation"))
+    found = [float(number) for number in re.findall(r"-?\d+\.\d+", line)]
+    pose = kbot.kinematics.FrameTree(kbot.load("kbot")).poses()["base_link"]
+    assert found == pytest.approx(pose.translation.tolist(), abs=1e-3)
+
+
+def test_rosservice_lists_and_calls(live: Ros) -> None:
+    """Debian has no gazebo_msgs: what is called is of std_srvs."""
+    listed = live.run("rosservice", "list").splitlines()
+    assert {"/gazebo/pause_physics", "/gazebo/spawn_urdf_model", "/spawn_entity"} <= set(listed)
+    assert live.run("rosservice", "type", "/gazebo/delete_model").strip() == "gazebo_msgs/DeleteModel"
+    info = live.run("rosservice", "info", "/gazebo/reset_world")
+    assert "Node: /kbot" in info
+    live.run("rosservice", "call", "/gazebo/pause_physics")
+    paused = live.run("/usr/bin/python3", "-c", PERSISTENT)
+    assert paused.strip() == "twice"
+    assert answers(live, "rostopic", "echo", "-n", "1", "/clock")
+
+
+PERSISTENT = """
+import rospy
+from std_srvs.srv import Empty
+rospy.init_node("caller", disable_signals=True)
+proxy = rospy.ServiceProxy("/gazebo/unpause_physics", Empty, persistent=True)
+proxy(); proxy()
+print("twice")
+"""
