@@ -18,6 +18,8 @@ _SEEN = np.array([1, 1, 1, 1, 0, 1], dtype=np.uint8)
 """Groups of geometries that rays meet."""
 _MANY_BOXES = 40
 """From so many on the engine, which holds each ray against each of them, is slower."""
+_MOST_COPIED = 2000
+"""Shapes in a model of their own, which is not made for nothing."""
 
 
 class Fan(NamedTuple):
@@ -97,7 +99,7 @@ class Rays:
         self._others: Surroundings | None = None
         self._groups = model.geom_group.copy()
         self._groups[np.setdiff1d(np.arange(model.ngeom), others)] = _HIDDEN
-        if self._has_others and are_simple(model, others):
+        if 0 < len(others) <= _MOST_COPIED and are_simple(model, others):
             self._others = Surroundings(model, data, others)
 
     def _ask_engine(self, model: Any, data: Any, place: NDArray[np.float64], most: float) -> None:  # noqa: ANN401
