@@ -213,6 +213,7 @@ def test_clear_params_names_the_namespace(folder: Path) -> None:
         ('<rosparam file="/no/such.yaml"/>', "L032", "/no/such.yaml"),
         ("<rosparam>a: [</rosparam>", "L033", "<rosparam>"),
         ("<rosparam>3</rosparam>", "L034", "<rosparam>"),
+        ("<rosparam>{on: 1}</rosparam>", "L033", "<rosparam>"),
         ('<rosparam command="laod"/>', "L033", "laod"),
         ('<arg name="a" value="1" default="2"/>', "L020", '<arg name="a" value="1" default="2"/>'),
         ('<include file="/no/such.launch"/>', "F001", "/no/such.launch"),

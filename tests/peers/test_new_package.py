@@ -121,3 +121,35 @@ def _said(ros: Ros, *command: str) -> str:
         command, env=ros.environment, capture_output=True, text=True, check=False, timeout=60
     )
     return done.stdout
+
+
+def test_the_parameters_of_a_launch_are_there_for_rosparam(sourced: Ros, package: Path) -> None:
+    file = package / "launch" / "many.launch"
+    file.write_text(
+        """<launch><include file="$(dirname)/display.launch"/>
+        <rosparam>{gains: {p: 1.5, i: 0}, names: [a, b], flag: true, text: "12"}</rosparam>
+        <param name="count" value="3"/><group ns="left"><param name="rate" value="2.5"/></group></launch>"""
+    )
+    theirs = yaml.safe_load(sourced.run("roslaunch", "--dump-params", str(file)))
+    running = sourced.start(
+        *(sys.executable, "-m", "kbot", "launch", str(file), "--ros1", "--no-browser", "--port", "0")
+    )
+    try:
+        wait_until(lambda: "/left/rate" in _said(sourced, "rosparam", "list"), "parameters")
+        ours = yaml.safe_load(sourced.run("rosparam", "get", "/"))
+    finally:
+        stop(running)
+    flat = _flat(ours, "")
+    for name, value in theirs.items():
+        if name != "/robot_description":
+            assert (type(flat[name]), flat[name]) == (type(value), value), name
+    assert flat["/robot_description"].count("<link ") == theirs["/robot_description"].count("<link ")
+
+
+def _flat(tree: dict[str, object], prefix: str) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for key, value in tree.items():
+        found.update(
+            _flat(value, f"{prefix}/{key}") if isinstance(value, dict) else {f"{prefix}/{key}": value}
+        )
+    return found

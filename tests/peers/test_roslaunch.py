@@ -172,6 +172,8 @@ WRONG = {
     "no default": '<launch><include file="$(dirname)/inner.launch"/></launch>',
     "delay": '<launch><node pkg="p" type="t" name="n" respawn_delay="soon"/></launch>',
     "failing command": '<launch><param name="p" command="cat /no/such/file"/></launch>',
+    "yaml key": "<launch><rosparam>{on: 1}</rosparam></launch>",
+    "yaml number": "<launch><rosparam>{a: {1: b}}</rosparam></launch>",
     "empty ns": '<launch><group ns=""/></launch>',
     "yaml": "<launch><rosparam>[1, 2]</rosparam></launch>",
     "substitution": '<launch><param name="p" value="$(fnd p)"/></launch>',

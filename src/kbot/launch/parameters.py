@@ -137,7 +137,11 @@ class Parameters:
     def _spread(self, name: str, value: Any, origin: Origin) -> None:  # noqa: ANN401 - whatever YAML can hold
         if isinstance(value, dict):
             for key, item in value.items():
-                self._spread(names.join(name, str(key)), item, origin)
+                if isinstance(key, str):
+                    self._spread(names.join(name, key), item, origin)
+                else:  # as `on:` and `1:`, which YAML does not read as texts
+                    message = f"the key {key!r} of the YAML is no name"
+                    self.reporter.problem("L033", message, origin, "put it in quotes")
         else:
             self.add(Param(names.canonical(name), value, origin))
 
