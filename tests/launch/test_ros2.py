@@ -371,3 +371,35 @@ def test_a_context_of_the_launch_file_s_own_is_the_launch_s(folder: Path) -> Non
     before = "from launch import LaunchContext\nname = FindExecutable(name='x').perform(LaunchContext())\n"
     plan = clean(python(folder, "Node(package='p', executable=name)", before=before))
     assert [node.type for node in plan.nodes] == ["x"]
+
+
+def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
+    (folder / "p.yaml").write_text(
+        "map_server:\n  ros__parameters: {yaml_filename: '', use_sim_time: false, deep: {rate: 1.0}}\n"
+        "amcl:\n  ros__parameters: {use_sim_time: false, alpha: 0.2}\n"
+    )
+    before = (
+        "from nav2_common.launch import RewrittenYaml, HasNodeParams, ReplaceString\n"
+        f"source = ReplaceString({str(folder / 'p.yaml')!r}, {{'amcl': 'localizer'}})\n"
+        "params = RewrittenYaml(source, root_key='left', convert_types=True, param_rewrites={\n"
+        "    'use_sim_time': LaunchConfiguration('sim'), 'yaml_filename': '/m.yaml',\n"
+        "    'map_server.ros__parameters.deep.rate': '2.5'})\n"
+    )
+    plan = clean(
+        python(
+            folder,
+            "DeclareLaunchArgument('sim', default_value='true')",
+            "Node(package='nav2_map_server', executable='map_server', name='map_server', namespace='left',"
+            " parameters=[params])",
+            "Node(package='p', executable='e', name='told',"
+            " parameters=[{'has': HasNodeParams(source, 'amcl')}])",
+            before=before,
+        )
+    )
+    values = {name: param.value for name, param in plan.params.items()}
+    assert values == {
+        "/left/map_server/yaml_filename": "/m.yaml",
+        "/left/map_server/use_sim_time": True,
+        "/left/map_server/deep.rate": 2.5,
+        "/told/has": False,
+    }

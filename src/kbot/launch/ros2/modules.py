@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import IO, Any
 
 from kbot.launch.plan import Description
-from kbot.launch.ros2 import actions, substitutions
+from kbot.launch.ros2 import actions, nav2, substitutions
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import line_origin, place, running
 from kbot.launch.substitution import Fault
@@ -99,6 +99,13 @@ def _modules(context: Context) -> dict[str, ModuleType]:
         "launch_ros.parameter_descriptions": {
             "ParameterValue": actions.ParameterValue,
             "ParameterFile": actions.ParameterFile,
+        },
+        "nav2_common": {},
+        "nav2_common.launch": {
+            "RewrittenYaml": nav2.RewrittenYaml,
+            "ReplaceString": nav2.ReplaceString,
+            "HasNodeParams": nav2.HasNodeParams,
+            "LaunchConfigAsBool": nav2.LaunchConfigAsBool,
         },
         "ament_index_python": ament,
         "ament_index_python.packages": ament,
@@ -205,8 +212,8 @@ class PythonFiles:
         except KbotError:
             raise
         except Fault as fault:
-            at = _places(fault) or [line_origin(source, 1)]
-            found = Diagnostic(fault.code, Severity.ERROR, fault.message, at[-1], fault.hint)
+            where = (_places(fault) or [line_origin(source, 1)])[-1]
+            found = Diagnostic(fault.code, Severity.ERROR, fault.message, where, fault.hint)
         except SyntaxError as error:
             at = line_origin(source, error.lineno or 1)
             found = Diagnostic("L081", Severity.ERROR, f"not valid Python: {error.msg}", at)
