@@ -52,7 +52,7 @@ def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: 
     name = name or ros_name(message_type)
     try:
         return _inward(message_type)(decode(data, name))
-    except (SerdeError, IndexError, ValueError, MemoryError) as error:
+    except (SerdeError, LookupError, ValueError, MemoryError) as error:
         raise KbotError(f"{len(data)} bytes are no {name}: {error}") from None
 
 
@@ -64,6 +64,8 @@ def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
     else it reads by name from our own objects.
     """
     store = ros1_types() if ros1 else ros2_types()
+    if name not in store.fielddefs:
+        raise KbotError(f"ROS {1 if ros1 else 2} has no {name}")
     known = dict(store.fielddefs[name][1])
     given = {field: 0 for field in ONLY_ON_THE_WIRE if field in known and not hasattr(message_type, field)}
     parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}

@@ -14,6 +14,7 @@ from kbot.bridges.ros1.publisher import Door, Outgoing
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
 from kbot.bridges.ros1.subscriber import Incoming
 from kbot.text import KbotError
+from kbot.wire.types import ros1_types
 
 NODE = "/kbot"
 DEFAULT_MASTER = "http://localhost:11311/"
@@ -152,6 +153,8 @@ class Ros1Bridge:
                 call(self.master, "registerService", self._node, service, self._services_uri, self.uri)
             self._drop_what_is_gone()
             for topic in self._link.topics.values():
+                if topic.type_name not in ros1_types().fielddefs:
+                    continue  # ROS 1 has no such type
                 if topic.is_input:
                     heard = self._incoming.setdefault(topic.name, Incoming(self._link, topic, self._node))
                     uris = call(

@@ -1,0 +1,154 @@
+"""Peers that mean harm, or know no better: whatever they do, the simulation goes on and others are served."""
+
+import contextlib
+import json
+import os
+import random
+import socket
+import struct
+from collections.abc import Iterator
+
+import pytest
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from kbot.bridges.foxglove import SUBPROTOCOLS, FoxgloveBridge
+from kbot.bridges.link import MOST_CALLS
+from kbot.bridges.ros1 import Ros1Bridge
+from kbot.bridges.ros1.rpc import call
+from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
+from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.bridges.topic_server import TopicServer
+from kbot.messages import services as srv
+from kbot.text import KbotError
+
+from .conftest import Running, wait_until
+
+
+@pytest.fixture(params=[FoxgloveBridge, RosbridgeBridge])
+def server(running: Running, request: pytest.FixtureRequest) -> Iterator[TopicServer]:
+    found = request.param(running.link, port=0)
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+def still_serves(server: TopicServer) -> bool:
+    """A client that knows how gets an answer."""
+    with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+        connection.send('{"op": "no such"}')
+        while True:
+            said = connection.recv(20)
+            if isinstance(said, str) and "no operation" in said:
+                return True
+
+
+def test_a_thousand_connections_opened_and_dropped(running: Running, server: TopicServer) -> None:
+    host, port = "127.0.0.1", int(server.address.rpartition(":")[2])
+    greeting = (
+        f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    ).encode()
+    for number in range(1000):
+        with socket.create_connection((host, port), 10) as connection:
+            connection.sendall(greeting[: (number % 4) * len(greeting) // 3])
+    assert running.goes_on()
+    assert still_serves(server)
+
+
+def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
+    """After a true greeting: wrong opcodes, lengths without end, no mask, noise."""
+    noise = random.Random(3)
+    frames = [
+        b"\xff\xff" + b"\xff" * 8,
+        b"\x82\xff" + struct.pack(">Q", 1 << 62) + b"abcd",
+        b"\x81\x05hello",
+        b"\x01\x80\0\0\0\0\x00\x80\0\0\0\0" * 50,
+        b"\x88\x81\0\0\0\0x",
+        b"\x81\x82\0\0\0\0\xff\xfe",
+    ]
+    for number in range(60):
+        raw = socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])), 10)
+        frame = frames[number] if number < len(frames) else noise.randbytes(noise.randrange(400))
+        with (
+            raw,
+            contextlib.suppress(WebSocketException, OSError, EOFError),
+            connect(server.address, sock=raw, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]),
+        ):
+            raw.sendall(frame)
+    assert running.goes_on()
+    assert still_serves(server)
+
+
+def test_calls_of_services_that_are_noise(running: Running) -> None:
+    noise = random.Random(4)
+    bridge = FoxgloveBridge(running.link, port=0)
+    try:
+        with connect(bridge.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+            for number in range(300):
+                head = struct.pack("<BIII", 2, number % 25, number, (3, 4, 0, 1 << 31)[number % 4])
+                body = (b"cdr", b"json", b"", b"x")[number % 4] + noise.randbytes(noise.randrange(80))
+                connection.send((head + body)[: noise.randrange(1, 120)])
+        assert running.goes_on()
+        assert still_serves(bridge)
+    finally:
+        bridge.close()
+
+
+def test_more_calls_than_can_wait(running: Running) -> None:
+    """While nobody answers they are refused, and the others are answered afterwards."""
+    running.stop()
+    waiting = [
+        running.link.call("/gazebo/get_world_properties", srv.EmptyRequest()) for _ in range(MOST_CALLS)
+    ]
+    with pytest.raises(KbotError, match="calls wait already"):
+        running.link.call("/gazebo/get_world_properties", srv.EmptyRequest())
+    running.simulation.run_errands()
+    assert all(future.result(0).success for future in waiting)
+    later = running.link.call("/gazebo/get_world_properties", srv.EmptyRequest())
+    running.link.end()
+    with pytest.raises(KbotError, match="the simulation is gone"):
+        later.result(0)
+
+
+def test_callers_over_tcpros_that_break_off(running: Running) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
+    try:
+        service = "/gazebo/get_world_properties"
+        wait_until(lambda: service in str(call(bridge.master, "getSystemState", "/test")))
+        uri = call(bridge.master, "lookupService", "/test", service)
+        host, _, door = uri.removeprefix("rosrpc://").rpartition(":")
+        header = encode_header({"callerid": "/t", "service": service, "md5sum": "*", "persistent": "1"})
+        for number in range(200):
+            with socket.create_connection((host, int(door)), 10) as connection:
+                connection.sendall(
+                    header + (b"", b"\0\0\0\0", b"\xff\xff\xff\x7f", os.urandom(40))[number % 4]
+                )
+        assert running.goes_on()
+        with socket.create_connection((host, int(door)), 10) as connection:
+            connection.sendall(header)
+            read_header(connection)
+            connection.sendall(b"\0\0\0\0")
+            assert read_exactly(connection, 1) == b"\1"
+            assert len(read_block(connection)) > 8
+    finally:
+        bridge.close()
+
+
+def test_a_rosbridge_client_that_never_reads(running: Running) -> None:
+    bridge = RosbridgeBridge(running.link, port=0)
+    try:
+        with connect(bridge.address, max_queue=1, close_timeout=0.1) as deaf:
+            for topic in ("/odom", "/tf", "/joint_states", "/clock", "/gazebo/link_states"):
+                deaf.send(json.dumps({"op": "subscribe", "topic": topic}))
+            with connect(bridge.address) as other:
+                other.send(json.dumps({"op": "subscribe", "topic": "/odom"}))
+                for _ in range(50):
+                    other.recv(20)
+            assert running.goes_on()
+    finally:
+        bridge.close()
