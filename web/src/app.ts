@@ -1,7 +1,8 @@
 import { Connection, type Line } from "./connection";
-import { DisplaySet, type Status } from "./displays/set";
+import { DisplaySet, type LookingFrom, type Setup, type Status } from "./displays/set";
+import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, type Options } from "./options";
-import type { About, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
+import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 import { Topics } from "./topics";
 
@@ -18,6 +19,8 @@ export class App {
   readonly state = new Signal<State | null>(null);
   readonly findings = new Signal<Findings | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
+  /** What was done, in words. */
+  readonly told = new Signal<{ text: string } | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
   /** The link that was last asked to fill the picture. */
@@ -29,10 +32,17 @@ export class App {
   readonly displays = new DisplaySet();
   /** How each display fares, by its number. */
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
+  /** The file that the displays came from, and what of it is not shown. */
+  readonly displayFile = new Signal<Omit<DisplayFile, "setup" | "type"> | null>(null);
+  /** A view that a file asks for. */
+  readonly asked = new Signal<LookingFrom | null>(null);
+  /** From where one looks now. */
+  lookingFrom: () => LookingFrom | null = () => null;
   readonly topics = new Topics((message) => this.send(message));
   readonly theme = rememberedTheme();
   readonly connection: Line;
   frozen = false;
+  private awaitsDisplays = true;
 
   constructor(connect: (hear: (message: FromServer) => void) => Line = (hear) => new Connection(hear)) {
     this.connection = connect((message) => this.hear(message));
@@ -51,6 +61,28 @@ export class App {
 
   setOption<K extends keyof Options>(name: K, value: Options[K]): void {
     this.options.set({ ...this.options.value, [name]: value });
+  }
+
+  /** Asks for the settings in a file that was chosen here. */
+  openDisplays(name: string, text: string): void {
+    this.awaitsDisplays = true;
+    this.send({ type: "open_displays", name, text });
+  }
+
+  saveDisplays(kind: "file" | "kbot" | "rviz"): void {
+    const { globals, displays } = this.displays.setup;
+    const view = this.lookingFrom();
+    this.send({ type: "save_displays", kind, setup: { globals, displays, ...(view === null ? {} : { view }) } });
+  }
+
+  /** Takes over a file's settings: what was changed here since outlives a lost connection. */
+  private takeDisplays({ name, file, setup, notes }: DisplayFile): void {
+    this.displayFile.set({ name, file, notes });
+    if (!this.awaitsDisplays || !("displays" in setup)) return;
+    this.awaitsDisplays = false;
+    const { view, ...settings } = setup as unknown as Setup & { view?: LookingFrom };
+    this.displays.replace(settings);
+    if (view !== undefined) this.asked.set(view);
   }
 
   /** Shows a place in the source panel, with a finding's words where there is one. */
@@ -77,7 +109,18 @@ export class App {
         if (message.client > 0) this.topics.connected();
         this.refreshSources();
         break;
+      case "displays":
+        this.takeDisplays(message);
+        break;
+      case "displays_text":
+        download(new Blob([message.text], { type: "application/yaml" }), message.name);
+        this.told.set({ text: [`Kept as ${message.name}.`, ...message.notes].join(" ") });
+        break;
+      case "displays_saved":
+        this.told.set({ text: [`Saved to ${message.file}.`, ...message.notes].join(" ") });
+        break;
       case "scene":
+        if (this.scene.value === null) this.awaitsDisplays = false;
         this.scene.set(message);
         if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");
         break;

@@ -191,6 +191,30 @@ export interface TopicMessage {
   type: "message";
 }
 
+/** The displays' settings out of a file, as `workbench.displays.settings` has them. `notes` say what of it is not shown, and `file` is where the page may save, empty where it may not. */
+export interface Displays {
+  name: string;
+  file: string;
+  setup: Record<string, unknown>;
+  notes: readonly string[];
+  type: "displays";
+}
+
+/** Settings as the text of a file of that name, for the browser to keep. */
+export interface DisplaysText {
+  name: string;
+  text: string;
+  notes: readonly string[];
+  type: "displays_text";
+}
+
+/** The settings were written to their file. */
+export interface DisplaysSaved {
+  file: string;
+  notes: readonly string[];
+  type: "displays_saved";
+}
+
 /** A message was not obeyed. */
 export interface Refused {
   reason: string;
@@ -322,6 +346,20 @@ export interface Publish {
   type: "publish";
 }
 
-export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Topics | TopicMessage | Refused;
+/** Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the browser to keep. */
+export interface SaveDisplays {
+  kind: "file" | "kbot" | "rviz";
+  setup: Record<string, unknown>;
+  type: "save_displays";
+}
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish;
+/** Show the settings in a file that was chosen in the browser. */
+export interface OpenDisplays {
+  name: string;
+  text: string;
+  type: "open_displays";
+}
+
+export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays;

@@ -7,16 +7,16 @@ import numpy as np
 
 from kbot.messages.control import Duration
 from kbot.messages.types import Header, Point, Vector3
-from kbot.messages.visualization import ARROW, DELETE_ALL, ColorRGBA, Marker, MarkerArray
+from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
 from kbot.sensors.sensor import own_geometries
 from kbot.sim import Simulation
 from kbot.workbench.foreign_frames import WORLD
+from kbot.workbench.marker_state import CLEAR
 from kbot.workbench.scene import robot_bounds
 
 TOPIC = "/contacts"
 RATE = 25.0
 YELLOW = ColorRGBA(1.0, 0.84, 0.04, 1.0)
-CLEAR = Marker(action=DELETE_ALL)
 
 
 class ContactForces:

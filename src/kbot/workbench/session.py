@@ -12,6 +12,7 @@ from kbot.text import DescriptionError, KbotError
 from kbot.text.files import read_source
 from kbot.workbench.authoring import Authoring
 from kbot.workbench.description import Reading
+from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.marker_meshes import MarkerMeshes
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.motion import Motion, flat
@@ -25,12 +26,14 @@ from kbot.workbench.protocol import (
     Findings,
     FromPage,
     FromServer,
+    OpenDisplays,
     OpenSource,
     Pause,
     Publish,
     Push,
     Refused,
     Reset,
+    SaveDisplays,
     Scene,
     SetJoint,
     SetJoints,
@@ -52,7 +55,6 @@ class Reader(Protocol):
     """Reads the description as it is now."""
 
     overrides: Overrides
-    package_path: tuple[str, ...]
 
     def read(self) -> Reading: ...
 
@@ -85,6 +87,7 @@ class Session:
         self._limits = limits
         self._worlds = worlds
         self.meshes = MeshStore()
+        self.display_file = DisplayFile()
         self.authoring = Authoring(reader.overrides)
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
@@ -93,7 +96,7 @@ class Session:
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
         self._motion = make_motion(self._robot)
-        for_page = MarkerMeshes(self.meshes, reader.package_path, self._shown.files[0])
+        for_page = MarkerMeshes(self.meshes, self._shown.files[0])
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
         self._revision = 1
         self._ownership = Ownership(self._shown.document)
@@ -141,7 +144,8 @@ class Session:
     def greeting(self, client: int) -> list[FromServer]:
         """What a page is told first."""
         parts = (self.scene, self.findings(), self.authoring.parameters(), self.state())
-        return [self.about(client), *parts]
+        settings = self.display_file.greeting
+        return [self.about(client), *([settings] if settings is not None else []), *parts]
 
     def about(self, client: int = NOBODY) -> About:
         linear, angular = self._limits(self._robot)
@@ -247,6 +251,10 @@ class Session:
                 self._enter(world)
             case Publish(topic=topic, kind=kind, message=fields):
                 self.topics.publish(topic, kind, fields)
+            case SaveDisplays(kind=to, setup=setup):
+                return [self.display_file.save(to, setup)]
+            case OpenDisplays(name=name, text=text):
+                return [self.display_file.open(name, text)]
             case OpenSource(file=file):
                 return [self.source(file)]
             case _:

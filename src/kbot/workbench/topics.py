@@ -8,15 +8,24 @@ from collections.abc import Callable
 from typing import Any
 
 from kbot.messages.bus import Bus, absolute
+from kbot.messages.visualization import Marker, MarkerArray, PointStamped
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Feed, Packet, ros_name
 from kbot.wire.plain import from_plain
 from kbot.wire.types import known_type
+from kbot.workbench.marker_state import MarkerState
 from kbot.workbench.payload import encode_packet
 from kbot.workbench.protocol import Topics, TopicView
 
-FROM_PAGE = ("goal_pose", "move_base_simple/goal", "initialpose", "clicked_point", "cmd_vel")
+FROM_PAGE = (
+    "goal_pose",
+    "move_base_simple/goal",
+    "move_base/cancel",
+    "initialpose",
+    "clicked_point",
+    "cmd_vel",
+)
 """What a page may speak on, in any namespace."""
 MOST_RATE = 30.0
 MOST_BYTES = 20e6
@@ -38,10 +47,13 @@ class _Heard:
         self.not_before = 0.0
         """Wall time before which pages get no further message."""
         self.times: deque[int] = deque(maxlen=200)
+        self.markers = MarkerState()
 
     def receive(self, packet: Packet) -> None:
         if self.times and packet.nanoseconds < self.times[-1]:
             self.times.clear()  # time began anew
+        if isinstance(packet.message, Marker | MarkerArray):
+            self.markers.take(packet.message)
         self.newest, self.is_new = packet, True
         self.times.append(packet.nanoseconds)
 
@@ -92,7 +104,7 @@ class TopicRelay:
         self._wanted.setdefault(name, set()).add(page)
         self._listen()
         heard = self._heard.get(name)
-        return self._encoded(heard.newest) if heard is not None and heard.newest is not None else None
+        return self._encoded(heard, heard.newest) if heard is not None and heard.newest is not None else None
 
     def unsubscribe(self, topic: str, page: int) -> None:
         name = absolute(topic)
@@ -115,7 +127,7 @@ class TopicRelay:
         wall, found = time.monotonic(), []
         for topic, heard in self._heard.items():
             if heard.is_new and heard.newest is not None and wall >= heard.not_before:
-                frame = self._encoded(heard.newest)
+                frame = self._encoded(heard, heard.newest)
                 heard.is_new = False
                 heard.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
                 found.append((topic, frame, frozenset(self._wanted[topic])))
@@ -145,16 +157,27 @@ class TopicRelay:
         name = absolute(topic)
         if not name.endswith(tuple(f"/{allowed}" for allowed in FROM_PAGE)):
             raise KbotError(f"a page may not speak on {name}: it may on {', '.join(FROM_PAGE)}")
-        message_type = self._bus.topics.get(name)
-        if message_type is None or name not in self._bus.inputs:
+        message_type = self._bus.topics.get(name) or self._offer(name)
+        if message_type is None or not (name in self._bus.inputs or message_type is PointStamped):
             hint = did_you_mean(name, sorted(self._bus.inputs))
             raise KbotError(f"nobody hears {name}" + (f": {hint}" if hint else ""))
         if known_type(kind) is not message_type:
             raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
         self._bus.publish(name, from_plain(message, message_type))
 
-    def _encoded(self, packet: Packet) -> Frame:
-        message = self._for_page(packet.message)
+    def _offer(self, name: str) -> type | None:
+        """The type of a topic that is there because a page speaks on it: a point that was clicked is for
+        whoever listens, also later."""
+        if not name.endswith("/clicked_point"):
+            return None
+        self._bus.advertise(name, PointStamped)
+        return PointStamped
+
+    def _encoded(self, heard: _Heard, packet: Packet) -> Frame:
+        message = packet.message
+        if isinstance(message, Marker | MarkerArray):  # a marker stands until it is deleted: none is lost
+            message = heard.markers.standing(self._now())
+        message = self._for_page(message)
         if message is not packet.message:
             packet = Packet(packet.topic, message, packet.nanoseconds)
         return encode_packet(packet)

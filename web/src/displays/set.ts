@@ -18,9 +18,19 @@ export interface DisplayConfig {
   readonly name: string;
   readonly enabled: boolean;
   readonly properties: Values;
+  /** Its place in the file of rviz that it came from, -1 for none. */
+  readonly source: number;
 }
 
 export type Saved = Omit<DisplayConfig, "id">;
+
+/** From where one looks, in the fixed frame; `flat` is without perspective. */
+export interface LookingFrom {
+  readonly eye: readonly number[];
+  readonly target: readonly number[];
+  readonly flat: boolean;
+  readonly follow: boolean;
+}
 
 /** All that is set, as it is kept. */
 export interface Setup {
@@ -30,7 +40,7 @@ export interface Setup {
 
 const KEY = "kbot.displays";
 
-const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {} }));
+const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {}, source: -1 }));
 
 /** A kind by its name. */
 export function kindOf(name: string): DisplayKind {
@@ -80,7 +90,7 @@ export class DisplaySet {
   add(kind: string): DisplayConfig | null {
     const { single } = kindOf(kind);
     if (single && this.all.value.some((one) => one.kind === kind)) return null;
-    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: {} }]);
+    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: {}, source: -1 }]);
     this.all.set([...this.all.value, added!]);
     return added!;
   }
@@ -157,8 +167,8 @@ export class DisplaySet {
   }
 }
 
-function plain({ kind, name, enabled, properties }: Saved): Saved {
-  return { kind, name, enabled, properties };
+function plain({ kind, name, enabled, properties, source }: Saved): Saved {
+  return { kind, name, enabled, properties, source: source ?? -1 };
 }
 
 /** Whether what a browser remembered are settings: an older page may have written something else. */

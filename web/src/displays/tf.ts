@@ -39,13 +39,13 @@ class Frames implements Display {
   }
 
   configure(values: Values): void {
-    const resized = values["scale"] !== this.values["scale"];
+    const resized = values["length"] !== this.values["length"];
     this.values = values;
     if (resized && this.axes.length > 0) this.rebuild();
   }
 
   private get length(): number {
-    return this.picture.radius * 0.42 * Number(this.values["scale"] ?? 1);
+    return Number(this.values["length"]) || this.picture.radius * 0.42;
   }
 
   select(link: string): void {

@@ -1,7 +1,7 @@
 import type { App } from "../app";
 import { GLOBALS, KINDS, type DisplayKind } from "../displays/kinds";
 import { kindOf, valueOf, type DisplayConfig, type Status } from "../displays/set";
-import { h, panel } from "../dom";
+import { baseName, h, panel } from "../dom";
 import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
 import { extras, type Extra } from "./display-extras";
@@ -41,7 +41,43 @@ export function displays(app: App): HTMLElement {
   const refresh = (): void => rows.forEach((row) => row.refresh());
   app.topics.list.watch(refresh);
   app.scene.watch(refresh);
-  return panel("displays", "Displays", [worst, adder(app, (id) => rows.get(id)?.open())], list);
+  return panel("displays", "Displays", [worst, files(app), adder(app, (id) => rows.get(id)?.open())], list);
+}
+
+/** What can be done with the settings as a whole. */
+function files(app: App): HTMLElement {
+  const field = h("select", { class: "add", "aria-label": "Settings of the displays", title: "Open and save the displays' settings" });
+  const chooser = h("input", { type: "file", accept: ".yaml,.yml,.rviz", hidden: true, "aria-label": "A file of displays" });
+  chooser.addEventListener("change", () => {
+    const file = chooser.files?.[0];
+    if (file !== undefined) void file.text().then((text) => app.openDisplays(file.name, text));
+    chooser.value = "";
+  });
+  const actions: Record<string, () => void> = {
+    save: () => app.saveDisplays("file"),
+    kbot: () => app.saveDisplays("kbot"),
+    rviz: () => app.saveDisplays("rviz"),
+    open: () => chooser.click(),
+    reset: () => app.displays.reset(),
+  };
+  field.addEventListener("change", () => {
+    const act = actions[field.value];
+    field.value = "";
+    act?.();
+  });
+  app.displayFile.watch((known) => {
+    const option = (value: string, text: string): HTMLElement => h("option", { value }, text);
+    const own = known === null || known.file === "" ? [] : [option("save", `Save to ${baseName(known.file)}`)];
+    field.replaceChildren(
+      option("", "File…"),
+      ...own,
+      option("kbot", "Keep a copy (.kbot.yaml)"),
+      option("rviz", "Keep a copy for rviz (.rviz)"),
+      option("open", "Open a file…"),
+      option("reset", "As at first"),
+    );
+  });
+  return h("span", {}, field, chooser);
 }
 
 /** A list to choose a display from: a kind, or a topic that a kind shows. */
@@ -75,7 +111,12 @@ function globalOptions(app: App): HTMLElement {
   const reason = h("p", { class: "reason" });
   const owner = { kind: "", name: "the picture" };
   const fields = GLOBALS.map((property) => ({ property, field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)) }));
-  const body = h("div", { class: "settings", id: "display-globals", hidden: true }, reason, ...fields.map(({ field }) => field.element));
+  const notes = h("details", { hidden: true });
+  app.displayFile.watch((known) => {
+    notes.hidden = known === null || known.notes.length === 0;
+    notes.replaceChildren(h("summary", {}, `What of ${known?.name ?? ""} is not shown`), h("ul", { class: "notes" }, ...(known?.notes ?? []).map((note) => h("li", {}, note))));
+  });
+  const body = h("div", { class: "settings", id: "display-globals", hidden: true }, reason, ...fields.map(({ field }) => field.element), notes);
   const head = h("button", { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body.id }, icon("chevron"), h("span", { class: "name" }, "Global options"));
   let said = "";
   const show = (): void => {

@@ -29,12 +29,13 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     picture.classList.toggle("lost", link === "lost" || link === "full");
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
-  app.refused.watch((now) => {
-    if (now === null) return;
-    refused.replaceChildren(icon("info"), now.reason);
+  const say = (text: string): void => {
+    refused.replaceChildren(icon("info"), text);
     refused.hidden = false;
     clearTimeout(timer);
     timer = setTimeout(() => (refused.hidden = true), SHOWN_FOR);
-  });
+  };
+  app.refused.watch((now) => now !== null && say(now.reason));
+  app.told.watch((now) => now !== null && say(now.text));
   return h("div", { class: "notices" }, broken, lost, full, refused);
 }

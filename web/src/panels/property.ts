@@ -62,7 +62,7 @@ function numberField(property: Property, label: string, change: (value: Value) =
     field,
     (value) => {
       shown = String(Number(Number(value).toPrecision(6)));
-      field.value = shown;
+      if (document.activeElement !== field) field.value = shown;
     },
   ];
 }

@@ -74,9 +74,10 @@ export class Ground {
       transparent: true,
       depthWrite: false,
       side: DoubleSide,
+      // beneath all that lies on it: paths, maps, markers
       polygonOffset: true,
       polygonOffsetFactor: 1,
-      polygonOffsetUnits: 1,
+      polygonOffsetUnits: 64,
     });
     const plane = new PlaneGeometry(2, 2);
     this.floor = new Mesh(plane, material);

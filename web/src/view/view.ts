@@ -2,6 +2,7 @@ import { Box3, Group, Object3D, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Picture } from "../displays/display";
+import type { LookingFrom } from "../displays/set";
 import { LiveDisplays } from "../displays/live";
 import { h } from "../dom";
 import type { Scene, State } from "../protocol";
@@ -54,6 +55,13 @@ export class View implements Picture {
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
     app.displays.globals.watch(() => this.showGlobals());
+    app.asked.watch((view) => view !== null && this.placed && this.lookFromFile(view));
+    app.lookingFrom = () => ({
+      eye: this.stage.camera.position.toArray(),
+      target: this.stage.controls.target.toArray(),
+      flat: this.stage.isOrthographic,
+      follow: app.options.value.follow,
+    });
     app.selected.watch((name) => this.robot?.select(name));
   }
 
@@ -120,6 +128,14 @@ export class View implements Picture {
     controls.target.set(radius * 3, 0, radius * 0.7).applyMatrix4(base.matrixWorld);
   }
 
+  private lookFromFile({ eye, target, flat, follow }: LookingFrom): void {
+    this.app.setOption("flat", flat);
+    this.app.setOption("follow", follow);
+    this.app.setOption("ride", false);
+    this.stage.camera.position.fromArray(eye as number[]);
+    this.stage.lookAt(new Vector3().fromArray(target as number[]));
+  }
+
   /** Takes the view from the page's address, where it has one. */
   private openAddress(): boolean {
     const view = readView(location.hash);
@@ -162,7 +178,11 @@ export class View implements Picture {
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
-      if (!this.openAddress()) this.lookFrom(215, ELEVATION);
+      const { value: view } = this.app.asked;
+      if (!this.openAddress()) {
+        if (view === null) this.lookFrom(215, ELEVATION);
+        else this.lookFromFile(view);
+      }
     } else if (this.app.options.value.ride) {
       this.ride();
     } else if (this.app.options.value.follow) {

@@ -85,7 +85,7 @@ KINDS = (
             switch("axes", "Axes", False, "Show Axes"),
             switch("names", "Names", False, "Show Names"),
             switch("arrows", "Arrows", False, "Show Arrows"),
-            number("scale", "Scale", 1.0, 0.01, 100.0),
+            number("length", "Length", 0.0, 0.0, 100.0, "m"),
             text("filter", "Filter", "Filter (whitelist)"),
         ),
         single=True,

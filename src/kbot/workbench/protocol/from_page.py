@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from kbot.workbench.protocol.values import Name, PathName, Range
+from kbot.workbench.protocol.values import Name, PathName, Range, SettingsText
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +168,25 @@ class Publish:
     type: Literal["publish"] = "publish"
 
 
+@dataclass(frozen=True, slots=True)
+class SaveDisplays:
+    """Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the
+    browser to keep."""
+
+    kind: Literal["file", "kbot", "rviz"]
+    setup: dict[str, Any]
+    type: Literal["save_displays"] = "save_displays"
+
+
+@dataclass(frozen=True, slots=True)
+class OpenDisplays:
+    """Show the settings in a file that was chosen in the browser."""
+
+    name: Name
+    text: SettingsText
+    type: Literal["open_displays"] = "open_displays"
+
+
 FromPage = (
     Drive
     | Stop
@@ -189,4 +208,6 @@ FromPage = (
     | Subscribe
     | Unsubscribe
     | Publish
+    | SaveDisplays
+    | OpenDisplays
 )

@@ -213,6 +213,37 @@ class TopicMessage:
 
 
 @dataclass(frozen=True, slots=True)
+class Displays:
+    """The displays' settings out of a file, as `workbench.displays.settings` has them. `notes` say what of it
+    is not shown, and `file` is where the page may save, empty where it may not."""
+
+    name: str
+    file: str
+    setup: dict[str, Any]
+    notes: tuple[str, ...]
+    type: Literal["displays"] = "displays"
+
+
+@dataclass(frozen=True, slots=True)
+class DisplaysText:
+    """Settings as the text of a file of that name, for the browser to keep."""
+
+    name: str
+    text: str
+    notes: tuple[str, ...]
+    type: Literal["displays_text"] = "displays_text"
+
+
+@dataclass(frozen=True, slots=True)
+class DisplaysSaved:
+    """The settings were written to their file."""
+
+    file: str
+    notes: tuple[str, ...]
+    type: Literal["displays_saved"] = "displays_saved"
+
+
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """A number that the description is made with: a xacro argument or property.
 
@@ -243,4 +274,17 @@ class Refused:
     type: Literal["refused"] = "refused"
 
 
-FromServer = About | Scene | State | Findings | SourceText | Parameters | Topics | TopicMessage | Refused
+FromServer = (
+    About
+    | Scene
+    | State
+    | Findings
+    | SourceText
+    | Parameters
+    | Topics
+    | TopicMessage
+    | Displays
+    | DisplaysText
+    | DisplaysSaved
+    | Refused
+)

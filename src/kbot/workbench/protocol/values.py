@@ -24,6 +24,7 @@ class Length:
 ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 
 Name = Annotated[str, Length(256)]
+SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
 
 

@@ -1,0 +1,85 @@
+"""The file that displays are set by: KBot's own kind (`.kbot.yaml`) or rviz's (`.rviz`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kbot.text import KbotError
+from kbot.text.files import read_source, write_bytes
+from kbot.workbench.displays.rviz import read_rviz, unwritten, write_rviz
+from kbot.workbench.displays.settings import (
+    Settings,
+    check,
+    marked,
+    plain,
+    read_settings,
+    write_settings,
+)
+from kbot.workbench.protocol import Displays, DisplaysSaved, DisplaysText
+
+RVIZ = ".rviz"
+SUFFIXES = (".yaml", ".yml", RVIZ)
+TITLES = {"kbot": "displays.kbot.yaml", "rviz": "displays.rviz"}
+
+
+class DisplayFile:
+    """Reads and writes settings; keeps what a file of rviz has besides, so that it is written back."""
+
+    def __init__(self, path: str = "") -> None:
+        """`path` is the file to read and to save to, which need not be there yet; none where it is empty.
+
+        Raises:
+            KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
+        """
+        self.path = path
+        self.greeting: Displays | None = None
+        """What pages are told first, None where there is nothing to tell."""
+        self._rviz: Mapping[str, Any] | None = None
+        if path:
+            _of_known_kind(path)
+            text = read_source(path).text if Path(path).exists() else ""
+            self.greeting = self.open(path, text) if text else Displays(Path(path).name, path, {}, ())
+
+    def open(self, name: str, text: str) -> Displays:
+        """The settings in a file's text.
+
+        Raises:
+            KbotError: it is of another kind, or malformed; with name:line.
+        """
+        _of_known_kind(name)
+        if name.endswith(RVIZ):
+            found = read_rviz(text, name)
+            self._rviz = found.document
+            return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
+        return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
+
+    def save(self, kind: str, setup: Mapping[str, Any]) -> DisplaysText | DisplaysSaved:
+        """Write a page's settings: `file` to the file, `kbot` or `rviz` as a text.
+
+        Raises:
+            KbotError: there is no file, it cannot be written, or the settings are none.
+        """
+        settings = check(marked(dict(setup), "the page"))
+        if kind != "file":
+            text, notes = self._text(settings, kind == "rviz")
+            return DisplaysText(TITLES[kind], text, notes)
+        if not self.path:
+            raise KbotError("there is no file to save to: start with --config FILE, or keep a copy instead")
+        text, notes = self._text(settings, self.path.endswith(RVIZ))
+        write_bytes(self.path, text.encode())
+        # a page that comes later starts with what was saved
+        self.greeting = self.open(self.path, text)
+        return DisplaysSaved(self.path, notes)
+
+    def _text(self, settings: Settings, is_rviz: bool) -> tuple[str, tuple[str, ...]]:
+        if not is_rviz:
+            return write_settings(settings), ()
+        left = tuple(f"{name} is left out: rviz has no such display" for name in unwritten(settings))
+        return write_rviz(settings, self._rviz), left
+
+
+def _of_known_kind(name: str) -> None:
+    if not name.endswith(SUFFIXES):
+        raise KbotError(f"{name}: settings of displays are in a .kbot.yaml or a .rviz file")

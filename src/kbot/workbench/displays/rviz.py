@@ -1,0 +1,296 @@
+"""Configurations of rviz (`.rviz`): the displays that both have, in and out; the rest is named and kept.
+
+rviz 1 and rviz 2 write the same document: displays by class (`rviz/Grid`, `rviz_default_plugins/Grid`) with
+properties by the labels they have on screen.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from kbot.text import KbotError
+from kbot.workbench.displays.kinds import GLOBALS, KINDS
+from kbot.workbench.displays.marked_yaml import Marked, read_yaml
+from kbot.workbench.displays.property import DisplayKind, Property, Value
+from kbot.workbench.displays.rviz_values import read_value, write_value
+from kbot.workbench.displays.rviz_view import read_view, write_view
+from kbot.workbench.displays.settings import Display, Settings, properties_of
+
+ROS1, ROS2 = "rviz", "rviz_default_plugins"
+GROUP = "Group"
+NOTHING = object()
+BY_CLASS = {name: kind for kind in KINDS for name in kind.rviz}
+OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Frames", "Tree", "Namespaces"})
+"""Fields of a display that are no settings of how it looks, or that are read otherwise."""
+TOPIC_NAMES = {"Image": "Image Topic", "Marker": "Marker Topic"}
+"""What rviz 1 calls the topic where it is not `Topic`."""
+IN_RVIZ = ("Panels", "Window Geometry", "Tools", "Saved views", "Transformation")
+
+
+@dataclass(frozen=True, slots=True)
+class RvizFile:
+    """A configuration as it was read: `settings` of what both have, `notes` of what was left out and why, and
+    the whole `document`, so that all that is not known here is written back."""
+
+    settings: Settings
+    notes: tuple[str, ...]
+    document: Mapping[str, Any]
+
+
+def read_rviz(text: str, file: str) -> RvizFile:
+    """Read a configuration.
+
+    Raises:
+        KbotError: no YAML, or none that rviz writes; with file:line.
+    """
+    document = read_yaml(text, file)
+    manager = document.fields.get("Visualization Manager")
+    if manager is None:
+        raise document.error("no configuration of rviz: there is no 'Visualization Manager'")
+    notes: list[str] = []
+    fields = manager.fields
+    displays = []
+    if "Displays" in fields:
+        for number, entry in enumerate(_flat(fields["Displays"])):
+            display = _read_display(entry, number, notes)
+            if display is not None:
+                displays.append(display)
+    displays.append(Display("World", "World"))  # rviz knows of none, and a simulation has one
+    options = {}
+    if "Global Options" in fields:
+        found = fields["Global Options"]
+        for property in GLOBALS:
+            value = _read_property(property, found, notes, "Global Options")
+            if value is not NOTHING:
+                options[property.name] = value
+    view = read_view(fields["Views"], notes) if "Views" in fields else None
+    notes.append(f"{', '.join(IN_RVIZ)}: rviz's own, kept in the file")
+    return RvizFile(Settings(options, tuple(displays), view), tuple(notes), document.plain)
+
+
+def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None) -> str:
+    """A configuration that reads as these settings. What `original` has besides stays as it is; without one
+    it is a new one for rviz 2."""
+    import yaml
+
+    document: dict[str, Any] = copy.deepcopy(dict(original)) if original else _new()
+    manager = document["Visualization Manager"]
+    package = ROS1 if _is_ros1(manager) else ROS2
+    entries = list(_plain_flat(manager.setdefault("Displays", [])))
+    shown = {display.source: display for display in settings.displays if 0 <= display.source < len(entries)}
+    for number, (holder, entry) in enumerate(entries):
+        if _kind(str(entry.get("Class"))) is None:
+            continue
+        if number in shown:
+            _write_display(shown[number], entry, package)
+        else:
+            holder[:] = [one for one in holder if one is not entry]
+    for display in settings.displays:
+        kind = next(kind for kind in KINDS if kind.name == display.kind)
+        if shown.get(display.source) is not display and kind.rviz:
+            entry = {"Class": f"{package}/{kind.rviz[0]}"}
+            if any(property.name == "size" for property in kind.properties):
+                entry["Style"] = "Points"  # those whose size is in pixels
+            _write_display(_whole(display, kind), entry, package)
+            manager["Displays"].append(entry)
+    options = manager.setdefault("Global Options", {})
+    for property in GLOBALS:
+        if property.rviz and property.name in settings.globals:
+            value = settings.globals[property.name]
+            _put(options, property.rviz, write_value(property, value, package == ROS1))
+    if settings.view is not None:
+        write_view(settings.view, manager.setdefault("Views", {}), package)
+    return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=4096))
+
+
+def unwritten(settings: Settings) -> tuple[str, ...]:
+    """What rviz has no display for."""
+    have_none = {kind.name for kind in KINDS if not kind.rviz} - {"World"}
+    return tuple(f"{d.name} ({d.kind})" for d in settings.displays if d.kind in have_none)
+
+
+def _flat(entries: Marked) -> Iterator[Marked]:
+    """Displays, also those in groups, in their order."""
+    for entry in entries.items:
+        if _class(entry) == GROUP:
+            if "Displays" in entry.fields:
+                yield from _flat(entry.fields["Displays"])
+        else:
+            yield entry
+
+
+def _plain_flat(entries: list[dict[str, Any]]) -> Iterator[tuple[list[dict[str, Any]], dict[str, Any]]]:
+    """The same of a document without marks; each with the list that holds it."""
+    for entry in list(entries):
+        if str(entry.get("Class")).rpartition("/")[2] == GROUP:
+            yield from _plain_flat(entry.get("Displays") or [])
+        else:
+            yield entries, entry
+
+
+def _class(entry: Marked) -> str:
+    name = entry.fields.get("Class")
+    if name is None or not isinstance(name.value, str):
+        raise (name or entry).error("a display of rviz has a 'Class'")
+    return name.value.rpartition("/")[2]
+
+
+def _kind(name: str) -> DisplayKind | None:
+    package, _, own = name.rpartition("/")
+    return BY_CLASS.get(own) if package in (ROS1, ROS2, "rviz_common", "") else None
+
+
+def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | None:
+    fields = entry.fields
+    _class(entry)
+    cls = str(fields["Class"].value)
+    name = str(fields["Name"].plain) if "Name" in fields else cls.rpartition("/")[2]
+    kind = _kind(cls)
+    if kind is None:
+        notes.append(
+            f"{name} ({cls}), line {entry.line}: there is no such display here; it is kept in the file"
+        )
+        return None
+    values: dict[str, Value] = {}
+    read: set[str] = set()
+    for property in kind.properties:
+        labels = _labels(property, kind)
+        read.update(label.partition("/")[0] for label in labels)
+        value = _read_property(property, entry, notes, name, labels)
+        if value is not NOTHING:
+            values[property.name] = value
+    values.update(_special(kind, fields, read))
+    values.update(_links(kind, fields.get("Links")))
+    ignored = sorted(fields.keys() - OWN - read)
+    if ignored:
+        notes.append(f"{name} ({kind.name}), line {entry.line}: not used: {', '.join(ignored)}")
+    enabled = fields["Enabled"].value if "Enabled" in fields else True
+    return Display(kind.name, name, enabled is not False, values, number)
+
+
+def _labels(property: Property, kind: DisplayKind) -> list[str]:
+    labels = [property.rviz] if property.rviz else []
+    if property.name == "topic" and kind.name in TOPIC_NAMES:
+        labels.append(TOPIC_NAMES[kind.name])
+    return labels
+
+
+def _read_property(
+    property: Property, entry: Marked, notes: list[str], owner: str, labels: list[str] | None = None
+) -> Any:  # noqa: ANN401 - a value or NOTHING
+    for label in [property.rviz] if labels is None else labels:
+        found = _get(entry, label) if label else None
+        if found is None:
+            continue
+        try:
+            return read_value(property, found.plain)
+        except KbotError as error:
+            notes.append(f"{owner}, line {found.line}: {label} is {found.said}, where {error}; it is kept")
+    return NOTHING
+
+
+def _get(entry: Marked, label: str) -> Marked | None:
+    """A field by its label, `A/B` beneath `A`."""
+    at: Marked | None = entry
+    for part in label.split("/"):
+        at = at.value.get(part) if at is not None and isinstance(at.value, dict) else None
+    return at
+
+
+def _put(fields: dict[str, Any], label: str, value: object) -> None:
+    *above, last = label.split("/")
+    for part in above:
+        inner = fields.setdefault(part, {})
+        if not isinstance(inner, dict):
+            inner = fields[part] = {}
+        fields = inner
+    if isinstance(fields.get(last), dict) and "Value" in fields[last]:
+        fields = fields[last]
+        last = "Value"
+    fields[last] = value
+
+
+COLOUR_BY = {"FlatColor": "colour", "Intensity": "intensity", "RGB8": "rgb", "RGBF32": "rgb"}
+TF_LENGTH = 0.2
+"""Length in m of the axes that rviz draws at marker scale 1."""
+
+
+def _special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]) -> dict[str, Value]:
+    """Properties that rviz spreads over several of its own."""
+    if kind.name in ("LaserScan", "PointCloud2") and "Color Transformer" in fields:
+        read.update(("Color Transformer", "Axis"))
+        transformer = str(fields["Color Transformer"].value)
+        axis = str(fields["Axis"].value).lower() if "Axis" in fields else "z"
+        by = axis if transformer == "AxisColor" else COLOUR_BY.get(transformer, "colour")
+        options = next(p.options for p in kind.properties if p.name == "by")
+        return {"by": by} if by in options else {}
+    if kind.name == "TF" and "Marker Scale" in fields:
+        read.add("Marker Scale")
+        scale = fields["Marker Scale"].value
+        return {"length": TF_LENGTH * float(scale)} if isinstance(scale, int | float) and scale > 0 else {}
+    return {}
+
+
+def _links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
+    found: dict[str, Value] = {}
+    for link, entry in links.value.items() if links is not None and isinstance(links.value, dict) else ():
+        for property in kind.per_link if isinstance(entry.value, dict) else ():
+            value = _get(entry, property.rviz)
+            if value is not None and value.value != property.initial:
+                found[f"{link}/{property.name}"] = value.value
+    return found
+
+
+def _write_display(display: Display, entry: dict[str, Any], package: str) -> None:
+    kind = next(kind for kind in KINDS if kind.name == display.kind)
+    entry["Name"] = display.name
+    entry["Enabled"] = entry["Value"] = display.enabled
+    properties = properties_of(kind, display.properties)
+    for name, value in display.properties.items():
+        property = properties[name]
+        link = name.rpartition("/")[0]
+        if link:
+            _put(entry, f"Links/{link}/{property.rviz}", value)
+            continue
+        labels = _labels(property, kind)
+        if package == ROS1:
+            labels.reverse()
+        label = next((label for label in labels if label in entry), labels[0] if labels else "")
+        if label:
+            _put(entry, label, write_value(property, value, package == ROS1))
+    by = display.properties.get("by")
+    if by is not None:
+        transformers = {ours: theirs for theirs, ours in reversed(COLOUR_BY.items())}
+        entry["Color Transformer"] = transformers.get(str(by), "AxisColor")
+        if by in ("x", "y", "z"):
+            entry["Axis"] = str(by).upper()
+    if kind.name == "TF" and display.properties.get("length"):
+        entry["Marker Scale"] = round(float(display.properties["length"]) / TF_LENGTH, 6)
+
+
+def _whole(display: Display, kind: DisplayKind) -> Display:
+    """With initial values, which may be others in rviz, but for those that suit the robot by themselves."""
+    initial = {p.name: p.initial for p in kind.properties if p.initial is False or p.initial not in ("", 0.0)}
+    return replace(display, properties={**initial, **display.properties})
+
+
+def _is_ros1(manager: Mapping[str, Any]) -> bool:
+    classes = [str(entry.get("Class")) for _, entry in _plain_flat(manager.get("Displays") or [])]
+    return any(name.startswith(f"{ROS1}/") for name in classes)
+
+
+def _new() -> dict[str, Any]:
+    return {
+        "Panels": [{"Class": "rviz_common/Displays", "Name": "Displays"}],
+        "Visualization Manager": {
+            "Class": "",
+            "Displays": [],
+            "Enabled": True,
+            "Global Options": {},
+            "Name": "root",
+            "Value": True,
+        },
+    }

@@ -1,0 +1,236 @@
+"""The settings of displays: as plain data, checked, and in files of KBot's own (`.kbot.yaml`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.workbench.displays.kinds import GLOBALS, KINDS
+from kbot.workbench.displays.marked_yaml import Marked, read_yaml
+from kbot.workbench.displays.property import DisplayKind, Property, Value
+
+MOST_DISPLAYS = 200
+BY_NAME = {kind.name: kind for kind in KINDS}
+HEADER = "# Displays of KBot's workbench: kbot view ROBOT --config THIS\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """One display; properties that are not there have their initial value. `source` is the place that it had
+    in the file of rviz it comes from, -1 for others."""
+
+    kind: str
+    name: str
+    enabled: bool = True
+    properties: Mapping[str, Value] = field(default_factory=dict)
+    source: int = -1
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """From where one looks (m, in the fixed frame), whether without perspective, and along with the robot."""
+
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    flat: bool = False
+    follow: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    globals: Mapping[str, Value]
+    displays: tuple[Display, ...]
+    view: View | None = None
+
+
+def read_settings(text: str, file: str) -> Settings:
+    """The settings in a `.kbot.yaml`.
+
+    Raises:
+        KbotError: no YAML, an unknown kind or property, or a value that is none; with file:line.
+    """
+    document = read_yaml(text, file)
+    return check(document)
+
+
+def check(document: Marked) -> Settings:
+    """Settings out of fields by name, as files and pages have them.
+
+    Raises:
+        KbotError: what is wrong, and where.
+    """
+    entries = document.fields
+    _known(document, entries, ("globals", "displays", "view"))
+    displays = entries["displays"].items if "displays" in entries else []
+    if len(displays) > MOST_DISPLAYS:
+        raise document.error(f"{len(displays)} displays: at most {MOST_DISPLAYS} are shown")
+    options = {property.name: property for property in GLOBALS}
+    view = entries.get("view")
+    return Settings(
+        _values(entries["globals"], options, "global option") if "globals" in entries else {},
+        tuple(_display(entry) for entry in displays),
+        _view(view) if view is not None and view.value is not None else None,
+    )
+
+
+def write_settings(settings: Settings) -> str:
+    """A `.kbot.yaml` that reads as these settings."""
+    import yaml
+
+    return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
+
+
+def plain(settings: Settings, *, sources: bool = True) -> dict[str, Any]:
+    """As `check` takes it, with the `sources` of displays or without."""
+    found: dict[str, Any] = {
+        "globals": dict(settings.globals),
+        "displays": [
+            {
+                "kind": display.kind,
+                "name": display.name,
+                "enabled": display.enabled,
+                "properties": dict(display.properties),
+                **({"source": display.source} if sources else {}),
+            }
+            for display in settings.displays
+        ],
+    }
+    if settings.view is not None:
+        view = settings.view
+        found["view"] = {
+            "eye": [round(v, 6) for v in view.eye],
+            "target": [round(v, 6) for v in view.target],
+            "flat": view.flat,
+            "follow": view.follow,
+        }
+    return found
+
+
+def marked(value: Any, file: str) -> Marked:  # noqa: ANN401 - JSON
+    """A page's JSON as `check` takes it."""
+    if isinstance(value, dict):
+        return Marked({str(name): marked(part, file) for name, part in value.items()}, file, 1)
+    return Marked([marked(part, file) for part in value] if isinstance(value, list) else value, file, 1)
+
+
+def checked_value(property: Property, value: object) -> Value:
+    """A property's value.
+
+    Raises:
+        KbotError: it is of another kind, or out of range; the text says what is meant.
+    """
+    match property.kind:
+        case "switch":
+            if isinstance(value, bool):
+                return value
+            raise KbotError("true or false is meant")
+        case "number":
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise KbotError("a number is meant")
+            if not property.low <= value <= property.high:
+                raise KbotError(f"{property.low:g} to {property.high:g} is meant")
+            return float(value)
+        case "choice":
+            if isinstance(value, str) and value in property.options:
+                return value
+            raise KbotError(f"one of {', '.join(property.options)} is meant")
+        case "colour":
+            if isinstance(value, str) and (value == property.initial == "" or _is_colour(value)):
+                return value
+            raise KbotError("a colour is meant, as in '#ff8800'")
+    if isinstance(value, str) and len(value) <= 256:
+        return value
+    raise KbotError("a text is meant")
+
+
+def properties_of(kind: DisplayKind, names: Iterable[str]) -> dict[str, Property]:
+    """A kind's properties by name, with those of the links that `names` speak of."""
+    found = {property.name: property for property in kind.properties}
+    per_link = {property.name: property for property in kind.per_link}
+    for name in names:
+        link, _, own = name.rpartition("/")
+        if link and own in per_link:
+            found[name] = per_link[own]
+    return found
+
+
+def _display(entry: Marked) -> Display:
+    fields = entry.fields
+    _known(entry, fields, ("kind", "name", "enabled", "properties", "source"))
+    if "kind" not in fields:
+        raise entry.error("a display has a 'kind'")
+    name = fields["kind"].value
+    kind = BY_NAME.get(name) if isinstance(name, str) else None
+    if kind is None:
+        hint = did_you_mean(str(name), BY_NAME) or f"there are {', '.join(BY_NAME)}"
+        raise fields["kind"].error(f"no display of kind {fields['kind'].said}: {hint}")
+    values = fields.get("properties")
+    source = fields["source"].value if "source" in fields else -1
+    return Display(
+        kind.name,
+        _of_type(fields, "name", str, kind.name)[:256],
+        _of_type(fields, "enabled", bool, True),
+        _values(values, properties_of(kind, values.fields), f"property of {kind.name}") if values else {},
+        source if isinstance(source, int) and not isinstance(source, bool) else -1,
+    )
+
+
+def _values(entries: Marked, known: Mapping[str, Property], what: str) -> dict[str, Value]:
+    found = {}
+    for name, entry in entries.fields.items():
+        if name not in known:
+            hint = did_you_mean(name, known) or f"there are {', '.join(known)}"
+            raise entry.error(f"'{name}' is no {what}: {hint}")
+        try:
+            found[name] = checked_value(known[name], entry.value)
+        except KbotError as error:
+            raise entry.error(f"'{name}' is {entry.said}, where {error}") from None
+    return found
+
+
+def _view(entry: Marked) -> View:
+    fields = entry.fields
+    _known(entry, fields, ("eye", "target", "flat", "follow"))
+    return View(
+        _triple(entry, fields.get("eye")),
+        _triple(entry, fields.get("target")),
+        _of_type(fields, "flat", bool, False),
+        _of_type(fields, "follow", bool, True),
+    )
+
+
+def _triple(view: Marked, entry: Marked | None) -> tuple[float, float, float]:
+    values = entry.plain if entry is not None else None
+    if not isinstance(values, list) or len(values) != 3 or not all(_is_number(v) for v in values):
+        raise (entry or view).error("a view has an 'eye' and a 'target': three numbers each")
+    x, y, z = (float(v) for v in values)
+    return x, y, z
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e6
+
+
+def _of_type(fields: Mapping[str, Marked], name: str, kind: type, default: Any) -> Any:  # noqa: ANN401
+    entry = fields.get(name)
+    if entry is None:
+        return default
+    if not isinstance(entry.value, kind):
+        meant = "a text" if kind is str else "true or false"
+        raise entry.error(f"'{name}' is {entry.said}, where {meant} is meant")
+    return entry.value
+
+
+def _known(where: Marked, fields: Mapping[str, Marked], names: tuple[str, ...]) -> None:
+    for name, entry in fields.items():
+        if name not in names:
+            hint = did_you_mean(name, names) or f"there are {', '.join(names)}"
+            raise entry.error(f"'{name}' is not known here: {hint}")
+
+
+def _is_colour(value: str) -> bool:
+    return len(value) == 7 and value[0] == "#" and all(c in "0123456789abcdefABCDEF" for c in value[1:])
