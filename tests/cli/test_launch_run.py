@@ -213,3 +213,34 @@ def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
     assert done.returncode == 0, done.stderr
     said = next(line for line in done.stdout.splitlines() if line.startswith("{"))
     assert json.loads(said) == {"left_wheel_joint": 1.25, "right_wheel_joint": 0.0}
+
+
+def test_a_shown_robot_is_not_recorded_and_that_is_said(package: Path) -> None:
+    done = launched(package, "", "--record", "run.mcap")
+    assert done.returncode == 2
+    assert "--record goes with a launch that simulates" in done.stderr
+    assert not (package / "run.mcap").exists()
+
+
+def test_programs_run_without_a_robot_until_all_have_ended(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("KBOT_TRANSPORT", "local")
+    node = program(
+        package,
+        "say.py",
+        "import sys\nfrom kbot.client.arguments import read_arguments\n"
+        "a = read_arguments('n', sys.argv[1:], {})\nprint(a.full_name, a.parameters, a.rest)\n",
+    )
+    body = node.replace("/>", '><param name="speed" value="0.4"/></node>').format('args="on" output="screen"')
+    (package / "launch" / "own.launch").write_text(f"<launch>{body}</launch>")
+    done = subprocess.run(
+        [sys.executable, "-m", "kbot", "launch", "launch/own.launch"],
+        cwd=package,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "/say ended\n")
+    assert "/say {'speed': 0.4} ('on',)" in done.stdout

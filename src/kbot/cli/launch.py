@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     epilog=examples(
         "kbot launch kbot_description kbot_base_rviz.launch",
         "kbot launch robot.launch gui:=false",
+        "kbot launch robot.launch --ros1            rostopic, tf and rviz see it too",
         "kbot launch robot.launch.py --trust        a ROS 2 launch file in Python is a program",
         "kbot launch robot.launch --dry-run         what would run, and from which line",
         "kbot launch robot.launch --dump-params     as roslaunch prints them",
@@ -67,7 +68,8 @@ def command(
     """Carry out a launch file of ROS 1 (XML) or ROS 2 (Python, XML, YAML) without ROS.
 
     The robot stands in the workbench, which takes the place of rviz and of Gazebo. What a ROS
-    would stumble over is reported at its line, with the mend.
+    would stumble over is reported at its line, with the mend. Nodes of your own in Python run
+    beside it.
     """
     named, arguments = split_arguments(words)
     path = _find(named, Packages(package_path))
@@ -95,8 +97,13 @@ def command(
     report(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L"))
     if any(note.is_error for note in staged.notes):
         return 2
-    if staged.path is None:
+    if staged.path is None and not staged.programs:
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
+    if staged.path is None:
+        from kbot.cli.launch_programs import run_alone
+
+        click.echo(table(plan, staged))
+        return run_alone(plan, staged.programs)
     from kbot.cli.launch_run import Place, carry_out
 
     click.echo(table(plan, staged))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import _thread
 import os
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -15,17 +14,18 @@ import click
 
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
+from kbot.cli.launch_programs import processes_of
+from kbot.cli.output import fail
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.launch.processes import Process, Processes
-from kbot.launch.programs import Program, command_line, environment
+from kbot.launch.processes import Processes
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.workbench.serve import serve_session
 
 if TYPE_CHECKING:
     from kbot.bridges.companions import Companions
     from kbot.bridges.wishes import Wishes
-    from kbot.launch import Node, Plan
+    from kbot.launch import Plan
     from kbot.launch.stage import Stage
     from kbot.messages import Bus
     from kbot.sim import Simulation
@@ -49,6 +49,8 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
     Raises:
         DescriptionError, KbotError: the robot, the world, a bridge or the address cannot be used.
     """
+    if wishes.record and not staged.simulate:
+        fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     _dump(plan)
     wishes = _wishes(plan, staged, wishes)
     with ExitStack() as stack:
@@ -61,7 +63,7 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         processes = None
         if staged.programs:
             told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
-            processes = Processes(_processes(plan, staged.programs, told), _tell, _thread.interrupt_main)
+            processes = Processes(processes_of(plan, staged.programs, told), _tell, _thread.interrupt_main)
             stack.callback(processes.close)
         if teleop is not None and staged.simulate:
             _tell(HELP)
@@ -209,50 +211,3 @@ def _dump(plan: Plan) -> None:
         if command == "dump":
             values = {key: param.value for key, param in plan.params.items()}
             write_text(file, dump_yaml(values, name))
-
-
-def _processes(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> list[Process]:
-    logs = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
-    if any(program.node.output == "log" for program in programs):
-        _tell(f'Nodes with output="log" write to {logs}')
-    return [_process(plan, program, logs, told) for program in programs]
-
-
-def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) -> Process:
-    node = program.node
-    stem = node.full_name.strip("/").replace("/", "-")
-    log = logs / f"{stem}.log" if node.output == "log" else None
-    return Process(
-        name=node.full_name,
-        command=command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml")),
-        environment={**told, **environment(program)},
-        folder=_folder(node, program),
-        log=log,
-        respawn=node.respawn_delay if node.respawn else None,
-        required=node.required,
-        delay=node.delay,
-        after=node.after,
-    )
-
-
-def _folder(node: Node, program: Program) -> str:
-    """`cwd="node"` is the program's folder, ROS_HOME that of ROS; by default where the launch was begun."""
-    if node.cwd == "node":
-        return str(Path(program.file).parent)
-    if node.cwd in ("ROS_HOME", "ros-root", "ros_home"):
-        home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
-        home.mkdir(parents=True, exist_ok=True)
-        return str(home)
-    return str(Path.cwd())
-
-
-def _parameter_file(plan: Plan, node: Node, path: Path) -> str:
-    """A file of ROS 2 with the node's parameters; none for ROS 1, where they are the master's."""
-    prefix = f"{node.full_name}/"
-    own = {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
-    if not plan.is_ros_2 or not own:
-        return ""
-    import yaml
-
-    path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
-    return str(path)

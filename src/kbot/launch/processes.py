@@ -53,7 +53,7 @@ class Processes:
         self._waiting: list[Process] = []
         self.status = 0
         """Exit status of the required process that ended the launch; 0 when none did."""
-        self._closed = threading.Event()
+        self._closed, self._lock = threading.Event(), threading.Lock()
         now = time.monotonic()
         known = {process.name for process in processes}
         for process in processes:
@@ -64,10 +64,24 @@ class Processes:
         self._thread = threading.Thread(target=self._watch, daemon=True, name="kbot-processes")
         self._thread.start()
 
+    @property
+    def are_over(self) -> bool:
+        """Whether none runs, and none is to be started."""
+        with self._lock:
+            return not (self._running or self._due or self._waiting)
+
     def close(self) -> None:
-        """End all: SIGINT, after a while SIGTERM, then SIGKILL, each to the process and what it started."""
+        """End all: SIGINT, after a while SIGTERM, then SIGKILL, each to the process and what it started. A
+        further Ctrl-C goes to the last of these."""
         self._closed.set()
         self._thread.join()
+        try:
+            self._end_all()
+        finally:
+            for _, running in self._running.values():
+                _signal(running, _KILL)  # what is left, and what it left behind
+
+    def _end_all(self) -> None:
         left = [running for _, running in self._running.values() if running.poll() is None]
         for number, seconds in _ENDINGS:
             for running in left:
@@ -76,21 +90,23 @@ class Processes:
             while left and time.monotonic() < deadline:
                 left = [running for running in left if running.poll() is None]
                 time.sleep(0.01)
-        for _, running in self._running.values():
-            _signal(running, _KILL)  # what it left behind
 
     def _watch(self) -> None:
         while not self._closed.wait(_LOOK_SECONDS):
-            now = time.monotonic()
-            due = [process for at, process in self._due if at <= now]
-            self._due = [entry for entry in self._due if entry[0] > now]
-            for process in due:
-                self._start(process)
-            for name, (process, running) in list(self._running.items()):
-                status = running.poll()
-                if status is not None:
-                    del self._running[name]
-                    self._ended(process, status)
+            with self._lock:
+                self._look()
+
+    def _look(self) -> None:
+        now = time.monotonic()
+        due = [process for at, process in self._due if at <= now]
+        self._due = [entry for entry in self._due if entry[0] > now]
+        for process in due:
+            self._start(process)
+        for name, (process, running) in list(self._running.items()):
+            status = running.poll()
+            if status is not None:
+                del self._running[name]
+                self._ended(process, status)
 
     def _start(self, process: Process) -> None:
         try:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kbot.launch.ros2.context import Context
-from kbot.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
+from kbot.launch.ros2.substitutions import Condition, Substitution, as_substitution, is_true, performed
 from kbot.launch.substitution import Fault
 from kbot.launch.values import convert, load_yaml
 from kbot.text import read_source
@@ -62,7 +62,7 @@ class ReplaceString(Substitution):
     """A file with texts replaced; the file itself where `condition` says no."""
 
     def __init__(
-        self, source_file: object, replacements: Mapping[str, object], condition: Any = None
+        self, source_file: object, replacements: Mapping[str, object], condition: Condition | None = None
     ) -> None:
         self.source, self.replacements, self.condition = as_substitution(source_file), replacements, condition
 

@@ -1,0 +1,125 @@
+"""The programs that a launch runs beside a robot, or without one."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kbot.launch.processes import Process, Processes
+from kbot.launch.programs import Program, command_line, environment
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from kbot.launch import Node, Plan
+
+_LOOK_SECONDS = 0.1
+
+
+def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
+    """Run programs without a robot, beside whatever is there already, until all have ended, a required one
+    has, or Ctrl-C; the exit status.
+
+    Raises:
+        KbotError: they need a master of ROS 1, and none answers.
+    """
+    from kbot.client import wanted_transport
+
+    kind = wanted_transport(os.environ)
+    built = processes_of(plan, programs, {})
+    if kind == "ros1":
+        _tell_master(plan)
+    elif kind == "local":
+        pairs = zip(built, programs, strict=True)
+        built = [replace(p, command=[*p.command, *_words(plan, program.node)]) for p, program in pairs]
+    processes = Processes(built, _tell, _thread.interrupt_main)
+    try:
+        with suppress(KeyboardInterrupt):
+            while not processes.are_over:
+                time.sleep(_LOOK_SECONDS)
+    finally:
+        processes.close()
+    return processes.status
+
+
+def _tell(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _tell_master(plan: Plan) -> None:
+    from kbot.bridges.ros1.bridge import DEFAULT_MASTER
+    from kbot.bridges.ros1.rpc import RpcFailed, call
+
+    uri = os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER
+    try:
+        for name, param in plan.params.items():
+            call(uri, "setParam", "/kbot_launch", name, param.value)
+    except RpcFailed as failed:
+        raise KbotError(f"{failed}: start roscore, or kbot sim kbot --ros1") from None
+
+
+def _words(plan: Plan, node: Node) -> list[str]:
+    """A node's own parameters, where there is no store to have them from."""
+    if plan.is_ros_2:
+        return []  # they are in its parameter file
+    return [f"_{name}:={value}" for name, value in _own(plan, node).items() if not isinstance(value, list)]
+
+
+def _own(plan: Plan, node: Node) -> dict[str, Any]:
+    prefix = f"{node.full_name}/"
+    return {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
+
+
+def processes_of(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> list[Process]:
+    """What is to be started; `told` is its environment where nothing else says otherwise."""
+    logs = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
+    if any(program.node.output == "log" for program in programs):
+        _tell(f'Nodes with output="log" write to {logs}')
+    return [_process(plan, program, logs, told) for program in programs]
+
+
+def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) -> Process:
+    node = program.node
+    stem = node.full_name.strip("/").replace("/", "-")
+    log = logs / f"{stem}.log" if node.output == "log" else None
+    return Process(
+        name=node.full_name,
+        command=command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml")),
+        environment={**told, **environment(program)},
+        folder=_folder(node, program),
+        log=log,
+        respawn=node.respawn_delay if node.respawn else None,
+        required=node.required,
+        delay=node.delay,
+        after=node.after,
+    )
+
+
+def _folder(node: Node, program: Program) -> str:
+    """`cwd="node"` is the program's folder, ROS_HOME that of ROS; by default where the launch was begun."""
+    if node.cwd == "node":
+        return str(Path(program.file).parent)
+    if node.cwd in ("ROS_HOME", "ros-root", "ros_home"):
+        home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+        home.mkdir(parents=True, exist_ok=True)
+        return str(home)
+    return str(Path.cwd())
+
+
+def _parameter_file(plan: Plan, node: Node, path: Path) -> str:
+    """A file of ROS 2 with the node's parameters; none for ROS 1, where they are the master's."""
+    own = _own(plan, node)
+    if not plan.is_ros_2 or not own:
+        return ""
+    import yaml
+
+    path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
+    return str(path)
