@@ -62,6 +62,19 @@ def package_path_option(function: _Function) -> _Function:
     )(function)
 
 
+def config_option(function: _Function) -> _Function:
+    """`--config FILE`, rviz's `-d` and `--display-config`, as `config: str`."""
+    return click.option(
+        "--config",
+        "-d",
+        "--display-config",
+        "config",
+        default="",
+        metavar="FILE",
+        help="Displays as a .kbot.yaml or a .rviz file sets them; the page saves to it.",
+    )(function)
+
+
 def page_options(function: _Function) -> _Function:
     """`--host`, `--port` and `--no-browser`, as `host: str`, `port: int | None`, `browser: bool`."""
     function = click.option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import config_option, examples, one_file, package_path_option, page_options
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
@@ -68,6 +68,7 @@ DURATION = 10.0
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
 @companion_options
 @package_path_option
+@config_option
 @page_options
 def command(
     words: tuple[str, ...],
@@ -87,6 +88,7 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
+    config: str,
     wishes: Wishes,
 ) -> int:
     """Simulate the robot of FILE in a world.
@@ -123,6 +125,7 @@ def command(
                 host=host,
                 port=port,
                 open_browser=browser,
+                config=config,
                 seed=seed,
                 contacts=contacts,
                 package_path=package_path,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import config_option, examples, one_file, package_path_option, page_options
 from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import report
 from kbot.text.files import write_bytes
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         "kbot view kbot",
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
+        "kbot view robot.urdf -d robot.rviz         the displays of a configuration of rviz",
         "kbot view robot.urdf --shot robot.png --size 800x600       a picture, and no page",
     ),
 )
@@ -28,12 +29,14 @@ if TYPE_CHECKING:
 @click.option("--shot", metavar="PNG", help="Write a picture, and serve no page.")
 @look_options
 @page_options
+@config_option
 @package_path_option
 def command(
     words: tuple[str, ...],
     host: str,
     port: int | None,
     browser: bool,
+    config: str,
     package_path: tuple[str, ...],
     shot: str | None,
     size: str,
@@ -68,5 +71,6 @@ def command(
         host=host,
         port=port,
         open_browser=browser,
+        config=config,
         package_path=package_path,
     )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.workbench.access import Access, bracketed, is_loopback
+from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.server import Server
 from kbot.workbench.session import Session
 
@@ -74,14 +75,17 @@ def serve(
     package_path: Sequence[str] = (),
     attend: Attend = lambda simulation: None,
     start: PlanarPose = ORIGIN,
+    config: str = "",
 ) -> None:
     """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
 
-    Where `host` is reached from other machines the address carries a token, which the page needs.
+    Where `host` is reached from other machines the address carries a token, which the page needs. `config` is
+    the file that sets the displays.
 
     Raises:
         DescriptionError, KbotError: as `open_session`; or the address is taken or not this machine's.
     """
+    displays = read_displays(config)
     session = open_session(
         path,
         simulate=simulate,
@@ -93,7 +97,20 @@ def serve(
         attend=attend,
         start=start,
     )
+    session.display_file = displays
     serve_session(session, host=host, port=port, open_browser=open_browser)
+
+
+def read_displays(config: str) -> DisplayFile:
+    """The file that sets the displays, empty for none; what of it is not shown is said on standard error.
+
+    Raises:
+        KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
+    """
+    displays = DisplayFile(config)
+    for note in displays.greeting.notes if displays.greeting is not None else ():
+        sys.stderr.write(f"{config}: {note}\n")
+    return displays
 
 
 def serve_session(session: Session, *, host: str, port: int | None, open_browser: bool) -> None:
