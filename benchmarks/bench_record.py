@@ -1,34 +1,23 @@
-"""What recording and the bridges cost a simulation, beside the same run alone.
+"""What recording costs a simulation, beside the same run alone.
 
     python benchmarks/bench_record.py
 
 Rates are beside those of the library's own encoding of the same messages, without any of our code;
-shares are CPU time over simulated time, at 50 Hz in real time with a lidar of 360 beams at 10 Hz, the
-peers' own work included.
+shares are CPU time over simulated time, at 50 Hz in real time with a lidar of 360 beams at 10 Hz.
 """
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-import json
-import socket
 import statistics
-import struct
 import tempfile
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-
-from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
 
 import kbot
 from kbot.bridges.companions import Companions
 from kbot.bridges.pacing import run_in_real_time
-from kbot.bridges.ros1.rpc import call
-from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
 from kbot.bridges.wishes import Wishes
 from kbot.messages import types as msg
 from kbot.messages.sensing import LaserScan
@@ -86,75 +75,20 @@ def recording_rate(folder: Path, name: str) -> float:
     return median_rate(work)
 
 
-@contextlib.contextmanager
-def peers(told: list[str]) -> Iterator[list[float]]:
-    """One subscriber of everything on each bridge; yields the ROS 1 one's delays in seconds."""
-    ended, delays = threading.Event(), list[float]()
-
-    def ros1(master: str) -> None:
-        uri = call(master, "lookupNode", "/peer", "/kbot")
-        _, host, port = call(uri, "requestTopic", "/peer", "/clock", [["TCPROS"]])
-        with socket.create_connection((host, port)) as connection:
-            connection.sendall(
-                encode_header({"callerid": "/peer", "topic": "/clock", "type": "*", "md5sum": "*"})
-            )
-            read_header(connection)
-            while not ended.is_set():
-                seconds, nanoseconds = struct.unpack("<II", read_block(connection))
-                delays.append(
-                    time.monotonic() - published.get(seconds * 10**9 + nanoseconds, time.monotonic())
-                )
-
-    def foxglove(address: str) -> None:
-        with connect(address, subprotocols=["foxglove.sdk.v1"]) as connection:  # type: ignore[list-item]
-            while not ended.is_set():
-                data = connection.recv()
-                if isinstance(data, str) and (said := json.loads(data))["op"] == "advertise":
-                    wanted = [{"id": c["id"], "channelId": c["id"]} for c in said["channels"]]
-                    connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
-
-    def rosbridge(address: str) -> None:
-        with connect(address) as connection:
-            for topic in MESSAGES:
-                connection.send(json.dumps({"op": "subscribe", "topic": topic}))
-            while not ended.is_set():
-                connection.recv()
-
-    def quietly(peer: Callable[[str], None], where: str) -> None:
-        with contextlib.suppress(OSError, ConnectionClosed):
-            peer(where)
-
-    addresses = [text.split()[-1] for text in told]
-    found = zip((ros1, foxglove, rosbridge), addresses, strict=True)
-    threads = [threading.Thread(target=quietly, args=pair, daemon=True) for pair in found]
-    for thread in threads:
-        thread.start()
-    yield delays
-    ended.set()
-
-
-published: dict[int, float] = {}
-
-
-def share(wishes: Wishes) -> tuple[float, list[float]]:
-    """CPU time of this process's simulating threads over simulated time, and the peers' delays."""
+def share(wishes: Wishes) -> float:
+    """CPU time of this process over simulated time."""
     sim = Simulation(kbot.load("kbot"), "boxes")
     sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
     sim.bus.subscribe("/scan", LaserScan, lambda scan: None)
-    told: list[str] = []
-    companions = Companions(wishes, told.append)
+    companions = Companions(wishes, lambda text: None)
     companions.join(sim, "", "boxes")
-    sim.bus.subscribe(
-        "/clock", msg.ClockMessage, lambda m: published.__setitem__(m.clock.nanoseconds, time.monotonic())
-    )
     sim.cmd_vel(0.2, 0.3)
-    with peers(told) if wishes.is_live else contextlib.nullcontext([]) as delays:
-        run_in_real_time(sim, 1.0)
-        before = time.process_time()
-        run_in_real_time(sim, REAL_SECONDS)
-        used = time.process_time() - before
+    run_in_real_time(sim, 1.0)
+    before = time.process_time()
+    run_in_real_time(sim, REAL_SECONDS)
+    used = time.process_time() - before
     companions.close()
-    return used / REAL_SECONDS, delays
+    return used / REAL_SECONDS
 
 
 def main() -> None:
@@ -166,13 +100,10 @@ def main() -> None:
             rate = recording_rate(folder, kind)
             what = {"run.mcap": "MCAP", "run.bag": "bag of ROS 1", "run": "rosbag2"}[kind]
             print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of that")
-        alone, _ = share(Wishes())
-        recorded, _ = share(Wishes(record=str(folder / "live.mcap")))
-        bridged, delays = share(Wishes(ros1=True, foxglove=True, rosbridge=True))
+        alone = share(Wishes())
+        recorded = share(Wishes(record=str(folder / "live.mcap")))
     print(f"{'real time at 50 Hz, alone':32} {100 * alone:8.2f} % of a core")
     print(f"{'recorded':32} {100 * recorded:8.2f} % of a core")
-    print(f"{'three bridges and their peers':32} {100 * bridged:8.2f} % of a core")
-    print(f"{'stamp to receipt, ROS 1':32} {1e3 * statistics.median(delays):8.2f} ms at the median")
 
 
 if __name__ == "__main__":
