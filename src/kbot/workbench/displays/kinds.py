@@ -140,7 +140,8 @@ KINDS = (
         "Where the wheels tell that the robot is",
         (
             TOPIC,
-            *_SHAPE,
+            _SHAPE[0],
+            replace(_SHAPE[1], rviz="Shape/Shaft Length"),
             colour("colour", "Colour", "#ff8a3d", "Shape/Color"),
             number("keep", "Keep", 100.0, 1.0, 1000.0, rviz="Keep"),
             number("distance", "Each", 0.05, 0.0, 100.0, "m", "Position Tolerance"),

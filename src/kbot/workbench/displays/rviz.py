@@ -151,7 +151,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     kind = _kind(cls)
     if kind is None:
         notes.append(
-            f"{name} ({cls}), line {entry.line}: there is no such display here; it is kept in the file"
+            f"{name} ({cls}), line {entry.line}: no such display here; it is kept in the file"
         )
         return None
     values: dict[str, Value] = {}
@@ -207,10 +207,11 @@ def _put(fields: dict[str, Any], label: str, value: object) -> None:
         if not isinstance(inner, dict):
             inner = fields[part] = {}
         fields = inner
-    if isinstance(fields.get(last), dict) and "Value" in fields[last]:
-        fields = fields[last]
-        last = "Value"
-    fields[last] = value
+    kept = fields.get(last)
+    if isinstance(kept, dict) and "Value" in kept:
+        kept.update(value if isinstance(value, dict) else {"Value": value})
+    else:
+        fields[last] = value
 
 
 COLOUR_BY = {"FlatColor": "colour", "Intensity": "intensity", "RGB8": "rgb", "RGBF32": "rgb"}

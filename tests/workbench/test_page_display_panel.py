@@ -1,0 +1,124 @@
+"""The list of displays: by mouse and by keys, remembered, saved and opened."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.serve import open_session, serving
+
+from .conftest import until
+from .test_display_files import RVIZ1
+
+OpenPage = Callable[..., Any]
+
+
+def names(page: Any) -> list[str]:
+    return list(page.locator("#displays .display:not(.globals) .name").all_inner_texts())
+
+
+def head(page: Any, name: str) -> Any:
+    return page.locator("#displays .head", has_text=name).first
+
+
+def test_displays_are_moved_renamed_and_removed_by_keys(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    before = names(page)
+    assert before[:3] == ["Grid", "RobotModel", "TF"]
+    page.keyboard.press("Tab")
+    head(page, "TF").focus()
+    page.keyboard.press("Alt+ArrowUp")
+    assert names(page)[:3] == ["Grid", "TF", "RobotModel"]
+    assert page.evaluate("document.activeElement.textContent") == "TF"
+    page.keyboard.press("F2")
+    page.keyboard.type("Frames of mine")
+    page.keyboard.press("Enter")
+    assert names(page)[1] == "Frames of mine"
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate("document.activeElement.textContent") == "RobotModel"
+    page.keyboard.press("Delete")
+    assert "RobotModel" not in names(page)
+    page.reload()
+    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0"))
+    assert names(page)[:2] == ["Grid", "Frames of mine"]
+    page.get_by_label("Settings of the displays").select_option("reset")
+    assert names(page) == before
+
+
+def test_a_display_opens_with_its_settings_and_says_how_it_fares(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    page.get_by_label("Add a display").select_option("Map")
+    row = page.locator(".display[data-display=Map]")
+    until(lambda: row.locator(".head[aria-expanded=true]").count())
+    lamp = row.locator(".lamp")
+    until(lambda: "no topic carries a OccupancyGrid" in lamp.get_attribute("aria-label"))
+    row.get_by_label("Show Map").uncheck()
+    until(lambda: "not shown" in lamp.get_attribute("aria-label"))
+    # of what there is one at most no second can be added
+    assert page.locator("[aria-label='Add a display'] option[value=TF]").is_disabled()
+
+
+def test_a_number_that_is_being_typed_is_left_alone(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    head(page, "Grid").click()
+    field = page.get_by_label("Cell size of Grid")
+    field.fill("0.25")
+    page.evaluate("kbot.drawn()")
+    field.press("Enter")
+    head(page, "TF").click()
+    until(lambda: field.input_value() == "0.25")
+    field.fill("1000")
+    field.press("Enter")
+    head(page, "TF").click()
+    until(lambda: field.input_value() == "100")  # the most there may be
+
+
+def test_a_page_opens_with_the_configuration_of_rviz_and_saves_to_it(
+    xacro: Path, tmp_path: Path, open_page: OpenPage
+) -> None:
+    path = tmp_path / "robot.rviz"
+    path.write_text(RVIZ1)
+    session = open_session(str(xacro), simulate=False)
+    session.display_file = DisplayFile(str(path))
+    with serving(session) as address:
+        page = open_page(address)
+        until(lambda: names(page) == ["Grid", "Front lidar", "Eye", "RobotModel", "World"])
+        clip = page.evaluate("kbot.camera()")
+        assert clip["width"] > 0
+        lamp = page.locator(".globals .lamp")
+        until(lambda: lamp.get_attribute("aria-label") == "error: there is no frame odom")
+        head(page, "Global options").click()
+        page.get_by_text("What of robot.rviz is not shown").click()
+        assert page.locator(".notes li", has_text="rviz_plugin_tutorials/Imu").is_visible()
+        head(page, "Grid").click()
+        cell = page.get_by_label("Cell size of Grid")
+        cell.fill("0.125")
+        cell.press("Enter")
+        page.get_by_label("Settings of the displays").select_option("save")
+        until(lambda: f"Saved to {path}" in page.inner_text(".notices"))
+        grid = yaml.safe_load(path.read_text())["Visualization Manager"]["Displays"][0]
+        assert grid["Cell Size"] == 0.125
+        assert grid["Line Style"]["Value"] == "Lines"
+        page.close()
+
+
+def test_settings_are_kept_as_a_copy_and_opened_again(
+    viewing: str, tmp_path: Path, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    page.locator("[data-option=collision]").click()
+    with page.expect_download() as waiting:
+        page.get_by_label("Settings of the displays").select_option("kbot")
+    copy = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(copy)
+    assert copy.name == "displays.kbot.yaml"
+    page.get_by_label("Settings of the displays").select_option("reset")
+    assert page.get_attribute("[data-option=collision]", "aria-pressed") == "false"
+    page.get_by_label("A file of displays").set_input_files(copy)
+    until(lambda: page.get_attribute("[data-option=collision]", "aria-pressed") == "true")
+    broken = tmp_path / "broken.kbot.yaml"
+    broken.write_text("displays:\n- kind: Gird\n")
+    page.get_by_label("A file of displays").set_input_files(broken)
+    until(lambda: "broken.kbot.yaml:2: no display of kind" in page.inner_text(".notices"))
