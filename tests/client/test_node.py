@@ -193,6 +193,16 @@ def test_what_a_callback_raises_is_the_program_s_own(node: kbot.Node) -> None:
         node.spin(30)
 
 
+def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
+    running = Kbot(Wishes())
+    with kbot.Node("n", (), "local") as node:
+        node.subscribe("odom", Odometry, lambda message: None)
+        node.spin(0.2)
+        running.close()
+        with pytest.raises(KbotError, match="the KBot is gone"):
+            node.spin(30)
+
+
 def test_a_period_is_above_zero(node: kbot.Node) -> None:
     with pytest.raises(KbotError, match="above zero"):
         node.every(0.0, lambda: None)

@@ -27,6 +27,7 @@ class LocalTransport:
         self._asks, self._listens = GraphClient(address), GraphClient(address)
         self._lock = threading.Lock()
         self._known: set[str] = set()
+        self.failure: KbotError | None = None
         self._is_closed = False
         link.watch(self._look)
         self._thread = threading.Thread(target=self._hear, daemon=True, name="kbot-local")
@@ -81,4 +82,4 @@ class LocalTransport:
                     self._link.send(name, from_plain(fields, topic.message_type))
         except KbotError as error:
             if not self._is_closed:
-                self._link.tell(str(error))
+                self.failure = error

@@ -142,7 +142,9 @@ class Node:
         return value
 
     def step(self) -> None:
-        """Hear what has come, and call the timers that are due."""
+        """Hear what has come, and call the timers that are due. Raises KbotError: the KBot is gone."""
+        if self._transport.failure is not None:
+            raise self._transport.failure
         now = time.time_ns()
         self._leap(self._wall.clock, now)
         self._link.serve()
@@ -150,7 +152,11 @@ class Node:
             self._leap(self._clock, now)
 
     def spin(self, seconds: float | None = None) -> None:
-        """Go on for so many seconds of the wall's clock, or until Ctrl-C or `close`; Ctrl-C also closes."""
+        """Go on for so many seconds of the wall's clock, or until Ctrl-C or `close`; Ctrl-C also closes.
+
+        Raises:
+            KbotError: the KBot is gone.
+        """
         end = None if seconds is None else time.monotonic() + seconds
         try:
             while not self._is_closed and (end is None or time.monotonic() < end):

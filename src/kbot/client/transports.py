@@ -18,6 +18,8 @@ class Transport(Protocol):
 
     uses_sim_time: bool
     """Whether the node's time is that of /clock."""
+    failure: KbotError | None
+    """Why it reaches nobody any more, if that is for good."""
 
     def parameter(self, name: str) -> Any:  # noqa: ANN401 - whatever a parameter can hold
         """The value of a parameter by its full name; None where there is none."""
@@ -56,6 +58,9 @@ def open_transport(kind: str, link: Link, node: NodeArguments) -> Transport:
 
 
 class _Ros1:
+    failure: KbotError | None = None
+    """Never: a master may come back."""
+
     def __init__(self, link: Link, node: NodeArguments) -> None:
         from kbot.bridges.ros1 import Ros1Bridge
 
@@ -78,6 +83,8 @@ class _Ros1:
 
 
 class _Ros2:
+    failure: KbotError | None = None
+
     def __init__(self, link: Link, node: NodeArguments) -> None:
         from kbot.bridges.companions import ros2_bridge
 
