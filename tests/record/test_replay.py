@@ -68,6 +68,10 @@ def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
         other.command(0.3, 0.5)
         sim.run(0.7)
         sim.delete_model("b")
+        sim.spawn_thing("crate", x=0.5, z=0.1)
+        sim.spawn_thing("box", "carton", 0.3, 0.4, yaw=0.2, size=(0.1, 0.2, 0.05))
+        sim.run(0.1)
+        sim.delete_model("carton")
         sim.run(0.2)
 
     record(tmp_path / "run.mcap", drive)

@@ -20,7 +20,7 @@ from kbot.sim.placing import lowest_point, terrain_height
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.welds import Weld
-from kbot.sim.world_builder import owner
+from kbot.sim.world_builder import PREFIX, owner
 from kbot.text import Diagnostic, KbotError
 from kbot.world import World
 
@@ -86,6 +86,16 @@ class Assembly:
         gone = f"{name}/"
         welds = (w for w in self.welds if not (w.first.startswith(gone) or w.second.startswith(gone)))
         return self._with(plans, tuple(welds))
+
+    def with_world(self, world: World) -> Assembly:
+        """The same in a world with other bodies; what is in both stands as it does now.
+
+        Raises:
+            DescriptionError: the world cannot be simulated.
+        """
+        names = {PREFIX + body.name for body in self.world.bodies} - {PREFIX + b.name for b in world.bodies}
+        welds = tuple(weld for weld in self.welds if not names & {weld.first, weld.second})
+        return dataclasses.replace(self, world=world)._with(self.plans, welds)
 
     def with_welds(self, welds: tuple[Weld, ...]) -> Assembly:
         """The same with just these attached to each other, everything else as it stands now."""

@@ -145,8 +145,8 @@ class Disturbed(Population):
         self._schedule.jump_to(self, self._steps)
         self._find_due()
 
-    def _forget(self, robot: str) -> None:
-        self._pushes = [push for push in self._pushes if not push.body.startswith(f"{robot}/")]
+    def _forget(self, name: str) -> None:
+        self._pushes = [p for p in self._pushes if p.body != name and not p.body.startswith(f"{name}/")]
 
     def _model_is_new(self) -> None:
         apply(self._model, self._data, self._pushes)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from itertools import count
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -16,7 +19,13 @@ from kbot.sim.welds import STANDING, weld_as_it_stands
 from kbot.sim.world_builder import PREFIX, body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.world.things import thing
+from kbot.world.world import Body, HeightField, Plane
 
+SMALLEST, LARGEST = 0.005, 100.0
+"""Metres of a box's edge."""
+
+_NAME = re.compile(r"[A-Za-z]\w*")
 _STILL = (0.0, 0.0, 0.0)
 
 
@@ -38,6 +47,75 @@ class _Place(NamedTuple):
 
 class Models(Disturbed):
     """A running world whose models are moved by hand."""
+
+    def spawn_thing(
+        self,
+        kind: str,
+        name: str | None = None,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        yaw: float = 0.0,
+        size: Sequence[float] | None = None,
+    ) -> Body:
+        """Put a thing of kbot.world.things into the running world, with its foot at a place (m, rad): a model
+        that ships with KBot, or a `box` of a size (m). What runs goes on as it was.
+
+        Raises:
+            KbotError: there is no such thing, the name is taken or is none, a number is beyond reason, or
+                a robot stands there.
+        """
+        taken = {*self.robots, *(body.name for body in self.world.bodies)}
+        if name is None:
+            name = next(free for n in count(1) if (free := f"{kind}_{n}") not in taken)
+        if not (isinstance(name, str) and _NAME.fullmatch(name)):
+            raise KbotError(
+                f"{shortened(name)} is no thing's name: letters, digits and _ only, a letter first"
+            )
+        if name in taken:
+            raise KbotError(f"there is a '{name}' already; give this one another name")
+        x, y, z = vector("a place in m", (x, y, z), FURTHEST)
+        _, _, yaw = vector("a heading", (0.0, 0.0, yaw), FURTHEST)
+        edges = None if size is None else _edges(size)
+        body = thing(kind, name, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)), edges)
+        world = dataclasses.replace(self.world, bodies=(*self.world.bodies, body))
+        assembly = self._assembly.with_world(world)
+        for plan in assembly.plans.values():
+            if assembly.what_it_is_inside(plan) == name:
+                raise KbotError(f"no {kind} can be put there: '{plan.name}' is in the way")
+        self._use(assembly)
+        self._note("spawn_thing", kind=kind, name=name, x=x, y=y, z=z, yaw=yaw, size=edges)
+        return body
+
+    def delete_model(self, name: str) -> None:
+        """Take a robot, or a thing, out of the running world; the first robot and the ground stay.
+
+        Raises:
+            KbotError: there is no such model, or it has to stay.
+        """
+        if name in self.robots:
+            self._delete_robot(name)
+        else:
+            self._delete_thing(name)
+        self._note("delete_model", robot=name)
+
+    def _delete_thing(self, name: str) -> None:
+        bodies = self.world.bodies
+        gone = {body.name for body in bodies if name in (body.name, body.model)}
+        if not gone:
+            known = (*self.robots, *(body.name for body in bodies))
+            hint = did_you_mean(str(name), known) or f"there are {', '.join(known)}"
+            raise KbotError(f"there is no model {shortened(name)}: {hint}")
+        if any(body.name in gone and _is_ground(body) for body in bodies):
+            raise KbotError(f"'{name}' is ground to drive on: it stays")
+        if any(b.joint is not None and b.joint.parent in gone and b.name not in gone for b in bodies):
+            raise KbotError(f"something hangs on '{name}': it stays")
+        loops = tuple(loop for loop in self.world.loops if not gone & {loop.first, loop.second})
+        kept = tuple(body for body in bodies if body.name not in gone)
+        assembly = self._assembly.with_world(dataclasses.replace(self.world, bodies=kept, loops=loops))
+        for body in gone:
+            self._forget(PREFIX + body)
+        self._use(assembly)
 
     def get_model_state(self, model: str) -> ModelState:
         """Where a robot, or a body of the world that can move, is and how fast.
@@ -186,3 +264,14 @@ class Models(Disturbed):
         if index < 0:
             return _Place(body, -1, -1)
         return _Place(body, int(self._model.jnt_qposadr[index]), int(self._model.jnt_dofadr[index]))
+
+
+def _is_ground(body: Body) -> bool:
+    return any(isinstance(part.shape, Plane | HeightField) for part in body.parts)
+
+
+def _edges(size: Any) -> tuple[float, float, float]:  # noqa: ANN401
+    edges = vector("the size of a box in m", size, LARGEST)
+    if min(edges) < SMALLEST:
+        raise KbotError(f"the edges of a box are {SMALLEST:g} to {LARGEST:g} m long, not {shortened(size)}")
+    return edges

@@ -124,12 +124,8 @@ class Population(Running):
             self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, description=to_urdf(robot))
         return simulated
 
-    def delete_model(self, name: str) -> None:
-        """Take a robot out of the running world; the first one stays.
-
-        Raises:
-            KbotError: there is no such robot, or it is the first.
-        """
+    def _delete_robot(self, name: str) -> None:
+        """Take a robot out. Raises KbotError when it is not there, or is the first."""
         gone = self.named(name)
         if gone is self._robot:
             raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
@@ -138,7 +134,6 @@ class Population(Running):
         self._slewing = [robot for robot in self._slewing if robot is not gone]
         self._forget(name)
         self._use(self._assembly.without_robot(name))
-        self._note("delete_model", robot=name)
 
     def take_command(
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
@@ -185,8 +180,8 @@ class Population(Running):
         self.named(robot).take_trajectory(names, way, self._steps)
         self._note("follow_trajectory", joints=list(names), points=[list(p) for p in way], robot=robot)
 
-    def _forget(self, robot: str) -> None:
-        """Drop what is done to a robot that goes."""
+    def _forget(self, name: str) -> None:
+        """Drop what is done to a robot, or to a body by its name in the engine, that goes."""
 
     def _model_is_new(self) -> None:
         """Do in the new model what was done in the old one."""
@@ -210,6 +205,7 @@ class Population(Running):
 
     def _use(self, assembly: Assembly) -> None:
         self._assembly = assembly
+        self.world = assembly.world
         self._model, self._data = assembly.model, assembly.data
         self._qvel = self._data.qvel
         self._moving = moving_bodies(self._model, self.world)

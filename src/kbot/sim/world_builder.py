@@ -117,7 +117,7 @@ def _add_part(
         findings.warning("W106", f"'{body.name}' cannot be touched: {error}", part.origin or body.origin)
         return None
     touch.set_surface(geom, part.friction)
-    if part.ground:
+    if part.ground and body.is_static:
         touch.as_ground(geom)
     else:
         touch.as_obstacle(geom, moving=not body.is_static)

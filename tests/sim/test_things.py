@@ -1,0 +1,85 @@
+"""Things that come into a running world and go."""
+
+import pytest
+
+from kbot.model import Robot
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.things import DENSITY, MODELS
+
+
+@pytest.fixture
+def sim(kbot_robot: Robot) -> Simulation:
+    return Simulation(kbot_robot, "boxes")
+
+
+def test_a_crate_falls_and_is_driven_into(sim: Simulation) -> None:
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(0.5)
+    before, odometry = sim.ground_truth.pose, sim.odometry.pose
+    sim.spawn_thing("box", "carton", x=0.4, z=0.05, size=(0.05, 0.1, 0.04))
+    assert sim.ground_truth.pose == before
+    assert sim.odometry.pose == odometry
+    assert sim.body_poses()["carton"].translation == pytest.approx((0.4, 0.0, 0.05))
+    mass = sim._model.body("/carton").mass[0]
+    assert mass == pytest.approx(DENSITY * 0.05 * 0.1 * 0.04)
+    sim.run(0.3)
+    assert sim.body_poses()["carton"].translation[2] == pytest.approx(0.0, abs=1e-3)
+    sim.run(1.0)
+    assert sim.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it along
+
+
+def test_every_model_of_the_library_stands_where_it_is_put(sim: Simulation) -> None:
+    for index, model in enumerate(MODELS):
+        body = sim.spawn_thing(model, x=4.0 * index + 5.0, y=3.0, yaw=0.5)
+        assert body.name == f"{model}_1"
+        assert body.pose.translation == pytest.approx((4.0 * index + 5.0, 3.0, 0.0))
+    sim.run(0.5)
+    for name, pose in sim.body_poses().items():
+        assert abs(pose.translation[2]) < 0.01, name
+
+
+def test_what_is_taken_away_is_gone_and_all_else_goes_on(sim: Simulation) -> None:
+    alone = Simulation(sim.robot, "boxes")
+    for one in (sim, alone):
+        one.cmd_vel(0.2, 0.1)
+        one.run(0.5)
+    sim.spawn_thing("crate", x=5.0)
+    sim.apply_body_wrench("crate_1", (1.0, 0.0, 0.0), 10.0)
+    sim.delete_model("crate_1")
+    sim.delete_model("box_0")
+    assert "crate_1" not in sim.body_poses()
+    assert not any(body.name == "box_0" for body in sim.world.bodies)
+    for one in (sim, alone):
+        one.run(0.3)
+    assert sim.ground_truth.pose.x == pytest.approx(alone.ground_truth.pose.x, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"kind": "crat"}, "did you mean 'crate'"),
+        ({"kind": "crate", "name": "box_0"}, "there is a 'box_0' already"),
+        ({"kind": "crate", "name": "a/b"}, "no thing's name"),
+        ({"kind": "crate", "x": float("nan")}, "three finite numbers"),
+        ({"kind": "crate", "size": (1, 1, 1)}, "a size of its own"),
+        ({"kind": "box", "size": (1, 1, 0)}, "edges of a box"),
+        ({"kind": "crate"}, "'kbot' is in the way"),
+    ],
+)
+def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
+    sim: Simulation, wrong: dict[str, object], said: str
+) -> None:
+    world, digest = sim.world, sim.state_sha256()
+    with pytest.raises(KbotError, match=said):
+        sim.spawn_thing(**wrong)  # type: ignore[arg-type]
+    assert sim.world is world
+    assert sim.state_sha256() == digest
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("ground_plane", "it stays"), ("kbot", "it stays"), ("x", "no model")]
+)
+def test_what_has_to_stay_stays(sim: Simulation, name: str, said: str) -> None:
+    with pytest.raises(KbotError, match=said):
+        sim.delete_model(name)
