@@ -124,6 +124,9 @@ export class App {
         this.scene.set(message);
         if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");
         break;
+      case "things":
+        if (this.scene.value !== null) this.scene.set({ ...this.scene.value, revision: message.revision, bodies: message.bodies });
+        break;
       case "state":
         if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(message);
         break;

@@ -4,10 +4,11 @@ import { isField, takesKeys } from "./focus";
 import { chooseTheme } from "./options";
 import { stop } from "./panels/drive";
 import { press } from "./panels/toolbar";
+import type { ToolBox } from "./tools/toolbox";
 import type { View } from "./view/view";
 
 /** The keys that are pressed once; held ones drive. */
-export function useKeys(app: App, view: View, driver: Driver, help: () => void): void {
+export function useKeys(app: App, view: View, driver: Driver, help: () => void, tools: ToolBox, body: { remove: () => void; leave: () => void }): void {
   const actions: Record<string, () => unknown> = {
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
@@ -16,7 +17,11 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
     l: () => app.about.value?.mode === "sim" && app.plots.set(!app.plots.value),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
     "?": help,
+    Delete: () => body.remove(),
+    Backspace: () => body.remove(),
     Escape: () => {
+      if (tools.leave()) return;
+      body.leave();
       app.spot.set(null);
       app.selected.set("");
     },
@@ -38,6 +43,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void):
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event.target)) return;
     if (document.querySelector("dialog[open]") !== null) return;
     press(app, event.key);
+    if (tools.press(event.key.toLowerCase())) return event.preventDefault();
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action === undefined) return;
     event.preventDefault();

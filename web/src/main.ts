@@ -24,6 +24,8 @@ import { toolbar } from "./panels/toolbar";
 import { topbar } from "./panels/topbar";
 import { transport } from "./panels/transport";
 import { usePush } from "./push";
+import { bodyChoice, toolBar } from "./tools/bar";
+import { ToolBox } from "./tools/toolbox";
 import { View } from "./view/view";
 
 const app = new App();
@@ -44,8 +46,11 @@ app.about.watch((about) => {
 view = new View(app, picture);
 app.focused.watch((asked) => asked && view.focus(asked.link));
 centre.append(hover(app, view, picture));
+const tools = new ToolBox(app, view);
+const body = bodyChoice(app, view, tools);
+centre.append(...toolBar(app, tools, body.element));
 usePush(app, view);
 keepKeysForDriving();
 useGamepad(driver);
-useKeys(app, view, driver, showHelp);
+useKeys(app, view, driver, showHelp, tools, body);
 window.kbot = handle(app, view);

@@ -1,6 +1,18 @@
 // Generated from src/kbot/workbench/protocol; do not edit.
 
-/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. */
+export interface WorldParameter {
+  name: string;
+  value: number;
+  is_whole: boolean;
+}
+
+/** A built-in world and what its parameters are when not given. */
+export interface WorldChoice {
+  name: string;
+  parameters: readonly WorldParameter[];
+}
+
+/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world. */
 export interface About {
   version: string;
   file: string;
@@ -10,7 +22,8 @@ export interface About {
   linear_limit: number;
   angular_limit: number;
   files: readonly string[];
-  worlds: readonly string[];
+  worlds: readonly WorldChoice[];
+  things: readonly string[];
   client: number;
   type: "about";
 }
@@ -54,7 +67,7 @@ export interface LinkView {
   place: Place | null;
 }
 
-/** A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and `upper` are the slider's ends. */
+/** A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and `upper` are the slider's ends. `control` is what may be told to it here, `speed` the most it goes at in rad/s or m/s. */
 export interface JointView {
   name: string;
   kind: "continuous" | "revolute" | "prismatic";
@@ -63,6 +76,8 @@ export interface JointView {
   lower: number;
   upper: number;
   mimics: string;
+  control: "none" | "position" | "velocity";
+  speed: number;
   place: Place | null;
 }
 
@@ -88,6 +103,13 @@ export interface Scene {
   radius: number;
   centre: readonly number[];
   type: "scene";
+}
+
+/** The world's bodies are others, and all else of the scene is as it was. */
+export interface Things {
+  revision: number;
+  bodies: readonly BodyView[];
+  type: "things";
 }
 
 /** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. */
@@ -276,6 +298,57 @@ export interface Push {
   type: "push";
 }
 
+/** Put something of `About.things` into the running world, with its foot at a place (m, rad). A box is as long, wide and high as asked; everything else has its own size. */
+export interface Spawn {
+  what: string;
+  x: number;
+  y: number;
+  z: number;
+  yaw: number;
+  length: number;
+  width: number;
+  height: number;
+  type: "spawn";
+}
+
+/** Take a robot or a thing out of the running world, by the name of one of its bodies. */
+export interface Delete {
+  name: string;
+  type: "delete";
+}
+
+/** Put a robot (on the ground) or a thing somewhere else, standing still: metres and radians. */
+export interface MoveModel {
+  name: string;
+  x: number;
+  y: number;
+  z: number;
+  yaw: number;
+  type: "move_model";
+}
+
+/** Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or carries a payload in kg; a joint is blocked; a topic is silent. A kick gives the robot a speed in m/s at once. */
+export interface Disturb {
+  fault: "slip" | "payload" | "kick" | "blocked" | "silent";
+  target: string;
+  value: number;
+  seconds: number;
+  type: "disturb";
+}
+
+/** Everything back to its start while time goes on, or time to 0 while everything goes on. */
+export interface ResetPart {
+  what: "world" | "time";
+  type: "reset_part";
+}
+
+/** Let a joint that has a controller go at a speed, rad/s or m/s. */
+export interface JointSpeed {
+  name: string;
+  velocity: number;
+  type: "joint_speed";
+}
+
 /** Start again in another world: a built-in world's name, with parameters if any. */
 export interface SetWorld {
   world: string;
@@ -360,6 +433,6 @@ export interface OpenDisplays {
   type: "open_displays";
 }
 
-export type FromServer = About | Scene | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Refused;
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Refused;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays;

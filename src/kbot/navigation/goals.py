@@ -145,6 +145,14 @@ class Goals:
             self._making = threads.submit(self._make_and_try, planner, places, around)
             threads.shutdown(wait=False)
 
+    def look_again(self) -> None:
+        """The world is another: make the map anew, at once where there is a goal."""
+        if self._given is not None or self.grid is None:
+            return
+        self._navigator.planner = None
+        if self._pilot is not None and self.status is not None:
+            self.prepare(self.status.goal)
+
     def update(self, observation: Observation) -> Twist:
         """As a controller; called by the pilot while there is a goal."""
         status = self.status

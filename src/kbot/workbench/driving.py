@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -22,8 +22,27 @@ from kbot.text import KbotError
 from kbot.workbench.contact_forces import ContactForces
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
+from kbot.workbench.protocol import (
+    Action,
+    Delete,
+    JointSpeed,
+    MoveModel,
+    ResetPart,
+    Spawn,
+    WorldChoice,
+    WorldParameter,
+)
+from kbot.workbench.scene import Control
 from kbot.workbench.session import Reader, Session
+from kbot.workbench.world_actions import (
+    SPAWNED,
+    WorldActions,
+    joint_controls,
+    model_of,
+    other_robots,
+)
 from kbot.world import BUILDERS, World, load_world
+from kbot.world.registry import parameters
 
 BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
@@ -49,8 +68,25 @@ def driven_session(
     """
     setup = _Setup(load_world(world), seed, contacts, attend, start)
     return Session(
-        reader, "sim", lambda robot: Driving(robot, setup), setup.world, why_not, limits, tuple(BUILDERS)
+        reader,
+        "sim",
+        lambda robot: Driving(robot, setup),
+        setup.world,
+        why_not,
+        limits,
+        world_choices(),
+        SPAWNED,
     )
+
+
+def world_choices() -> tuple[WorldChoice, ...]:
+    """The built-in worlds."""
+
+    def choice(name: str) -> WorldChoice:
+        given = parameters(name).items()
+        return WorldChoice(name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in given))
+
+    return tuple(choice(name) for name in BUILDERS)
 
 
 def why_not(robot: Robot) -> str:
@@ -98,6 +134,7 @@ class Driving:
         ContactForces(self._sim)
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
+        self._actions = WorldActions(self._sim)
         setup.attend(self._sim)
 
     @property
@@ -132,11 +169,15 @@ class Driving:
             positions=sim.joint_positions,
             poses=poses,
             frames=self._frames.poses(poses, self._odometry_frame(poses)),
-            bodies=flat(sim.body_poses().values()),
+            bodies=flat((*sim.body_poses().values(), *self._other_links())),
             command=robot.controller.wanted if robot.can_drive else (0.0, 0.0),
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
         )
+
+    def _other_links(self) -> Iterator[Transform]:
+        for name in other_robots(self._sim):
+            yield from self._sim.robots[name].link_poses().values()
 
     def _odometry_frame(self, poses: Mapping[str, Transform]) -> Frames:
         """Where the odometry starts from as of this very moment, for tf tells it once a control period."""
@@ -172,10 +213,31 @@ class Driving:
         self._sim.apply_body_wrench(link, force, seconds)
 
     def set_joint(self, name: str, position: float) -> None:
-        raise KbotError("joints follow the simulation here: kbot view sets them by hand")
+        if name not in self.controls:
+            raise KbotError(f"'{name}' follows the simulation: the description has no controller for it")
+        self._sim.set_joint(name, position)
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
+
+    def act(self, action: Action) -> None:
+        if isinstance(action, MoveModel) and model_of(self._sim, action.name) == self._sim.named().name:
+            self._goals.cancel("the robot was put elsewhere")
+        if isinstance(action, ResetPart):
+            self._goals.cancel("the simulation was reset")
+        if isinstance(action, JointSpeed) and action.name not in self.controls:
+            raise KbotError(f"'{action.name}' has no controller")
+        self._actions.do(action)
+        if isinstance(action, Spawn | Delete):
+            self._goals.look_again()
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        return joint_controls(self._sim)
+
+    @property
+    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+        return self._sim.world, other_robots(self._sim)
 
     def replace(self, robot: Robot) -> Driving:
         """Go on with the changed robot where this one stands."""

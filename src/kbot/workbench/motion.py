@@ -14,7 +14,8 @@ from kbot.model import Joint, JointType, Robot
 from kbot.nodes.robot_state_publisher import transform_message
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
-from kbot.workbench.scene import slider_range
+from kbot.workbench.protocol import Action
+from kbot.workbench.scene import Control, slider_range
 from kbot.world import World
 
 
@@ -74,6 +75,20 @@ class Motion(Protocol):
         ...
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None: ...
+
+    def act(self, action: Action) -> None:
+        """Change the running world. Raises KbotError where that cannot be done."""
+        ...
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        """What each joint may be told; nothing where it is not there."""
+        ...
+
+    @property
+    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+        """The world as it is now, and the robots beside the one on show."""
+        ...
 
     def replace(self, robot: Robot) -> Motion:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
@@ -145,6 +160,17 @@ class Sliders:
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
         raise KbotError("nothing is simulated here, so nothing can be pushed: kbot sim does it")
+
+    def act(self, action: Action) -> None:
+        raise KbotError("nothing is simulated here, so there is no world to change: kbot sim has one")
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        return dict.fromkeys(self._joints, "position")
+
+    @property
+    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+        return None, {}
 
     def enter(self, world: str) -> tuple[Motion, World]:
         raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")

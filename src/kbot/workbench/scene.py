@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -28,21 +29,34 @@ from kbot.model.shapes import bounds, tensor
 from kbot.text import KbotError
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.places import place
-from kbot.workbench.protocol import InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
+from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
 from kbot.workbench.world_view import world_view
 from kbot.world.sdf.materials import link_colours
 from kbot.world.world import Rgba, World
 
+Control: TypeAlias = Literal["none", "position", "velocity"]
+
+USUAL_SPEED = 10.0
+"""rad/s or m/s of a joint that says no limit."""
 PLAIN = (0.72, 0.74, 0.78, 1.0)
 OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
 """Stands for the colours that a mesh file brings."""
 
 
 def build_scene(
-    robot: Robot, world: World | None, meshes: MeshStore, revision: int, *, frame: str, on_ground: bool
+    robot: Robot,
+    world: World | None,
+    meshes: MeshStore,
+    revision: int,
+    *,
+    frame: str,
+    on_ground: bool,
+    controls: Mapping[str, Control],
+    others: Mapping[str, Robot],
 ) -> Scene:
     """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
-    the one that states have their poses in."""
+    the one that states have their poses in; `controls` says what each joint may be told, `others` are the
+    robots beside the one on show, by name."""
     low, high = robot_bounds(robot)
     colours = link_colours(robot)
     return Scene(
@@ -51,11 +65,27 @@ def build_scene(
         root=robot.root,
         world=frame,
         links=tuple(_link(robot, link, meshes, colours.get(name)) for name, link in robot.links.items()),
-        joints=tuple(_joint(joint) for joint in robot.movable_joints),
-        bodies=world_view(world, meshes) if world else (),
+        joints=tuple(_joint(joint, controls.get(joint.name, "none")) for joint in robot.movable_joints),
+        bodies=all_bodies(world, others, meshes),
         ground=0.0 if on_ground else min(0.0, float(low[2])),
         radius=max(0.02, float(np.linalg.norm(high - low)) / 2),
         centre=tuple(((low + high) / 2).tolist()),
+    )
+
+
+def all_bodies(world: World | None, others: Mapping[str, Robot], meshes: MeshStore) -> tuple[BodyView, ...]:
+    """The world's bodies, then each link of the robots beside the one on show, as `name/link`."""
+    links = (
+        _other_link(f"{name}/{link.name}", link, link_colours(robot).get(link.name), meshes)
+        for name, robot in others.items()
+        for link in robot.links.values()
+    )
+    return (*(world_view(world, meshes) if world else ()), *links)
+
+
+def _other_link(name: str, link: Link, painted: Rgba | None, meshes: MeshStore) -> BodyView:
+    return BodyView(
+        name, True, tuple(_shapes(link.visuals, meshes, painted)), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
     )
 
 
@@ -153,8 +183,9 @@ def _inertia(inertial: Inertial) -> InertiaView | None:
     return InertiaView(inertial.mass, box, position, quaternion, place(inertial.origin))
 
 
-def _joint(joint: Joint) -> JointView:
+def _joint(joint: Joint, control: Control) -> JointView:
     lower, upper = slider_range(joint)
+    speed = joint.limit.velocity if joint.limit is not None else None
     return JointView(
         name=joint.name,
         kind=joint.type.value,  # type: ignore[arg-type]
@@ -163,6 +194,8 @@ def _joint(joint: Joint) -> JointView:
         lower=lower,
         upper=upper,
         mimics=joint.mimic.joint if joint.mimic else "",
+        control=control,
+        speed=speed or USUAL_SPEED,
         place=place(joint.origin),
     )
 

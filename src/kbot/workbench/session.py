@@ -22,10 +22,14 @@ from kbot.workbench.places import findings_for_page, gravest_first
 from kbot.workbench.protocol import (
     About,
     Advance,
+    Delete,
+    Disturb,
     Drive,
     Findings,
     FromPage,
     FromServer,
+    JointSpeed,
+    MoveModel,
     OpenDisplays,
     OpenSource,
     Pause,
@@ -33,6 +37,7 @@ from kbot.workbench.protocol import (
     Push,
     Refused,
     Reset,
+    ResetPart,
     SaveDisplays,
     Scene,
     SetJoint,
@@ -40,10 +45,13 @@ from kbot.workbench.protocol import (
     SetSpeed,
     SetWorld,
     SourceText,
+    Spawn,
     State,
     Stop,
+    Things,
+    WorldChoice,
 )
-from kbot.workbench.scene import build_scene
+from kbot.workbench.scene import all_bodies, build_scene
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
@@ -73,7 +81,8 @@ class Session:
         world: World | None = None,
         cannot_drive: Callable[[Robot], str] = lambda robot: "",
         limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0),
-        worlds: tuple[str, ...] = (),
+        worlds: tuple[WorldChoice, ...] = (),
+        things: tuple[str, ...] = (),
     ) -> None:
         """Reads the description.
 
@@ -85,7 +94,7 @@ class Session:
         self._world = world
         self._cannot_drive = cannot_drive
         self._limits = limits
-        self._worlds = worlds
+        self._worlds, self._things = worlds, things
         self.meshes = MeshStore()
         self.display_file = DisplayFile()
         self.authoring = Authoring(reader.overrides)
@@ -106,6 +115,7 @@ class Session:
         self._resets = 0
         self._driver = NOBODY
         self._quiet_for = 0.0
+        self._present = self._motion.present
         self.scene = self._build_scene()
         self._look_at(self._shown)
 
@@ -159,6 +169,7 @@ class Session:
             angular_limit=angular,
             files=self._latest.files,
             worlds=self._worlds,
+            things=self._things,
             client=client,
         )
 
@@ -211,7 +222,7 @@ class Session:
         self._mind_the_driver(wall_seconds)
         if self.mode == "view":
             self._motion.advance(wall_seconds)
-        changed = self._motion.run_errands()
+        changed = self._motion.run_errands() | self._look_around()
         if self.mode == "view" or self.paused or wall_seconds <= 0.0:
             return changed
         done = self._motion.advance(wall_seconds * self.speed)
@@ -247,6 +258,10 @@ class Session:
                 self.speed = factor
             case Push(link=link, x=x, y=y, z=z, seconds=seconds):
                 self._motion.push(link, (x, y, z), seconds)
+            case Spawn() | Delete() | MoveModel() | Disturb() | ResetPart() | JointSpeed():
+                self._motion.act(message)
+                self._resets += isinstance(message, ResetPart)
+                self._look_around()
             case SetWorld(world=world):
                 self._enter(world)
             case Publish(topic=topic, kind=kind, message=fields):
@@ -278,6 +293,20 @@ class Session:
         for message in (self.about(), self.scene, self.state()):
             self.announce(message)
 
+    def _look_around(self) -> bool:
+        """Tell every page where things or other robots came or went; whether they did."""
+        world, others = self._motion.present
+        if world is self._present[0] and others == self._present[1]:
+            return False
+        self._present = world, others
+        self._world = world or self._world
+        self._revision += 1
+        bodies = all_bodies(self._world, others, self.meshes)
+        self.scene = dataclasses.replace(self.scene, revision=self._revision, bodies=bodies)
+        for message in (Things(self._revision, bodies), self.state()):
+            self.announce(message)
+        return True
+
     def _drive(self, linear: float, angular: float, client: int) -> None:
         standing = linear == 0.0 and angular == 0.0
         if standing and client != self._driver:
@@ -302,6 +331,9 @@ class Session:
         self.authoring.look_at(reading.files, self._findings)
 
     def _build_scene(self) -> Scene:
+        self._present = self._motion.present
+        world, others = self._present
+        self._world = world or self._world
         return build_scene(
             self._robot,
             self._world,
@@ -309,6 +341,8 @@ class Session:
             self._revision,
             frame=self._motion.world,
             on_ground=self.mode == "sim",
+            controls=self._motion.controls,
+            others=others,
         )
 
     def _now(self) -> int:

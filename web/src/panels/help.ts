@@ -6,6 +6,11 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["W A S D, arrows", "drive, while held", "sim"],
   ["Space", "stop", "sim"],
   ["Shift + drag", "push a link of the robot", "sim"],
+  ["I", "turn the view and select"],
+  ["G, E, U", "2D goal, pose estimate, publish point", "sim"],
+  ["M, C", "measure, look at a place"],
+  ["V, B", "move the robot or a thing, add a thing", "sim"],
+  ["Delete", "take the chosen thing away", "sim"],
   ["P", "pause, go on", "sim"],
   [".", "step, when paused", "sim"],
   ["R", "reset", "sim"],
@@ -15,7 +20,7 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["L", "plots", "sim"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
-  ["Escape", "close the source, choose nothing"],
+  ["Escape", "leave the tool; close the source, choose nothing"],
 ];
 
 /** The keys, in a dialog. */

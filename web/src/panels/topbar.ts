@@ -26,7 +26,8 @@ export function topbar(app: App, help: () => void): HTMLElement {
     file.title = about.file;
     mode.hidden = about.mode === "sim";
     world.hidden = about.mode !== "sim";
-    const names = about.worlds.includes(about.world) ? about.worlds : [about.world, ...about.worlds];
+    const known = about.worlds.map((choice) => choice.name);
+    const names = known.includes(about.world) ? known : [about.world, ...known];
     world.replaceChildren(...names.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
     world.value = about.world;
     document.title = `${baseName(about.file)} · KBot`;

@@ -4,3 +4,4 @@ import "./controls.css";
 import "./panels.css";
 import "./displays.css";
 import "./source.css";
+import "./tools.css";

@@ -1,4 +1,4 @@
-import { BufferGeometry, Group, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
+import { Box3, BufferGeometry, Group, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
 
 import type { BodyView, Scene, Shape, State } from "../protocol";
 import { Batch } from "./batches";
@@ -82,8 +82,33 @@ export class Bodies {
     for (const body of this.bodies) if (body.faded !== wanted.has(body)) this.fade(body, wanted.has(body));
   }
 
+  /** The nearest body that a ray in the world meets, those left out that are seen through. */
+  nearest(ray: Raycaster): { number: number; point: Vector3; distance: number } | null {
+    if (!this.group.visible) return null;
+    const around = new Sphere();
+    const met = this.bodies.flatMap((body) => {
+      if (body.faded || !ray.ray.intersectsSphere(around.copy(body.around).applyMatrix4(body.object.matrix))) return [];
+      const [hit] = ray.intersectObjects(body.parts.map((part) => part.probe), false);
+      return hit === undefined ? [] : [{ number: body.number, point: hit.point, distance: hit.distance }];
+    });
+    return met.sort((a, b) => a.distance - b.distance)[0] ?? null;
+  }
+
+  /** The box around a body in the world, by its number. */
+  boxOf(number: number): Box3 {
+    const box = new Box3();
+    for (const { probe } of this.bodies.find((body) => body.number === number)?.parts ?? []) {
+      if (probe.geometry.boundingBox === null) probe.geometry.computeBoundingBox();
+      box.union(probe.geometry.boundingBox!.clone().applyMatrix4(probe.matrixWorld));
+    }
+    return box;
+  }
+
   dispose(): void {
-    for (const batch of this.batches) batch.dispose();
+    for (const batch of this.batches) {
+      this.ids.remove(batch);
+      batch.dispose();
+    }
     for (const body of this.bodies) for (const part of body.parts) part.probe.material.dispose();
     this.edges.dispose();
     this.group.removeFromParent();

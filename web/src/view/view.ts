@@ -27,6 +27,8 @@ export class View implements Picture {
   bodies: Bodies | null = null;
   readonly ground = new Ground();
   readonly overlay: HTMLElement;
+  /** What tools draw in the world. */
+  readonly marks = new Group();
   readonly transforms: Transforms;
   private readonly displays: LiveDisplays;
   /** All that is in the world. */
@@ -44,7 +46,7 @@ export class View implements Picture {
     this.ids = new IdBuffer(this.stage.renderer);
     this.transforms = new Transforms(app);
     this.displays = new LiveDisplays(app, this);
-    this.world.add(this.ground.floor, this.displays.group);
+    this.world.add(this.ground.floor, this.displays.group, this.marks);
     if (this.stage.hasShadows) this.world.add(this.ground.shadow);
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
@@ -156,16 +158,29 @@ export class View implements Picture {
 
   private build(scene: Scene): void {
     this.bodies?.dispose();
+    if (this.robot !== null && this.robot.scene.links === scene.links) {
+      this.furnish(scene);
+      return;
+    }
     if (this.robot !== null) dispose(this.robot.group);
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();
     this.robot = new RobotObject(scene, this.ids, changed);
-    this.bodies = new Bodies(scene, this.ids, changed);
-    this.world.add(this.robot.group, this.bodies.group);
+    this.furnish(scene);
+    this.world.add(this.robot.group);
     this.ground.suit(scene.radius, scene.ground);
     this.paint();
     this.robot.select(this.app.selected.value);
+  }
+
+  /** Shows the world's bodies as a scene has them. */
+  private furnish(scene: Scene): void {
+    const shown = this.bodies?.group.visible ?? true;
+    this.bodies = new Bodies(scene, this.ids, () => this.stage.invalidate());
+    this.bodies.group.visible = shown;
+    this.bodies.setEdges(PALETTES[this.app.theme.value].edge);
+    this.world.add(this.bodies.group);
   }
 
   private apply(state: State): void {

@@ -18,6 +18,7 @@ from kbot.workbench.motion import Moment as Standing
 from kbot.workbench.motion import Sliders, flat
 from kbot.workbench.overrides import Overrides
 from kbot.workbench.protocol import SetJoint, State
+from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
 
 
@@ -94,6 +95,10 @@ class _Still(Sliders):
     """A simulation that is only looked at."""
 
     simulation: Simulation | None = None
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        return {} if self.simulation is not None else super().controls
 
     def moment(self) -> Standing:
         if self.simulation is None:

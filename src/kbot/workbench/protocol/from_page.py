@@ -79,6 +79,72 @@ class Push:
 
 
 @dataclass(frozen=True, slots=True)
+class Spawn:
+    """Put something of `About.things` into the running world, with its foot at a place (m, rad). A box is as
+    long, wide and high as asked; everything else has its own size."""
+
+    what: Name
+    x: Annotated[float, Range(-1e4, 1e4)]
+    y: Annotated[float, Range(-1e4, 1e4)]
+    z: Annotated[float, Range(-1e3, 1e3)]
+    yaw: Annotated[float, Range(-10, 10)]
+    length: Annotated[float, Range(0.01, 10)]
+    width: Annotated[float, Range(0.01, 10)]
+    height: Annotated[float, Range(0.01, 10)]
+    type: Literal["spawn"] = "spawn"
+
+
+@dataclass(frozen=True, slots=True)
+class Delete:
+    """Take a robot or a thing out of the running world, by the name of one of its bodies."""
+
+    name: Name
+    type: Literal["delete"] = "delete"
+
+
+@dataclass(frozen=True, slots=True)
+class MoveModel:
+    """Put a robot (on the ground) or a thing somewhere else, standing still: metres and radians."""
+
+    name: Name
+    x: Annotated[float, Range(-1e4, 1e4)]
+    y: Annotated[float, Range(-1e4, 1e4)]
+    z: Annotated[float, Range(-1e3, 1e3)]
+    yaw: Annotated[float, Range(-10, 10)]
+    type: Literal["move_model"] = "move_model"
+
+
+@dataclass(frozen=True, slots=True)
+class Disturb:
+    """Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or
+    carries a payload in kg; a joint is blocked; a topic is silent. A kick gives the robot a speed in m/s
+    at once."""
+
+    fault: Literal["slip", "payload", "kick", "blocked", "silent"]
+    target: Name
+    value: Annotated[float, Range(-1e3, 1e3)]
+    seconds: Annotated[float, Range(0.01, 3600)]
+    type: Literal["disturb"] = "disturb"
+
+
+@dataclass(frozen=True, slots=True)
+class ResetPart:
+    """Everything back to its start while time goes on, or time to 0 while everything goes on."""
+
+    what: Literal["world", "time"]
+    type: Literal["reset_part"] = "reset_part"
+
+
+@dataclass(frozen=True, slots=True)
+class JointSpeed:
+    """Let a joint that has a controller go at a speed, rad/s or m/s."""
+
+    name: Name
+    velocity: Annotated[float, Range(-1e3, 1e3)]
+    type: Literal["joint_speed"] = "joint_speed"
+
+
+@dataclass(frozen=True, slots=True)
 class SetWorld:
     """Start again in another world: a built-in world's name, with parameters if any."""
 
@@ -187,6 +253,9 @@ class OpenDisplays:
     type: Literal["open_displays"] = "open_displays"
 
 
+Action = Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed
+"""What changes a running world."""
+
 FromPage = (
     Drive
     | Stop
@@ -197,6 +266,12 @@ FromPage = (
     | Reset
     | SetSpeed
     | Push
+    | Spawn
+    | Delete
+    | MoveModel
+    | Disturb
+    | ResetPart
+    | JointSpeed
     | SetWorld
     | OpenSource
     | SetParameter

@@ -35,7 +35,8 @@ class LinkView:
 @dataclass(frozen=True, slots=True)
 class JointView:
     """A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and
-    `upper` are the slider's ends."""
+    `upper` are the slider's ends. `control` is what may be told to it here, `speed` the most it goes at in
+    rad/s or m/s."""
 
     name: str
     kind: Literal["continuous", "revolute", "prismatic"]
@@ -44,6 +45,8 @@ class JointView:
     lower: float
     upper: float
     mimics: str
+    control: Literal["none", "position", "velocity"]
+    speed: float
     place: Place | None
 
 
@@ -153,8 +156,33 @@ class Findings:
 
 
 @dataclass(frozen=True, slots=True)
+class Things:
+    """The world's bodies are others, and all else of the scene is as it was."""
+
+    revision: int
+    bodies: tuple[BodyView, ...]
+    type: Literal["things"] = "things"
+
+
+@dataclass(frozen=True, slots=True)
+class WorldParameter:
+    name: str
+    value: float
+    is_whole: bool
+
+
+@dataclass(frozen=True, slots=True)
+class WorldChoice:
+    """A built-in world and what its parameters are when not given."""
+
+    name: str
+    parameters: tuple[WorldParameter, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class About:
-    """What this session is; sent first. `cannot_drive` says why, and is empty when it can."""
+    """What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what
+    may be put into the world."""
 
     version: str
     file: str
@@ -164,7 +192,8 @@ class About:
     linear_limit: float
     angular_limit: float
     files: tuple[str, ...]
-    worlds: tuple[str, ...]
+    worlds: tuple[WorldChoice, ...]
+    things: tuple[str, ...]
     client: int
     type: Literal["about"] = "about"
 
@@ -277,6 +306,7 @@ class Refused:
 FromServer = (
     About
     | Scene
+    | Things
     | State
     | Findings
     | SourceText

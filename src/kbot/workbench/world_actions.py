@@ -1,0 +1,115 @@
+"""What a page may do to a running world, by the simulation's own methods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim import Simulation
+from kbot.sim.faults import BlockedJoint, Fault, Payload, SilentTopic, Slip
+from kbot.sim.joint_controllers import Interface
+from kbot.text import KbotError
+from kbot.workbench.protocol import Action, Delete, Disturb, JointSpeed, MoveModel, ResetPart, Spawn
+from kbot.world.things import BOX, THINGS
+
+ROBOT = "robot"
+"""What stands for one more of the robot on show."""
+SPAWNED = (*THINGS, ROBOT)
+MOST_MODELS = 60
+MOST_FAULTS = 200
+DROP = 0.005
+"""Metres above the place that a thing is dropped from."""
+
+
+def model_of(simulation: Simulation, name: str) -> str:
+    """The robot or thing that something belongs to which a page names: `robot_2/base_link`, or a body."""
+    owner = name.partition("/")[0]
+    return owner if owner in simulation.robots else name
+
+
+class WorldActions:
+    """Does what pages ask of a simulation, within bounds of how much."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._sim = simulation
+        self._at_first = len(simulation.world.bodies) + len(simulation.robots)
+        self._faults = 0
+
+    def do(self, action: Action) -> None:
+        """Raises KbotError: it cannot be done; the text says why."""
+        sim = self._sim
+        match action:
+            case Spawn():
+                self._spawn(action)
+            case Delete(name=name):
+                sim.delete_model(model_of(sim, name))
+            case MoveModel(name=name, x=x, y=y, z=z, yaw=yaw):
+                model = model_of(sim, name)
+                if model in sim.robots:
+                    sim.take_command(sim.robots[model], 0.0, 0.0, None) if sim.robots[
+                        model
+                    ].can_drive else None
+                    sim.set_pose(x, y, yaw, model)
+                else:
+                    sim.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
+            case Disturb():
+                self._disturb(action)
+            case ResetPart(what=what):
+                {"world": sim.reset_world, "time": sim.reset_time}[what]()
+            case JointSpeed(name=name, velocity=velocity):
+                sim.command_joints({name: velocity}, Interface.VELOCITY)
+
+    def _spawn(self, asked: Spawn) -> None:
+        sim = self._sim
+        if len(sim.world.bodies) + len(sim.robots) - self._at_first >= MOST_MODELS:
+            raise KbotError(f"{MOST_MODELS} things were added already: delete some first")
+        if asked.what == ROBOT:
+            number = next(n for n in range(2, MOST_MODELS + 3) if f"robot_{n}" not in sim.robots)
+            sim.spawn_model(sim.robot, f"robot_{number}", asked.x, asked.y, asked.yaw)
+            return
+        size = (asked.length, asked.width, asked.height) if asked.what == BOX else None
+        sim.spawn_thing(asked.what, None, asked.x, asked.y, asked.z + DROP, asked.yaw, size)
+
+    def _disturb(self, asked: Disturb) -> None:
+        sim = self._sim
+        if asked.fault == "kick":
+            sim.set_twist((asked.value, 0.0, 0.0))
+            return
+        if self._faults >= MOST_FAULTS:
+            raise KbotError(f"{MOST_FAULTS} faults were asked for already: start again in a world for more")
+        sim.schedule(_fault(asked), sim.time, asked.seconds)
+        self._faults += 1
+
+
+def _fault(asked: Disturb) -> Fault:
+    match asked.fault:
+        case "slip":
+            return Slip(asked.target, asked.value)
+        case "payload":
+            return Payload(asked.target, asked.value)
+        case "blocked":
+            return BlockedJoint(asked.target)
+        case _:
+            return SilentTopic(asked.target)
+
+
+def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "velocity"]]:
+    """How each joint that has a controller is told where to go."""
+    robot = simulation.named()
+    controls: dict[str, Literal["position", "velocity"]] = {}
+    for controller in robot.control.controllers:
+        for joint in controller.joints:
+            if controller.interface is Interface.VELOCITY:
+                controls.setdefault(joint, "velocity")
+            elif controller.interface is Interface.POSITION:
+                controls[joint] = "position"
+    for joint in robot.control.holds:
+        controls.setdefault(joint, "position")
+    return controls
+
+
+def other_robots(simulation: Simulation) -> Mapping[str, Robot]:
+    """Those besides the one on show."""
+    return {name: robot.robot for name, robot in list(simulation.robots.items())[1:]}

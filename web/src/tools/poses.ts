@@ -1,0 +1,137 @@
+import { Quaternion, Vector3 } from "three";
+
+import type { App } from "../app";
+import type { View } from "../view/view";
+import { Arrow } from "./arrow";
+import { GOING, onGoal } from "./goal";
+import type { Tool } from "./tool";
+
+const UP = new Vector3(0, 0, 1);
+
+/** A place and a heading, by a click and a drag. */
+function posed(arrow: Arrow, about: Omit<Tool, "press" | "drag" | "release" | "cancel">, done: (place: Vector3, yaw: number) => boolean, heading: (place: Vector3) => number): Tool {
+  return {
+    ...about,
+    press: ({ point }) => {
+      arrow.begin(point);
+      return true;
+    },
+    drag: (point) => arrow.drag(point),
+    release: () => done(arrow.start, arrow.end(heading(arrow.start))),
+    cancel: () => arrow.hide(),
+  };
+}
+
+/** Where the robot stands, and where it looks. */
+export function robotPose(app: App): { place: Vector3; yaw: number } {
+  const { scene, state } = { scene: app.scene.value, state: app.state.value };
+  const at = Math.max(0, scene?.links.findIndex((link) => link.name === scene.root) ?? 0) * 7;
+  const poses = (state?.poses ?? [0, 0, 0, 0, 0, 0, 1]) as number[];
+  return { place: new Vector3().fromArray(poses, at), yaw: yawOf(poses.slice(at + 3, at + 7)) };
+}
+
+/** The heading of a quaternion x, y, z, w. */
+export function yawOf([x = 0, y = 0, z = 0, w = 1]: readonly number[]): number {
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
+
+/** A goal: the heading of a mere click is that of the way there. */
+export function goalTool(app: App, view: View): Tool {
+  const arrow = new Arrow(view);
+  onGoal(app, (state) => GOING.includes(state) || arrow.hide());
+  return posed(
+    arrow,
+    { name: "goal", label: "2D goal", key: "g", image: "goal", hint: "Click where the robot is to go, and drag for its heading.", simulated: true },
+    (place, yaw) => {
+      showWay(app);
+      arrow.stay(yaw);
+      app.send({ type: "publish", topic: "goal_pose", kind: "geometry_msgs/PoseStamped", message: { header: header(app), pose: pose(place, yaw) } });
+      return true;
+    },
+    (place) => {
+      const from = robotPose(app).place;
+      return Math.atan2(place.y - from.y, place.x - from.x);
+    },
+  );
+}
+
+/** A pose estimate, which a simulation makes true. */
+export function estimateTool(app: App, view: View): Tool {
+  return posed(
+    new Arrow(view),
+    { name: "estimate", label: "2D pose estimate", key: "e", image: "estimate", hint: "Click where the robot is, and drag for its heading.", simulated: true },
+    (place, yaw) => {
+      const covariance = Array.from({ length: 36 }, (_, at) => ({ 0: 0.25, 7: 0.25, 35: 0.0685 })[at] ?? 0); // as rviz says it
+      app.send({ type: "publish", topic: "initialpose", kind: "geometry_msgs/PoseWithCovarianceStamped", message: { header: header(app), pose: { pose: pose(place, yaw), covariance } } });
+      return true;
+    },
+    () => robotPose(app).yaw,
+  );
+}
+
+/** Says a point on `clicked_point`. */
+export function pointTool(app: App): Tool {
+  const said = new Vector3();
+  return {
+    name: "point",
+    label: "Publish point",
+    key: "u",
+    image: "point",
+    hint: "Click a surface to say its place on clicked_point.",
+    simulated: true,
+    press: ({ point }) => {
+      said.copy(point);
+      return true;
+    },
+    release: () => {
+      app.send({ type: "publish", topic: "clicked_point", kind: "geometry_msgs/PointStamped", message: { header: header(app), point: xyz(said) } });
+      app.told.set({ text: `clicked_point: ${said.toArray().map((value) => value.toFixed(3)).join(", ")} m` });
+      return true;
+    },
+  };
+}
+
+/** Looks at a place. */
+export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
+  const at = new Vector3();
+  return {
+    name: "focus",
+    label: "Focus",
+    key: "c",
+    image: "follow",
+    hint: "Click a place to look at it.",
+    simulated: false,
+    press: ({ point }) => {
+      at.copy(point);
+      return true;
+    },
+    release: () => {
+      const { camera, controls } = view.stage;
+      const target = pictureFromWorld(at);
+      camera.position.add(target.clone().sub(controls.target));
+      view.stage.lookAt(target);
+      return true;
+    },
+  };
+}
+
+/** Draws the way to the goal, where nothing draws a way yet. */
+function showWay(app: App): void {
+  if (app.displays.all.value.some((one) => one.kind === "Path")) return;
+  const added = app.displays.add("Path");
+  if (added !== null) app.displays.set(added.id, "topic", "/plan");
+}
+
+function header(app: App): object {
+  const nanoseconds = Math.round((app.state.value?.time ?? 0) * 1e9);
+  return { stamp: { sec: Math.floor(nanoseconds / 1e9), nanosec: nanoseconds % 1e9 }, frame_id: app.scene.value?.world ?? "" };
+}
+
+function pose(place: Vector3, yaw: number): object {
+  const { x, y, z, w } = new Quaternion().setFromAxisAngle(UP, yaw);
+  return { position: xyz(new Vector3(place.x, place.y, 0)), orientation: { x, y, z, w } };
+}
+
+function xyz({ x, y, z }: Vector3): object {
+  return { x, y, z };
+}

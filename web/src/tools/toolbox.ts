@@ -1,0 +1,115 @@
+import type { Vector3 } from "three";
+
+import type { App } from "../app";
+import { Signal } from "../signal";
+import type { View } from "../view/view";
+import { measureTool } from "./measure";
+import { Picker } from "./pick";
+import { estimateTool, focusTool, goalTool, pointTool } from "./poses";
+import type { Tool } from "./tool";
+import { addTool, moveTool } from "./world";
+
+const INTERACT: Tool = { name: "interact", label: "Interact", key: "i", image: "pointer", hint: "Drag to turn the view, click to select.", simulated: false };
+
+/** All tools, one of which has the pointer. */
+export class ToolBox {
+  readonly tools: readonly Tool[];
+  readonly active = new Signal<Tool>(INTERACT);
+  readonly picker: Picker;
+  private readonly canvas: HTMLCanvasElement;
+  private held: AbortController | null = null;
+
+  constructor(
+    private readonly app: App,
+    view: View,
+  ) {
+    this.picker = new Picker(view);
+    this.canvas = view.stage.renderer.domElement;
+    const pictureFromWorld = (point: Vector3): Vector3 => point.clone().applyMatrix4(this.picker.worldFromPicture().invert());
+    this.tools = [INTERACT, moveTool(app), goalTool(app, view), estimateTool(app, view), pointTool(app), measureTool(view, pictureFromWorld), focusTool(view, pictureFromWorld), addTool(app, view)];
+    this.canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
+    this.canvas.addEventListener("dblclick", (event) => this.active.value.press && event.stopImmediatePropagation(), { capture: true });
+    this.canvas.addEventListener("keydown", (event) => event.key === "Enter" && this.pressMiddle(event));
+    this.active.watch((tool) => {
+      if (tool === INTERACT) delete document.documentElement.dataset["tool"];
+      else document.documentElement.dataset["tool"] = tool.name;
+    });
+  }
+
+  isOffered(tool: Tool): boolean {
+    return !tool.simulated || this.app.about.value?.mode === "sim";
+  }
+
+  choose(tool: Tool): void {
+    if (tool === this.active.value || !this.isOffered(tool)) return;
+    this.drop();
+    this.active.value.leave?.();
+    this.active.set(tool);
+  }
+
+  /** Takes a tool by its key; whether there is one. */
+  press(key: string): boolean {
+    const tool = this.tools.find((one) => one.key === key && this.isOffered(one));
+    if (tool !== undefined) this.choose(tool);
+    return tool !== undefined;
+  }
+
+  /** Back to turning the view; whether another tool was active. */
+  leave(): boolean {
+    const was = this.active.value !== INTERACT;
+    this.choose(INTERACT);
+    return was;
+  }
+
+  private down(event: PointerEvent): void {
+    const tool = this.active.value;
+    if (tool.press === undefined || event.button !== 0 || event.shiftKey) return;
+    event.stopImmediatePropagation();
+    event.preventDefault();
+    this.canvas.focus({ preventScroll: true });
+    if (this.held !== null) return this.drop(); // a second finger
+    const place = this.picker.at(event.clientX, event.clientY);
+    if (place === null || !tool.press(place)) return;
+    const held = (this.held = new AbortController());
+    const options = { signal: held.signal, capture: true };
+    const isOurs = (other: PointerEvent): boolean => {
+      other.stopPropagation();
+      return other.pointerId === event.pointerId;
+    };
+    addEventListener(
+      "pointermove",
+      (now) => {
+        if (!isOurs(now)) return;
+        const point = this.picker.level(now.clientX, now.clientY, place.point.z);
+        if (point !== null) tool.drag?.(point);
+      },
+      options,
+    );
+    addEventListener("pointerup", (now) => isOurs(now) && this.up(tool), options);
+    addEventListener("pointercancel", (now) => isOurs(now) && this.drop(), options);
+  }
+
+  private up(tool: Tool): void {
+    this.held?.abort();
+    this.held = null;
+    if (tool.release?.() === true) this.leave();
+  }
+
+  /** Gives up what is held. */
+  private drop(): void {
+    if (this.held === null) return;
+    this.held.abort();
+    this.held = null;
+    this.active.value.cancel?.();
+  }
+
+  /** By the keyboard a tool is used in the middle of the picture. */
+  private pressMiddle(event: KeyboardEvent): void {
+    const tool = this.active.value;
+    const box = this.canvas.getBoundingClientRect();
+    const place = this.picker.at(box.left + box.width / 2, box.top + box.height / 2);
+    if (tool.press === undefined || place === null || event.repeat) return;
+    event.preventDefault();
+    if (tool.press(place)) this.up(tool);
+  }
+}

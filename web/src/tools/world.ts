@@ -1,0 +1,103 @@
+import { Vector3 } from "three";
+
+import type { App } from "../app";
+import { h } from "../dom";
+import type { View } from "../view/view";
+import { Arrow } from "./arrow";
+import { robotPose, yawOf } from "./poses";
+import type { Tool } from "./tool";
+
+/** Milliseconds between two places that are sent while something is dragged. */
+const EVERY = 50;
+const SIZES = [["Length", "0.1"], ["Width", "0.1"], ["Height", "0.1"]] as const;
+
+/** Puts what is chosen where one clicks. */
+export function addTool(app: App, view: View): Tool {
+  const arrow = new Arrow(view);
+  const what = h("select", { "aria-label": "What to add" });
+  const sizes = SIZES.map(([label, value]) => h("input", { type: "number", min: 0.01, max: 10, step: 0.01, value, title: `${label} in m`, "aria-label": `${label} in m` }));
+  const size = h("span", { class: "size" }, ...sizes.flatMap((field, index) => [index > 0 && "×", field]), "m");
+  const options = h("span", { class: "tool-options" }, what, size);
+  what.addEventListener("change", () => {
+    size.hidden = what.value !== "box";
+    what.blur();
+  });
+  app.about.watch((about) => {
+    if (about === null || what.childElementCount === about.things.length) return;
+    what.replaceChildren(...about.things.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+    size.hidden = what.value !== "box";
+  });
+  const edge = (index: number): number => Math.min(10, Math.max(0.01, sizes[index]!.valueAsNumber || 0.1));
+  return {
+    name: "add",
+    label: "Add to the world",
+    key: "b",
+    image: "plus",
+    hint: "Click where it is to stand, and drag to turn it.",
+    simulated: true,
+    options,
+    press: ({ point }) => {
+      arrow.begin(point);
+      return true;
+    },
+    drag: (point) => arrow.drag(point),
+    release: () => {
+      const { x, y, z } = arrow.start;
+      app.send({ type: "spawn", what: what.value, x, y, z, yaw: arrow.end(0), length: edge(0), width: edge(1), height: edge(2) });
+      return false;
+    },
+    cancel: () => arrow.hide(),
+  };
+}
+
+/** Drags the robot, and what else can move, to another place. */
+export function moveTool(app: App): Tool {
+  let name = "";
+  let yaw = 0;
+  let sent = 0;
+  const [from, grabbed, now] = [new Vector3(), new Vector3(), new Vector3()];
+  const send = (): void => {
+    sent = performance.now();
+    const { x, y, z } = from.clone().add(now).sub(grabbed);
+    app.send({ type: "move_model", name, x, y, z, yaw });
+  };
+  return {
+    name: "move",
+    label: "Move",
+    key: "v",
+    image: "move",
+    hint: "Drag the robot, or a thing that can move, to another place.",
+    simulated: true,
+    press: ({ point, link, body }) => {
+      const pose = link === "" ? movingPose(app, body) : robotPose(app);
+      if (pose === null) {
+        if (body !== "") app.refused.set({ reason: `${body} stands still for good.` });
+        return false;
+      }
+      name = link === "" ? body : (app.scene.value?.robot ?? "");
+      yaw = pose.yaw;
+      from.copy(pose.place);
+      grabbed.copy(point);
+      now.copy(point);
+      return true;
+    },
+    drag: (point) => {
+      now.copy(point);
+      if (performance.now() - sent > EVERY) send();
+    },
+    release: () => {
+      if (now.distanceTo(grabbed) > 0) send();
+      return false;
+    },
+  };
+}
+
+/** Where a body is that can move; of a robot's link, where its root is. */
+function movingPose(app: App, body: string): { place: Vector3; yaw: number } | null {
+  const owner = body.includes("/") ? `${body.split("/")[0]}/` : body;
+  const moving = (app.scene.value?.bodies ?? []).filter((one) => one.moving);
+  const at = moving.findIndex((one) => (owner.endsWith("/") ? one.name.startsWith(owner) : one.name === owner));
+  const numbers = app.state.value?.bodies as number[] | undefined;
+  if (body === "" || at < 0 || numbers === undefined || numbers.length < (at + 1) * 7) return null;
+  return { place: new Vector3().fromArray(numbers, at * 7), yaw: yawOf(numbers.slice(at * 7 + 3, at * 7 + 7)) };
+}
