@@ -54,6 +54,7 @@ def test_the_wheel_holds_the_page_the_robot_and_the_types(built: Path) -> None:
         "kbot/workbench/page/index.html",
         "kbot/robots/kbot_description/package.xml",
         "kbot/robots/kbot_description/urdf/kbot.xacro",
+        "kbot/templates/robot/urdf/@NAME@.xacro.in",
     ):
         assert name in names
     assert {name.split("/")[0] for name in names} == {"kbot", f"kbot-{version('kbot')}.dist-info"}
