@@ -81,7 +81,8 @@ export class App {
     if (!this.awaitsDisplays || !("displays" in setup)) return;
     this.awaitsDisplays = false;
     const { view, ...settings } = setup as unknown as Setup & { view?: LookingFrom };
-    this.displays.replace(settings);
+    // what a file on the server says is asked for anew by each page, and is not this browser's own
+    this.displays.replace(settings, file === "");
     if (view !== undefined) this.asked.set(view);
   }
 

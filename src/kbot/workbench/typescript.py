@@ -108,7 +108,7 @@ def _name(hint: Any) -> str:  # noqa: ANN401 - a type hint
     if origin is np.ndarray:
         return f"{typing.get_args(args[1])[0].__name__.capitalize()}Array"
     if origin is dict:
-        return "Record<string, unknown>"
+        return "{ [name: string]: unknown }"
     if origin in (Union, UnionType):
         return " | ".join(_name(arg) for arg in args)
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):

@@ -64,13 +64,14 @@ export class DisplaySet {
   readonly all: Signal<readonly DisplayConfig[]>;
   readonly globals: Signal<Values>;
   private count = 0;
+  private remembers = true;
 
   constructor() {
     const kept = recalled(KEY);
     const { globals, displays } = isSetup(kept) ? kept : { globals: {}, displays: START };
     this.all = new Signal<readonly DisplayConfig[]>(this.numbered(displays));
     this.globals = new Signal(globals);
-    for (const signal of [this.all, this.globals]) (signal as Signal<unknown>).watch(() => remember(KEY, this.setup));
+    for (const signal of [this.all, this.globals]) (signal as Signal<unknown>).watch(() => this.remembers && remember(KEY, this.setup));
   }
 
   get setup(): Setup {
@@ -123,8 +124,9 @@ export class DisplaySet {
     if (config !== undefined) this.change(id, { properties: { ...config.properties, [property]: value } });
   }
 
-  /** Takes over other settings in place of these. */
-  replace({ globals, displays }: Setup): void {
+  /** Takes over other settings in place of these, and whether this browser is to remember them. */
+  replace({ globals, displays }: Setup, remembers = this.remembers): void {
+    this.remembers = remembers;
     this.globals.set(globals);
     this.all.set(this.numbered(displays));
   }

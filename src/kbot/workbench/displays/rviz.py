@@ -27,7 +27,7 @@ OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Fram
 """Fields of a display that are no settings of how it looks, or that are read otherwise."""
 TOPIC_NAMES = {"Image": "Image Topic", "Marker": "Marker Topic"}
 """What rviz 1 calls the topic where it is not `Topic`."""
-IN_RVIZ = ("Panels", "Window Geometry", "Tools", "Saved views", "Transformation")
+IN_RVIZ = ("Panels", "Window Geometry", "Tools", "Transformation", "Preferences")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,9 @@ def read_rviz(text: str, file: str) -> RvizFile:
             if value is not NOTHING:
                 options[property.name] = value
     view = read_view(fields["Views"], notes) if "Views" in fields else None
-    notes.append(f"{', '.join(IN_RVIZ)}: rviz's own, kept in the file")
+    own = [name for name in IN_RVIZ if name in document.fields or name in fields]
+    if own:
+        notes.append(f"{', '.join(own)}: rviz's own, kept in the file")
     return RvizFile(Settings(options, tuple(displays), view), tuple(notes), document.plain)
 
 
@@ -150,9 +152,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     name = str(fields["Name"].plain) if "Name" in fields else cls.rpartition("/")[2]
     kind = _kind(cls)
     if kind is None:
-        notes.append(
-            f"{name} ({cls}), line {entry.line}: no such display here; it is kept in the file"
-        )
+        notes.append(f"{name} ({cls}), line {entry.line}: no such display here; it is kept in the file")
         return None
     values: dict[str, Value] = {}
     read: set[str] = set()
