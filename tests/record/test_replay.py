@@ -11,7 +11,7 @@ from kbot.record import Recording, open_writer
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import replay
 from kbot.sim import Simulation
-from kbot.sim.faults import Kick, Slip
+from kbot.sim.faults import Kick, LostCommands, Slip
 from kbot.text import KbotError
 from kbot.wire import Packet
 
@@ -126,3 +126,15 @@ def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
     writer.close()
     with pytest.raises(KbotError, match="no recording by KBot"):
         replay(str(tmp_path / "strange.mcap"))
+
+
+def test_commands_that_were_lost_are_lost_again(tmp_path: Path) -> None:
+    def lose_some(sim: Simulation) -> None:
+        sim.schedule(LostCommands(0.5), 0.1, 1.0)
+        for number in range(20):
+            sim.command(0.3, 0.2 * (number % 3))
+            sim.run(0.1)
+
+    record(tmp_path / "run.mcap", lose_some)
+    again = replay(str(tmp_path / "run.mcap"))
+    assert again.is_same, again.difference

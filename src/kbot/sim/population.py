@@ -144,10 +144,11 @@ class Population(Running):
             raise KbotError(f"a speed command is two finite numbers, not {told}")
         if watchdog is not None:
             watchdog = positive("a watchdog's time in seconds", watchdog, LONGEST)
-        if watchdog is not None and self.lost_commands and self.random.random() < self.lost_commands:
-            return
         deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
-        if robot.obey(linear, angular, deadline) and robot not in self._slewing:
+        share = self.lost_commands if watchdog is not None else 0.0
+        # what is lost is journalled too: when the run is done again it is drawn for again
+        is_lost = share > 0.0 and self.random.random() < share
+        if not is_lost and robot.obey(linear, angular, deadline) and robot not in self._slewing:
             self._slewing.append(robot)
         if self.journal is not None:
             self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)
