@@ -209,7 +209,7 @@ export interface TopicMessage {
   topic: string;
   kind: string;
   time: number;
-  message: Record<string, unknown>;
+  message: { [name: string]: unknown };
   type: "message";
 }
 
@@ -217,7 +217,7 @@ export interface TopicMessage {
 export interface Displays {
   name: string;
   file: string;
-  setup: Record<string, unknown>;
+  setup: { [name: string]: unknown };
   notes: readonly string[];
   type: "displays";
 }
@@ -415,14 +415,14 @@ export interface Unsubscribe {
 export interface Publish {
   topic: string;
   kind: string;
-  message: Record<string, unknown>;
+  message: { [name: string]: unknown };
   type: "publish";
 }
 
 /** Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the browser to keep. */
 export interface SaveDisplays {
   kind: "file" | "kbot" | "rviz";
-  setup: Record<string, unknown>;
+  setup: { [name: string]: unknown };
   type: "save_displays";
 }
 
