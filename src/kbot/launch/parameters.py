@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from kbot.launch import commands, names
 from kbot.launch.context import Context
+from kbot.launch.placed_yaml import Keys, load_placed_yaml
 from kbot.launch.plan import Description, Param
 from kbot.launch.reading import Attributes, Reporter
 from kbot.launch.substitution import Fault
 from kbot.launch.values import TYPES, convert, load_yaml
-from kbot.text import DescriptionError, Element, Origin, read_source
+from kbot.text import DescriptionError, Element, Origin, Span, read_source
 from kbot.text.files import check_regular
+from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
 
 _SOURCES = ("value", "textfile", "binfile", "command")
@@ -112,17 +115,22 @@ class Parameters:
     def _load(self, element: Element, context: Context, file: str | None, full: str, named: bool) -> None:
         reporter = self.reporter
         origin = context.attribute_origin(element, "file") if file else context.origin(element)
+        places: Mapping[Keys, Span] = {}
         try:
-            text: str | None = read_source(file).text if file else element.text
+            source = read_source(file) if file else None
         except DescriptionError as error:
             reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
             return
+        text: str | None = source.text if source else element.text
         if element.attributes.get("subst_value", "").lower() == "true":
             text = reporter.resolve_text(text or "", element, context)
             if text is None:
                 return
         try:
-            data = load_yaml(text or "")
+            if source is not None and source.text == text:
+                data, places = load_placed_yaml(source)
+            else:
+                data = load_yaml(text or "")
         except ValueError as error:
             where = f" in {file}" if file else ""
             reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)
@@ -132,13 +140,25 @@ class Parameters:
             message = "YAML that is no mapping needs a name: the attribute 'param'"
             reporter.problem("L034", message, context.origin(element))
             return
-        self._spread(full, data, context.origin(element))
+        call = Call("include", file or "", context.origin(element).span, context.call)
+        written = {keys: Origin(span, call) for keys, span in places.items()}
+        self._spread(full, data, context.origin(element), written)
 
-    def _spread(self, name: str, value: Any, origin: Origin) -> None:  # noqa: ANN401 - whatever YAML can hold
+    def _spread(
+        self,
+        name: str,
+        value: Any,  # noqa: ANN401 - whatever YAML can hold
+        origin: Origin,
+        written: Mapping[Keys, Origin],
+        keys: Keys = (),
+    ) -> None:
+        """Set what a mapping holds, each at the line of the file that it is `written` on, else at `origin`."""
         if isinstance(value, dict):
             for key, item in value.items():
                 if isinstance(key, str):
-                    self._spread(names.join(name, key), item, origin)
+                    below = (*keys, key)
+                    here = written.get(below, origin)
+                    self._spread(names.join(name, key), item, here, written, below)
                 else:  # as `on:` and `1:`, which YAML does not read as texts
                     message = f"the key {key!r} of the YAML is no name"
                     self.reporter.problem("L033", message, origin, "put it in quotes")

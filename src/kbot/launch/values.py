@@ -46,7 +46,7 @@ def load_yaml(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
     import yaml  # costs 20 ms, and most launch files need none
 
     try:
-        return yaml.load(text, _loader())
+        return yaml.load(text, yaml_loader())
     except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from None
     except RecursionError:
@@ -88,7 +88,8 @@ def _guessed(text: str) -> bool | int | float | str:
 _loader_class: type | None = None
 
 
-def _loader() -> Any:  # noqa: ANN401 - a class of a library without types for it
+def yaml_loader() -> Any:  # noqa: ANN401 - a class of a library without types for it
+    """PyYAML's class that reads YAML as rosparam does."""
     global _loader_class
     if _loader_class is None:
         import yaml
