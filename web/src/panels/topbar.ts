@@ -2,6 +2,7 @@ import type { App } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import { chooseTheme } from "../options";
+import { worldMenu } from "./world-menu";
 
 /** File, mode, connection, theme. */
 export function topbar(app: App, help: () => void): HTMLElement {
@@ -40,7 +41,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     "header",
     { class: "topbar" },
     h("h1", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
-    h("span", { class: "crumbs" }, file, mode, world),
+    h("span", { class: "crumbs" }, file, mode, world, worldMenu(app)),
     h("span", { class: "spacer" }),
     link,
     h("button", { class: "icon-button", type: "button", title: "Keys (?)", "aria-label": "Keys", onclick: help }, icon("help")),

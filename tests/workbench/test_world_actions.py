@@ -1,0 +1,167 @@
+"""What pages may do to a running world, and what not."""
+
+import pytest
+
+from kbot.messages import String
+from kbot.text import KbotError
+from kbot.workbench.decode import BadMessage, decode
+from kbot.workbench.protocol import Delete, Disturb, JointSpeed, MoveModel, Publish, ResetPart, Spawn, Things
+from kbot.workbench.serve import open_session
+from kbot.workbench.session import Session
+from kbot.workbench.world_actions import MOST_MODELS
+
+
+@pytest.fixture
+def session() -> Session:
+    return open_session("kbot", simulate=True)
+
+
+def spawn(what: str, x: float, y: float = 0.0) -> Spawn:
+    return Spawn(what, x, y, 0.0, 0.0, 0.1, 0.2, 0.3)
+
+
+def run(session: Session, seconds: float) -> None:
+    for _ in range(round(seconds / 0.02)):
+        session.advance(0.02)
+
+
+def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
+    told: list[object] = []
+    session.announce = told.append
+    session.obey(spawn("box", 0.5), 1)
+    session.obey(spawn("robot", -0.5), 1)
+    things = [message for message in told if isinstance(message, Things)]
+    assert [message.revision for message in things] == [2, 3]
+    (box, *links) = things[-1].bodies
+    assert box.name == "box_1"
+    assert box.parts[0].size == (0.1, 0.2, 0.3)
+    assert [link.name for link in links] == [f"robot_2/{link.name}" for link in session.scene.links]
+    assert len(session.state().bodies) == 7 * len(things[-1].bodies)
+    assert session.state().revision == session.scene.revision == 3
+    session.obey(Delete("robot_2/left_wheel"), 1)
+    session.obey(Delete("box_1"), 1)
+    assert session.scene.bodies == ()
+    assert session.state().bodies == ()
+
+
+def test_a_world_that_a_program_changes_is_shown_too(session: Session) -> None:
+    session._motion._sim.spawn_thing("crate", x=1.0)  # type: ignore[attr-defined]
+    assert session.advance(0.0)
+    assert [body.name for body in session.scene.bodies] == ["crate_1"]
+
+
+def test_what_is_put_elsewhere_stands_there(session: Session) -> None:
+    session.obey(spawn("crate", 0.5), 1)
+    session.obey(MoveModel("crate_1", 0.8, 0.1, 0.0, 1.0), 1)
+    session.obey(MoveModel(session.scene.robot, -0.3, 0.2, 5.0, 0.5), 1)
+    run(session, 0.2)
+    assert session.state().bodies[:2] == pytest.approx((0.8, 0.1), abs=1e-3)
+    x, y, z = session.state().poses[:3]
+    assert (x, y) == pytest.approx((-0.3, 0.2), abs=1e-3)
+    assert z < 0.1  # a robot is put on the ground
+
+
+def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
+    states: list[str] = []
+    session.topics.bus.subscribe("navigation_status", String, lambda m: states.append(m.data))
+    stamp = {"sec": 0, "nanosec": 0}
+    pose = {
+        "position": {"x": 1.0, "y": 0.0, "z": 0.0},
+        "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+    }
+    goal = Publish(
+        "goal_pose",
+        "geometry_msgs/PoseStamped",
+        {"header": {"stamp": stamp, "frame_id": "world"}, "pose": pose},
+    )
+    session.obey(goal, 1)
+    cancel = Publish("move_base/cancel", "actionlib_msgs/GoalID", {"stamp": stamp, "id": ""})
+    while "driving" not in states:
+        run(session, 0.02)
+    session.obey(cancel, 1)
+    session.obey(spawn("barrel", 1.0), 1)
+    session.obey(goal, 1)
+    for _ in range(400):
+        run(session, 0.02)
+        if states[-1] not in ("accepted", "driving") and not states[-1].startswith("cancelled"):
+            break
+    assert "obstacle" in states[-1]
+
+
+def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
+    robot = session._motion._sim.named()  # type: ignore[attr-defined]
+    model, _ = session._motion._sim.engine()  # type: ignore[attr-defined]
+    before = model.body_mass[robot.body("base_link")]
+    session.obey(Disturb("payload", "base_link", 0.5, 0.2), 1)
+    run(session, 0.1)
+    assert model.body_mass[robot.body("base_link")] == pytest.approx(before + 0.5)
+    run(session, 0.2)
+    assert model.body_mass[robot.body("base_link")] == before
+    session.obey(Disturb("kick", "", 0.5, 1.0), 1)
+    run(session, 0.04)
+    assert session.state().poses[0] > 0.005
+
+
+def test_time_and_the_world_start_again_apart(session: Session) -> None:
+    session.obey(MoveModel(session.scene.robot, 1.0, 0.0, 0.0, 0.0), 1)
+    run(session, 0.5)
+    session.obey(ResetPart("time"), 1)
+    assert session.state().time == 0.0
+    assert session.state().poses[0] == pytest.approx(1.0, abs=1e-3)
+    run(session, 0.5)
+    session.obey(ResetPart("world"), 1)
+    assert session.state().time == pytest.approx(0.5, abs=0.01)
+    assert session.state().poses[0] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        (spawn("castle", 1.0), "no thing 'castle'"),
+        (spawn("crate", 0.0), "in the way"),
+        (Delete("nothing"), "no model 'nothing'"),
+        (Delete("kbot"), "it stays"),
+        (MoveModel("nothing", 0.0, 0.0, 0.0, 0.0), "no model 'nothing'"),
+        (Disturb("slip", "nothing", 0.1, 1.0), "nothing"),
+        (Disturb("slip", "left_wheel", -1.0, 1.0), "coefficient of friction"),
+        (Disturb("silent", "/nothing", 0.0, 1.0), "no topic /nothing"),
+        (JointSpeed("left_wheel_joint", 1.0), "no controller"),
+    ],
+)
+def test_what_cannot_be_done_is_said(session: Session, message: object, said: str) -> None:
+    with pytest.raises(KbotError, match=said):
+        session.obey(message, 1)  # type: ignore[arg-type]
+
+
+def test_nothing_of_it_where_nothing_is_simulated() -> None:
+    with pytest.raises(KbotError, match="kbot sim"):
+        open_session("kbot", simulate=False).obey(spawn("crate", 1.0), 1)
+
+
+def test_there_is_a_bound_to_what_pages_add(session: Session) -> None:
+    for index in range(MOST_MODELS):
+        session.obey(spawn("box", 1.0 + index), 1)
+    with pytest.raises(KbotError, match="delete some first"):
+        session.obey(spawn("box", 0.0, 5.0), 1)
+    session.obey(Delete("box_1"), 1)
+    session.obey(spawn("box", 0.0, 5.0), 1)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("length", 0), ("height", 100), ("x", 1e9), ("yaw", "NaN"), ("what", '"' + "x" * 300 + '"')],
+)
+def test_sizes_and_ranges_are_checked(field: str, value: object) -> None:
+    fields = {
+        "what": '"box"',
+        "x": 0,
+        "y": 0,
+        "z": 0,
+        "yaw": 0,
+        "length": 1,
+        "width": 1,
+        "height": 1,
+        field: value,
+    }
+    with pytest.raises(BadMessage, match=field):
+        decode('{"type": "spawn", ' + ", ".join(f'"{k}": {v}' for k, v in fields.items()) + "}")
