@@ -1,0 +1,54 @@
+"""The keys of teleop_twist_keyboard, as its own page lists them."""
+
+import pytest
+
+from kbot.nodes.teleop_twist_keyboard import TeleopKeys
+
+MOVES = {
+    "i": (0.5, 0.0),
+    "o": (0.5, -1.0),
+    "j": (0.0, 1.0),
+    "l": (0.0, -1.0),
+    "u": (0.5, 1.0),
+    ",": (-0.5, 0.0),
+    ".": (-0.5, 1.0),
+    "m": (-0.5, -1.0),
+    "k": (0.0, 0.0),
+    "#": (0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize(("key", "twist"), MOVES.items())
+def test_a_key_s_motion_at_the_speeds_it_starts_with(key: str, twist: tuple[float, float]) -> None:
+    teleop = TeleopKeys()
+    teleop.press("i")
+    teleop.press(key)
+    assert teleop.twist == twist
+
+
+@pytest.mark.parametrize(
+    ("keys", "speed", "turn"),
+    [
+        ("q", 0.55, 1.1),
+        ("z", 0.45, 0.9),
+        ("w", 0.55, 1.0),
+        ("x", 0.45, 1.0),
+        ("e", 0.5, 1.1),
+        ("c", 0.5, 0.9),
+    ],
+)
+def test_speeds_change_by_a_tenth_and_the_motion_goes_on(keys: str, speed: float, turn: float) -> None:
+    teleop = TeleopKeys()
+    for key in f"u{keys}":
+        teleop.press(key)
+    assert teleop.twist == pytest.approx((speed, turn))
+
+
+def test_it_commands_while_it_moves_and_once_to_stop() -> None:
+    said: list[tuple[float, float]] = []
+    teleop = TeleopKeys()
+    for key in ("", "i", "", "k", "", ""):
+        if key:
+            teleop.press(key)
+        teleop.drive(lambda linear, angular: said.append((linear, angular)))
+    assert said == [(0.5, 0.0), (0.5, 0.0), (0.0, 0.0)]
