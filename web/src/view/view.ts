@@ -126,6 +126,7 @@ export class View implements Picture {
     const radius = this.app.scene.value?.radius ?? 0.1;
     const base = this.rootObject;
     if (base === undefined) return;
+    base.updateWorldMatrix(true, false);
     camera.position.set(-radius * 0.4, 0, radius * 1.5).applyMatrix4(base.matrixWorld);
     controls.target.set(radius * 3, 0, radius * 0.7).applyMatrix4(base.matrixWorld);
   }
@@ -234,7 +235,7 @@ export class View implements Picture {
     const { target } = this.stage.controls;
     const seen = target.clone().applyMatrix4(this.world.matrix.clone().invert());
     this.ground.follow(seen.x, seen.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
-    this.world.updateMatrixWorld();
+    this.robot?.group.updateWorldMatrix(true, true);
     this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.displays.frame();
   }
@@ -259,9 +260,10 @@ export class View implements Picture {
 
   /** Lets the fixed frame stand still, and the world move around it. */
   private fixFrame(): void {
-    this.transforms.lookup(this.fixedFrame, null, this.world.matrix);
-    this.world.matrix.invert();
-    this.world.updateMatrixWorld(true);
+    const fixed = this.transforms.lookup(this.fixedFrame, null)?.invert();
+    if (fixed === undefined || fixed.equals(this.world.matrix)) return;
+    this.world.matrix.copy(fixed);
+    this.world.matrixWorldNeedsUpdate = true;
   }
 
   private showGlobals(): void {
