@@ -156,6 +156,9 @@ def test_frames_hang_together_whichever_end_is_known() -> None:
     frames = ForeignFrames(bus)
     base = Transform.from_xyz_rpy((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert set(frames.poses({"base": base}, {})) == {"map"}  # the world, for nobody says otherwise
+    tf.publish(TFMessage((stamped("map", "dock", 7.0),)))
+    assert frames.poses({"base": base}, {})["dock"][1].translation[0] == 7.0
+    frames.forget()
     tf.publish(
         TFMessage((stamped("map", "odom", 2.0), stamped("odom", "base", 4.0), stamped("base", "tag", 0.5)))
     )

@@ -13,6 +13,8 @@ TOPICS = ("/tf", "/tf_static")
 
 Frames = Mapping[str, tuple[str, Transform]]
 """Parent and `world_from_frame`, by name."""
+Edges = Mapping[str, tuple[str, Transform]]
+"""Parent and `parent_from_child`, by child."""
 
 
 class ForeignFrames:
@@ -36,25 +38,11 @@ class ForeignFrames:
         at = {WORLD: Transform.identity(), **links, **{name: pose for name, (_, pose) in own.items()}}
         found = dict(own)
         edges = {child: edge for child, edge in self._edges.items() if child not in at or edge[0] not in at}
-        if not any(MAP in (child, parent) for child, (parent, _) in edges.items()):
+        edges = _placed(edges, at, found)
+        if MAP not in at:
             at[MAP] = Transform.identity()
             found[MAP] = WORLD, at[MAP]
-        while edges:
-            waiting = {}
-            for child, (parent, parent_from_child) in edges.items():
-                if parent in at and child not in at:
-                    at[child] = at[parent] @ parent_from_child
-                    found[child] = parent, at[child]
-                elif child in at and parent not in at:
-                    at[parent] = at[child] @ parent_from_child.inverse()
-                    found[parent] = WORLD, at[parent]
-                    if child in found:
-                        found[child] = parent, at[child]
-                else:
-                    waiting[child] = parent, parent_from_child
-            if len(waiting) == len(edges):
-                break
-            edges = waiting
+            _placed(edges, at, found)
         return found
 
     def _listen(self) -> None:
@@ -75,3 +63,23 @@ def _read(stamped: TransformStamped) -> Transform:
     moved, turned = stamped.transform.translation, stamped.transform.rotation
     rotation = Transform.from_quaternion_xyzw((turned.x, turned.y, turned.z, turned.w))
     return Transform.from_xyz_rpy((moved.x, moved.y, moved.z), (0.0, 0.0, 0.0)) @ rotation
+
+
+def _placed(edges: Edges, at: dict[str, Transform], found: dict[str, tuple[str, Transform]]) -> Edges:
+    """Put in place all that hangs on what is in place already; returns the edges that do not."""
+    while True:
+        waiting = {}
+        for child, (parent, parent_from_child) in edges.items():
+            if parent in at and child not in at:
+                at[child] = at[parent] @ parent_from_child
+                found[child] = parent, at[child]
+            elif child in at and parent not in at:
+                at[parent] = at[child] @ parent_from_child.inverse()
+                found[parent] = WORLD, at[parent]
+                if child in found:
+                    found[child] = parent, at[child]
+            else:
+                waiting[child] = parent, parent_from_child
+        if len(waiting) == len(edges):
+            return waiting
+        edges = waiting
