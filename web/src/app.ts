@@ -4,6 +4,7 @@ import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, type Options } from "./options";
 import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
+import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
 
 /** What the source panel shows: a place, and what is said about it. */
@@ -39,6 +40,7 @@ export class App {
   /** From where one looks now. */
   lookingFrom: () => LookingFrom | null = () => null;
   readonly topics = new Topics((message) => this.send(message));
+  readonly travel = new TimeTravel(this);
   readonly theme = rememberedTheme();
   readonly connection: Line;
   frozen = false;
@@ -49,6 +51,7 @@ export class App {
   }
 
   send(message: FromPage): void {
+    this.travel.aboutTo(message);
     this.connection.send(message);
   }
 
@@ -129,7 +132,10 @@ export class App {
         if (this.scene.value !== null) this.scene.set({ ...this.scene.value, revision: message.revision, bodies: message.bodies });
         break;
       case "state":
-        if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(message);
+        if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(this.travel.asNow(message));
+        break;
+      case "timeline":
+        this.travel.heard(message);
         break;
       case "findings":
         this.findings.set(message);

@@ -17,7 +17,7 @@ export class History {
   states: State[] = [];
 
   constructor(app: App) {
-    app.state.watch((state) => state && this.add(state));
+    app.state.watch((state) => state && !app.travel.isPast && this.add(state));
     app.scene.watch(() => this.forgetOthers(app));
   }
 

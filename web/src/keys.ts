@@ -17,9 +17,13 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
     l: () => app.about.value?.mode === "sim" && app.plots.set(!app.plots.value),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
     "?": help,
+    k: () => app.travel.mark(),
+    "[": () => app.travel.jump(-1),
+    "]": () => app.travel.jump(1),
     Delete: () => body.remove(),
     Backspace: () => body.remove(),
     Escape: () => {
+      if (app.travel.isPast) return app.travel.goLive();
       if (tools.leave()) return;
       body.leave();
       app.spot.set(null);
@@ -44,6 +48,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
     if (document.querySelector("dialog[open]") !== null) return;
     press(app, event.key);
     if (tools.press(event.key.toLowerCase())) return event.preventDefault();
+    if (event.key === "Escape" && document.querySelector(":popover-open") !== null) return; // closes that
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action === undefined) return;
     event.preventDefault();

@@ -24,6 +24,7 @@ import { toolbar } from "./panels/toolbar";
 import { topbar } from "./panels/topbar";
 import { transport } from "./panels/transport";
 import { usePush } from "./push";
+import { timelineBar } from "./time/timeline";
 import { bodyChoice, toolBar } from "./tools/bar";
 import { ToolBox } from "./tools/toolbox";
 import { View } from "./view/view";
@@ -35,7 +36,7 @@ const showHelp = (): void => keys.showModal();
 
 const picture = h("div", { class: "picture" });
 let view: View;
-const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture), transport(app));
+const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture), transport(app), timelineBar(app));
 const left = h("div", { class: "dock left" }, displays(app), links(app), findings(app));
 const right = h("div", { class: "dock right" }, drive(app, driver), joints(app), parameters(app));
 document.body.append(topbar(app, showHelp), left, centre, right, h("div", { class: "bottom" }, source(app), plots(app, new History(app))), sheets(app), keys);

@@ -16,7 +16,7 @@ export interface WorldChoice {
 export interface About {
   version: string;
   file: string;
-  mode: "view" | "sim";
+  mode: "view" | "sim" | "play";
   world: string;
   cannot_drive: string;
   linear_limit: number;
@@ -237,6 +237,28 @@ export interface DisplaysSaved {
   type: "displays_saved";
 }
 
+/** A recording under way: its file, its bytes on disk so far, and the seconds of simulated time in it. */
+export interface RecordingView {
+  file: string;
+  bytes: number;
+  seconds: number;
+}
+
+/** What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until that moment. */
+export interface Timeline {
+  start: number;
+  end: number;
+  at: number;
+  live: boolean;
+  played: boolean;
+  loop: boolean;
+  paused: boolean;
+  speed: number;
+  silent: readonly string[];
+  recording: RecordingView | null;
+  type: "timeline";
+}
+
 /** A message was not obeyed. */
 export interface Refused {
   reason: string;
@@ -433,6 +455,29 @@ export interface OpenDisplays {
   type: "open_displays";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Refused;
+/** Show the moment `at` seconds along the timeline: to this page alone, or where a recording is played to all. */
+export interface Seek {
+  at: number;
+  type: "seek";
+}
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays;
+/** Show what is, and no longer what was. */
+export interface GoLive {
+  type: "go_live";
+}
+
+/** Whether a recording that came to its end begins again. */
+export interface SetLoop {
+  loop: boolean;
+  type: "set_loop";
+}
+
+/** Begin or end a recording of the simulation, in a file that the server names. */
+export interface RecordRun {
+  on: boolean;
+  type: "record";
+}
+
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | SetLoop | RecordRun;

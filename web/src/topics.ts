@@ -7,6 +7,7 @@ type Listener = (message: TopicMessage) => void;
 export class Topics {
   /** Every topic there is, as the server said last. */
   readonly list = new Signal<readonly TopicView[]>([]);
+  readonly forgotten = new Signal<{ topic: string | undefined } | null>(null);
   private readonly listeners = new Map<string, Set<Listener>>();
   private readonly newest = new Map<string, TopicMessage>();
 
@@ -41,6 +42,13 @@ export class Topics {
   connected(): void {
     this.newest.clear();
     for (const topic of this.listeners.keys()) this.send({ type: "subscribe", topic });
+  }
+
+  /** What was said does not hold at the moment on show: of one topic, or of all. */
+  forget(topic?: string): void {
+    if (topic === undefined) this.newest.clear();
+    else this.newest.delete(topic);
+    this.forgotten.set({ topic });
   }
 
   heard(message: TopicMessage): void {

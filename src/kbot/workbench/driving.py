@@ -32,6 +32,7 @@ from kbot.workbench.protocol import (
     WorldChoice,
     WorldParameter,
 )
+from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Reader, Session
 from kbot.workbench.world_actions import (
@@ -81,12 +82,12 @@ def driven_session(
 
 def world_choices() -> tuple[WorldChoice, ...]:
     """The built-in worlds."""
-
-    def choice(name: str) -> WorldChoice:
-        given = parameters(name).items()
-        return WorldChoice(name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in given))
-
-    return tuple(choice(name) for name in BUILDERS)
+    return tuple(
+        WorldChoice(
+            name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in parameters(name).items())
+        )
+        for name in BUILDERS
+    )
 
 
 def why_not(robot: Robot) -> str:
@@ -129,6 +130,7 @@ class Driving:
             robot, setup.world, setup.seed, contacts=setup.contacts, start=setup.start
         )
         self._owed = 0.0
+        self.loop = False
         self._frames = ForeignFrames(self._sim.bus)
         mount_declared(self._sim, strict=False)  # the findings say what is wrong with the declarations
         ContactForces(self._sim)
@@ -238,6 +240,16 @@ class Driving:
     @property
     def present(self) -> tuple[World | None, Mapping[str, Robot]]:
         return self._sim.world, other_robots(self._sim)
+
+    @property
+    def timeline(self) -> None:
+        return None
+
+    def seek(self, at: float) -> None:
+        raise KbotError("a simulation goes on from where it is")
+
+    def record(self, recording: RunRecording) -> None:
+        recording.begin(self._sim)
 
     def replace(self, robot: Robot) -> Driving:
         """Go on with the changed robot where this one stands."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from kbot.workbench.encode import encode
-from kbot.workbench.protocol import FromServer, SourceText
+from kbot.workbench.protocol import FromServer, Scene, SourceText, State, Things, Timeline
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 
@@ -17,12 +17,24 @@ class Client:
 
     def __init__(self, number: int) -> None:
         self.number = number
+        self.looks_at: float | None = None
+        """The moment that it is shown of what was, None where it is shown what is."""
+        self.scene: str | bytes = ""
+        """The scene it was shown last, while it looks back."""
+        self.silent: tuple[str, ...] = ()
+        """Topics that had said nothing until that moment."""
+        self.timeline: Timeline | None = None
+        """What it was told of time."""
         self._waiting: dict[str, str | bytes] = {}
         self._news = asyncio.Event()
 
     def put(self, message: FromServer, text: str | None = None) -> None:
         """Queue a message; an older one of its kind that was not sent yet is dropped."""
         self._queue(_key(message), text if text is not None else encode(message))
+
+    def put_frame(self, key: str, frame: str | bytes) -> None:
+        """Queue a message that is encoded, by what it is newer of."""
+        self._queue(key, frame)
 
     def put_topic(self, topic: str, frame: str | bytes) -> None:
         """Queue a topic's newest message, encoded."""
@@ -69,16 +81,22 @@ class Hub:
     def leave(self, client: Client) -> None:
         self._clients.pop(client.number, None)
 
-    def publish(self, message: FromServer) -> None:
-        """Queue a message for every page; it is encoded once."""
+    def __iter__(self) -> Iterator[Client]:
+        return iter(tuple(self._clients.values()))
+
+    def publish(self, message: FromServer, text: str | None = None) -> None:
+        """Queue a message for every page that it is for; it is encoded once."""
         if not self._clients:
             return
-        text = encode(message)
+        text = encode(message) if text is None else text
+        is_of_now = isinstance(message, Scene | Things | State)
         for client in self._clients.values():
-            client.put(message, text)
+            if client.looks_at is None or not is_of_now:
+                client.put(message, text)
 
     def hand_out(self, topic: str, frame: str | bytes, pages: Iterable[int]) -> None:
-        """Queue a topic's newest message for those pages that hear it."""
+        """Queue a topic's newest message for those pages that hear it and look at what is."""
         for page in pages:
-            if page in self._clients:
-                self._clients[page].put_topic(topic, frame)
+            client = self._clients.get(page)
+            if client is not None and client.looks_at is None:
+                client.put_topic(topic, frame)

@@ -14,7 +14,8 @@ from kbot.model import Joint, JointType, Robot
 from kbot.nodes.robot_state_publisher import transform_message
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
-from kbot.workbench.protocol import Action
+from kbot.workbench.protocol import Action, Timeline
+from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import Control, slider_range
 from kbot.world import World
 
@@ -90,6 +91,22 @@ class Motion(Protocol):
         """The world as it is now, and the robots beside the one on show."""
         ...
 
+    loop: bool
+    """Whether what has an end begins again there."""
+
+    @property
+    def timeline(self) -> Timeline | None:
+        """Where it stands in a recording that is played; None where none is."""
+        ...
+
+    def seek(self, at: float) -> None:
+        """Go to a time in s from the recording's start. Raises KbotError where none is played."""
+        ...
+
+    def record(self, recording: RunRecording) -> None:
+        """Let what happens be recorded. Raises KbotError where nothing is simulated, or see `begin`."""
+        ...
+
     def replace(self, robot: Robot) -> Motion:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
         ...
@@ -125,6 +142,7 @@ class Sliders:
     paused: bool = False
     setting: SliderSetting = SliderSetting()
     bus: Bus = field(default_factory=Bus, init=False)
+    loop: bool = field(default=False, init=False)
     errands: list[Callable[[], bool]] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
@@ -171,6 +189,16 @@ class Sliders:
     @property
     def present(self) -> tuple[World | None, Mapping[str, Robot]]:
         return None, {}
+
+    @property
+    def timeline(self) -> Timeline | None:
+        return None
+
+    def seek(self, at: float) -> None:
+        raise KbotError("nothing moves here by itself, so there is no time to go to")
+
+    def record(self, recording: RunRecording) -> None:
+        raise KbotError("nothing is simulated here, so there is nothing to record: kbot sim does it")
 
     def enter(self, world: str) -> tuple[Motion, World]:
         raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")

@@ -24,12 +24,15 @@ from kbot.workbench.complaints import Complaints
 from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.page_files import load_page
+from kbot.workbench.past import Past
 from kbot.workbench.protocol import (
     Drive,
     FromPage,
+    GoLive,
     OpenSource,
     Publish,
     Refused,
+    Seek,
     Subscribe,
     Topics,
     Unsubscribe,
@@ -42,6 +45,7 @@ log = logging.getLogger(__name__)
 FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
 TOPICS_SECONDS = 1.0
+TIMELINE_SECONDS = 0.25
 _TEXT = "text/plain; charset=utf-8"
 _FOR_EVER = "max-age=31536000, immutable"
 
@@ -53,6 +57,7 @@ class Server:
         self.session = session
         self.access = access
         self.hub = Hub()
+        self.past = Past(session, self.hub)
         self._complaints = Complaints(log)
         self._page = load_page()
         self._changed = True
@@ -77,9 +82,13 @@ class Server:
         ):
             tasks.create_task(self._keep_time())
             tasks.create_task(self._tell_topics())
+            tasks.create_task(self._tell_time())
             tasks.create_task(self._follow_files())
             tasks.create_task(self._follow_page())
-            await self._until_closed(sockets)
+            try:
+                await self._until_closed(sockets)
+            finally:
+                self.session.recording.end()
 
     async def _until_closed(self, sockets: SocketServer) -> None:
         await sockets.wait_closed()
@@ -146,6 +155,10 @@ class Server:
                     self._subscribe(client, topic)
                 case Unsubscribe(topic=topic):
                     self.session.topics.unsubscribe(topic, client.number)
+                case Seek(at=at) if self.session.mode == "sim":
+                    self.past.seek(client, at)
+                case GoLive():
+                    self.past.go_live(client)
                 case _:
                     for answer in self.session.obey(message, client.number):
                         client.put(answer)
@@ -153,12 +166,14 @@ class Server:
             if isinstance(error, BadMessage):
                 self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
-        if not isinstance(message, OpenSource | Drive | Subscribe | Unsubscribe | Publish):
+        if not isinstance(message, OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive):
             self._changed = True
 
     def _subscribe(self, client: Client, topic: str) -> None:
         frame = self.session.topics.subscribe(topic, client.number)
-        if frame is not None:
+        if client.looks_at is not None:
+            self.past.seek(client, client.looks_at)
+        elif frame is not None:
             client.put_topic(topic, frame)
 
     async def _keep_time(self) -> None:
@@ -172,9 +187,9 @@ class Server:
             if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
                 self._changed, sent = False, now
                 if len(self.hub):
-                    self.hub.publish(self.session.state())
+                    self.past.tell_state(self.session.state())
             for topic, frame, pages in self.session.topics.news():
-                self.hub.hand_out(topic, frame, pages)
+                self.past.tell_topic(topic, frame, pages)
 
     async def _tell_topics(self) -> None:
         """Say once a second which topics there are, where that changed."""
@@ -184,6 +199,16 @@ class Server:
             if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
                 self._topics = topics
                 self.hub.publish(topics)
+
+    async def _tell_time(self) -> None:
+        """Say to each page what there is to go back to, and how a recording grows."""
+        while True:
+            await asyncio.sleep(TIMELINE_SECONDS)
+            failure = self.session.recording.take_failure()
+            if failure is not None:
+                self.hub.publish(Refused(str(failure)))
+            for client in self.hub:
+                self.past.tell_time(client)
 
     def _advance(self, wall_seconds: float) -> bool:
         try:

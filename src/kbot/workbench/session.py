@@ -35,13 +35,16 @@ from kbot.workbench.protocol import (
     Pause,
     Publish,
     Push,
+    RecordRun,
     Refused,
     Reset,
     ResetPart,
     SaveDisplays,
     Scene,
+    Seek,
     SetJoint,
     SetJoints,
+    SetLoop,
     SetSpeed,
     SetWorld,
     SourceText,
@@ -49,8 +52,10 @@ from kbot.workbench.protocol import (
     State,
     Stop,
     Things,
+    Timeline,
     WorldChoice,
 )
+from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import all_bodies, build_scene
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
@@ -76,7 +81,7 @@ class Session:
     def __init__(
         self,
         reader: Reader,
-        mode: Literal["view", "sim"],
+        mode: Literal["view", "sim", "play"],
         make_motion: Callable[[Robot], Motion],
         world: World | None = None,
         cannot_drive: Callable[[Robot], str] = lambda robot: "",
@@ -97,6 +102,7 @@ class Session:
         self._worlds, self._things = worlds, things
         self.meshes = MeshStore()
         self.display_file = DisplayFile()
+        self.recording = RunRecording()
         self.authoring = Authoring(reader.overrides)
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
@@ -142,6 +148,7 @@ class Session:
                 self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
                 self._stale = True
             else:
+                self.recording.end()
                 self.topics.attach(self._motion.bus)
                 self._robot, self._shown = reading.robot, reading
                 self._revision += 1
@@ -205,6 +212,10 @@ class Session:
     @paused.setter
     def paused(self, paused: bool) -> None:
         self._motion.paused = paused
+
+    def timeline(self) -> Timeline | None:
+        """That of the recording that is played; None where none is."""
+        return self._motion.timeline
 
     def source(self, file: str) -> SourceText:
         """The text of one of the description's files.
@@ -270,6 +281,13 @@ class Session:
                 return [self.display_file.save(to, setup)]
             case OpenDisplays(name=name, text=text):
                 return [self.display_file.open(name, text)]
+            case RecordRun(on=on):
+                self._record(on)
+            case Seek(at=at):
+                self._motion.seek(at)
+                self._resets += 1
+            case SetLoop(loop=loop):
+                self._motion.loop = loop
             case OpenSource(file=file):
                 return [self.source(file)]
             case _:
@@ -283,8 +301,15 @@ class Session:
         if client == self._driver:
             self._stop()
 
+    def _record(self, on: bool) -> None:
+        if on:
+            self._motion.record(self.recording)
+        else:
+            self.recording.end()
+
     def _enter(self, world: str) -> None:
         self._motion, self._world = self._motion.enter(world)
+        self.recording.end()
         self.topics.attach(self._motion.bus)
         self._revision += 1
         self._resets += 1

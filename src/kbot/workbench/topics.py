@@ -103,8 +103,7 @@ class TopicRelay:
             raise KbotError(f"a page may hear {MOST_TOPICS} topics at once")
         self._wanted.setdefault(name, set()).add(page)
         self._listen()
-        heard = self._heard.get(name)
-        return self._encoded(heard, heard.newest) if heard is not None and heard.newest is not None else None
+        return self.newest(name)
 
     def unsubscribe(self, topic: str, page: int) -> None:
         name = absolute(topic)
@@ -116,9 +115,18 @@ class TopicRelay:
             if heard is not None:
                 self._feed.close(name, heard.receive)
 
+    def heard_by(self, page: int) -> list[str]:
+        """The topics that a page wants."""
+        return [topic for topic, pages in self._wanted.items() if page in pages]
+
+    def newest(self, topic: str) -> Frame | None:
+        """What a topic that is heard said last, if it did."""
+        heard = self._heard.get(topic)
+        return self._encoded(heard, heard.newest) if heard is not None and heard.newest is not None else None
+
     def leave(self, page: int) -> None:
         """The page is gone."""
-        for topic in [topic for topic, pages in self._wanted.items() if page in pages]:
+        for topic in self.heard_by(page):
             self.unsubscribe(topic, page)
 
     def news(self) -> list[tuple[str, Frame, frozenset[int]]]:

@@ -33,6 +33,7 @@ export class LiveDisplays {
       for (const one of this.live.values()) this.connect(one);
       this.report();
     });
+    app.topics.forgotten.watch((what) => what !== null && this.forget(what.topic));
     app.selected.watch((link) => this.each((display) => display.select?.(link)));
   }
 
@@ -117,6 +118,17 @@ export class LiveDisplays {
     one.display.clear?.();
     Object.assign(one, { topic: wanted, heard: false, said: null });
     if (wanted !== "") one.stop = this.app.topics.listen(wanted, (message) => this.hear(one, message));
+  }
+
+  /** Shows nothing of a topic, or of any, until it says something anew. */
+  private forget(topic: string | undefined): void {
+    for (const one of this.live.values()) {
+      if (one.topic === "" || (topic !== undefined && one.topic !== topic)) continue;
+      one.display?.clear?.();
+      Object.assign(one, { heard: false, said: null });
+    }
+    this.report();
+    this.picture.invalidate();
   }
 
   private hear(one: Live, message: TopicMessage): void {

@@ -17,6 +17,8 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["F", "see the whole robot, or the chosen link"],
   ["0 – 9", "displays on and off"],
   ["O", "with or without perspective"],
+  ["K", "bookmark the moment on show", "sim"],
+  ["[, ]", "go to the bookmark before or after", "sim"],
   ["L", "plots", "sim"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],

@@ -32,7 +32,7 @@ export function transport(app: App): HTMLElement {
   });
   const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate, plot);
   app.about.watch((about) => {
-    bar.hidden = about?.mode !== "sim";
+    bar.hidden = (about?.mode ?? "view") === "view";
   });
   return bar;
 }

@@ -5,3 +5,4 @@ import "./panels.css";
 import "./displays.css";
 import "./source.css";
 import "./tools.css";
+import "./time.css";

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
+from kbot.workbench.protocol.time import GoLive, RecordRun, Seek, SetLoop
 from kbot.workbench.protocol.values import Name, PathName, Range, SettingsText
 
 
@@ -285,4 +286,8 @@ FromPage = (
     | Publish
     | SaveDisplays
     | OpenDisplays
+    | Seek
+    | GoLive
+    | SetLoop
+    | RecordRun
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from kbot.workbench.protocol.time import Timeline
 from kbot.workbench.protocol.values import Place, Shape
 
 
@@ -186,7 +187,7 @@ class About:
 
     version: str
     file: str
-    mode: Literal["view", "sim"]
+    mode: Literal["view", "sim", "play"]
     world: str
     cannot_drive: str
     linear_limit: float
@@ -316,5 +317,6 @@ FromServer = (
     | Displays
     | DisplaysText
     | DisplaysSaved
+    | Timeline
     | Refused
 )

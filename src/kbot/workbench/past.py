@@ -1,0 +1,93 @@
+"""Pages that look back: each is shown a moment of the last minutes while the others see what is."""
+
+from __future__ import annotations
+
+from kbot.workbench.encode import encode
+from kbot.workbench.history import Frame, History
+from kbot.workbench.hub import Client, Hub
+from kbot.workbench.protocol import State, Timeline
+from kbot.workbench.session import Session
+
+SCENE, STATE, TOPIC = "scene", "state", "topic:"
+
+
+class Past:
+    """Keeps what pages are told of a simulation, and shows it again to those who ask."""
+
+    def __init__(self, session: Session, hub: Hub) -> None:
+        self._session, self._hub = session, hub
+        self._history = History()
+        self._revision = 0
+        self._scene: str = ""
+
+    def tell_state(self, state: State) -> None:
+        """Tell those who look at what is, and keep it for later."""
+        text = encode(state)
+        if self._session.mode == "sim":
+            self._history.pass_to(state.time)
+            if self._revision != state.revision:
+                self._revision, self._scene = state.revision, encode(self._session.scene)
+                self._history.add(SCENE, self._scene)
+            self._history.add(STATE, text)
+        self._hub.publish(state, text)
+
+    def tell_topic(self, topic: str, frame: Frame, pages: frozenset[int]) -> None:
+        """As `tell_state`, for one message of a topic."""
+        if self._session.mode == "sim":
+            self._history.add_some(TOPIC + topic, frame)
+        self._hub.hand_out(topic, frame, pages)
+
+    def seek(self, client: Client, at: float) -> None:
+        """Show a page the moment `at`, or the nearest that is kept."""
+        if client.looks_at is None:
+            client.scene = self._scene
+        client.looks_at = at = min(max(at, self._history.start), self._history.end)
+        heard = [TOPIC + topic for topic in self._session.topics.heard_by(client.number)]
+        found = self._history.at(at, (SCENE, STATE, *heard))
+        client.silent = tuple(key.removeprefix(TOPIC) for key in heard if key not in found)
+        self.tell_time(client)
+        scene = found.pop(SCENE, client.scene)
+        if scene != client.scene:
+            client.scene = scene
+            client.put_frame(SCENE, scene)
+        for key, frame in found.items():
+            client.put_frame(key, frame)
+
+    def go_live(self, client: Client) -> None:
+        """Show a page what is."""
+        if client.looks_at is None:
+            return
+        client.looks_at, client.silent = None, ()
+        self.tell_time(client)
+        if client.scene != self._scene:
+            client.put(self._session.scene)
+        client.put(self._session.state())
+        for topic in self._session.topics.heard_by(client.number):
+            frame = self._session.topics.newest(topic)
+            if frame is not None:
+                client.put_topic(topic, frame)
+
+    def tell_time(self, client: Client) -> None:
+        """Tell a page what there is to go back to, where that is news."""
+        timeline = self._session.timeline() or self._of_history(client)
+        if timeline != client.timeline:
+            client.timeline = timeline
+            client.put(timeline)
+
+    def _of_history(self, client: Client) -> Timeline:
+        start, end = round(self._history.start, 3), round(self._history.end, 3)
+        is_live = client.looks_at is None
+        at = end if client.looks_at is None else round(client.looks_at, 3)
+        session = self._session
+        return Timeline(
+            start,
+            end,
+            at,
+            is_live,
+            played=False,
+            loop=False,
+            paused=session.paused,
+            speed=session.speed,
+            silent=client.silent,
+            recording=session.recording.view(),
+        )

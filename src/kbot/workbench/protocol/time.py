@@ -1,0 +1,69 @@
+"""Time: going back in it, through a recording, and recording it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from kbot.workbench.protocol.values import Range
+
+
+@dataclass(frozen=True, slots=True)
+class Seek:
+    """Show the moment `at` seconds along the timeline: to this page alone, or where a recording is played to
+    all."""
+
+    at: Annotated[float, Range(0, 1e12)]
+    type: Literal["seek"] = "seek"
+
+
+@dataclass(frozen=True, slots=True)
+class GoLive:
+    """Show what is, and no longer what was."""
+
+    type: Literal["go_live"] = "go_live"
+
+
+@dataclass(frozen=True, slots=True)
+class SetLoop:
+    """Whether a recording that came to its end begins again."""
+
+    loop: bool
+    type: Literal["set_loop"] = "set_loop"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordRun:
+    """Begin or end a recording of the simulation, in a file that the server names."""
+
+    on: bool
+    type: Literal["record"] = "record"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingView:
+    """A recording under way: its file, its bytes on disk so far, and the seconds of simulated time in it."""
+
+    file: str
+    bytes: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Timeline:
+    """What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and
+    what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a
+    recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until
+    that moment."""
+
+    start: float
+    end: float
+    at: float
+    live: bool
+    played: bool
+    loop: bool
+    paused: bool
+    speed: float
+    silent: tuple[str, ...]
+    recording: RecordingView | None
+    type: Literal["timeline"] = "timeline"

@@ -1,0 +1,94 @@
+import type { App } from "../app";
+import { baseName, h, toggle } from "../dom";
+import { icon } from "../icons";
+import type { RecordingView, Timeline } from "../protocol";
+import { bookmarkList, marks } from "./marks";
+import { ago, bytes, clock } from "./words";
+
+/** Milliseconds after a hand's last move for which the thumb stays where it was put. */
+const HELD = 400;
+
+/** The time that can be gone through: the last minutes of a simulation, or a recording. */
+export function timelineBar(app: App): HTMLElement {
+  const { travel } = app;
+  let touched = -Infinity;
+  const slider = h("input", { type: "range", class: "track", min: 0, max: 0, step: 0.02, value: 0, "aria-label": "Moment on show" });
+  slider.addEventListener("input", () => {
+    touched = performance.now();
+    const now = travel.timeline.value;
+    if (now === null) return;
+    const isEnd = slider.valueAsNumber >= Number(slider.max) - 0.03;
+    if (isEnd && !now.played) travel.goLive();
+    else travel.seek(slider.valueAsNumber);
+    describe(now, isEnd, slider.valueAsNumber);
+  });
+  const where = h("output", { class: "where", "aria-label": "How long ago" });
+  const live = h("button", { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() }, "Live");
+  const record = h("button", { type: "button", class: "icon-button record", onclick: () => travel.toggleRecording() }, icon("record"));
+  const recording = h("span", { class: "recording", role: "status", hidden: true });
+  const loop = toggle("Loop", "Begin again at the end", false, (on) => app.send({ type: "set_loop", loop: on }), icon("loop"));
+  const add = h("button", { type: "button", class: "icon-button", title: "Bookmark this moment (K)", "aria-label": "Bookmark this moment", onclick: () => travel.mark() }, icon("flag"));
+  const list = bookmarkList(travel);
+  const show = h("button", { type: "button", class: "marked", popovertarget: list.id, hidden: true });
+  travel.bookmarks.all.watch((all) => {
+    show.hidden = all.length === 0;
+    show.textContent = String(all.length);
+    show.setAttribute("aria-label", `${all.length} ${all.length === 1 ? "bookmark" : "bookmarks"}: [ and ] go to them`);
+    show.title = "Bookmarks ([ and ] go to them)";
+  });
+  const bar = h(
+    "div",
+    { class: "timeline", role: "group", "aria-label": "Timeline", hidden: true },
+    record,
+    recording,
+    h("div", { class: "track-holder" }, marks(travel), slider),
+    where,
+    loop,
+    live,
+    add,
+    show,
+    list,
+  );
+
+  const describe = (now: Timeline, isLive: boolean, at: number): void => {
+    const full = now.end - now.start;
+    slider.style.setProperty("--part", String(full > 0 ? (at - now.start) / full : 1));
+    where.textContent = now.played ? `${clock(at)} / ${clock(now.end)}` : isLive ? "" : `\u2212${clock(now.end - at)}`;
+    slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : isLive ? "live" : ago(now.end - at));
+  };
+  travel.timeline.watch((now) => {
+    bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
+    if (now === null) return;
+    slider.min = String(now.start);
+    slider.max = String(now.end);
+    document.documentElement.dataset["time"] = now.live ? "now" : "past";
+    if (performance.now() - touched > HELD) {
+      const at = now.live && !now.played ? now.end : now.at;
+      slider.value = String(at);
+      describe(now, now.live && !now.played, at);
+    }
+    live.hidden = now.played;
+    live.setAttribute("aria-pressed", String(now.live));
+    loop.hidden = !now.played;
+    loop.setAttribute("aria-pressed", String(now.loop));
+    record.hidden = now.played;
+    tellOfRecording(now.recording);
+  });
+
+  let file = "";
+  function tellOfRecording(now: RecordingView | null): void {
+    recording.hidden = now === null;
+    record.setAttribute("aria-pressed", String(now !== null));
+    record.title = now === null ? "Record to a file" : `End the recording to ${now.file}`;
+    record.setAttribute("aria-label", now === null ? "Record" : "End the recording");
+    if (now === null) {
+      if (file !== "") app.told.set({ text: `Recorded to ${file}.` });
+      file = "";
+      return;
+    }
+    if (file !== now.file) recording.replaceChildren(h("span", { class: "name" }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }));
+    file = now.file;
+    recording.lastElementChild!.textContent = `${clock(now.seconds)} · ${bytes(now.bytes)}`;
+  }
+  return bar;
+}
