@@ -15,6 +15,8 @@ from kbot.record.reader import BrokenOff, Note
 from kbot.text import KbotError
 
 LARGEST_RECORD = 1 << 30
+CARRIED = ("cdr", "ros1")
+"""Encodings of messages that are read."""
 
 
 class McapSource:
@@ -29,7 +31,7 @@ class McapSource:
         """Raises BrokenOff, KbotError: see `Source`."""
         types, schemas, channels = Types(), dict[int, Schema](), dict[int, Channel]()
         started = False
-        unreadable = _unreadable()
+        faults = unreadable()
         with Path(self._path).open("rb") as stream:
             records = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD).records
             while True:
@@ -37,7 +39,7 @@ class McapSource:
                     record = next(records)
                 except StopIteration:
                     return
-                except unreadable as error:
+                except faults as error:
                     if not started:
                         raise KbotError(f"{self._path} is no MCAP file: {error}") from None
                     raise BrokenOff("it was not closed: what follows its last whole chunk is lost") from None
@@ -46,7 +48,7 @@ class McapSource:
                     case Schema():
                         schemas[record.id] = record
                         if record.encoding in ("ros2msg", "ros1msg"):
-                            types.learn(_full(record.name), record.data.decode(errors="replace"))
+                            types.learn(full_name(record.name), record.data.decode(errors="replace"))
                     case Channel():
                         channels[record.id] = record
                     case Metadata():
@@ -54,19 +56,21 @@ class McapSource:
                     case Message():
                         channel = channels[record.channel_id]
                         schema = schemas.get(channel.schema_id)
-                        if schema is None or channel.message_encoding not in ("cdr", "ros1"):
+                        if schema is None or channel.message_encoding not in CARRIED:
                             continue
                         is_ros1 = channel.message_encoding == "ros1"
-                        name = _full(schema.name)
+                        name = full_name(schema.name)
                         yield Entry(channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1)
 
 
-def _full(name: str) -> str:
+def full_name(name: str) -> str:
+    """A type as ROS 2 writes it, `std_msgs/msg/String`, of either writing."""
     package, _, rest = name.partition("/")
     return f"{package}/msg/{rest.removeprefix('msg/')}"
 
 
-def _unreadable() -> tuple[type[Exception], ...]:
+def unreadable() -> tuple[type[Exception], ...]:
+    """What reading raises where a file is no MCAP, or broken."""
     import zstandard
 
     return (McapError, EOFError, StructError, ValueError, RuntimeError, zstandard.ZstdError)

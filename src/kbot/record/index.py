@@ -1,0 +1,91 @@
+"""Recordings by time: a moment is found by the file's index, or without one by reading it all once."""
+
+from __future__ import annotations
+
+import heapq
+from bisect import bisect_right
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Protocol
+
+from kbot.record.entry import Entry
+from kbot.record.reader import Recording
+from kbot.record.writer import NOTES_TOPIC
+from kbot.text import KbotError
+
+
+class Index(Protocol):
+    """A recording that is open, to be asked by time in nanoseconds of its clock."""
+
+    topics: Mapping[str, str]
+    """Names and types, as ROS 2 writes them."""
+    start: int
+    end: int
+
+    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+        """What a topic said last until a time; None where it said nothing yet. Raises KbotError: damaged."""
+        ...
+
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+        """What topics said after a time and until another, in its order. Raises KbotError: damaged."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class NoIndex(KbotError):
+    """The recording has no index, or one that does not put its messages in the order of time."""
+
+
+class WholeIndex:
+    """A recording held in memory. Where a run was set back in time, what came later counts."""
+
+    def __init__(self, path: str) -> None:
+        """Raises KbotError: there is no such recording."""
+        entries: dict[str, list[Entry]] = {}
+        for entry in Recording(path).entries():
+            if entry.topic != NOTES_TOPIC:
+                told = entries.setdefault(entry.topic, [])
+                while told and told[-1].nanoseconds > entry.nanoseconds:
+                    told.pop()
+                told.append(entry)
+        self._entries = entries
+        self._times = {topic: [entry.nanoseconds for entry in told] for topic, told in entries.items()}
+        self.topics = {topic: told[0].type_name for topic, told in entries.items()}
+        self.start = min((times[0] for times in self._times.values()), default=0)
+        self.end = max((times[-1] for times in self._times.values()), default=0)
+
+    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+        index = bisect_right(self._times.get(topic, []), nanoseconds)
+        return self._entries[topic][index - 1] if index else None
+
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+        parts = [self._part(topic, after, until) for topic in topics if topic in self._times]
+        return heapq.merge(*parts, key=lambda entry: entry.nanoseconds)
+
+    def close(self) -> None:
+        self._entries.clear()
+        self._times.clear()
+
+    def _part(self, topic: str, after: int, until: int) -> list[Entry]:
+        times = self._times[topic]
+        return self._entries[topic][bisect_right(times, after) : bisect_right(times, until)]
+
+
+def open_index(path: str) -> Index:
+    """Open a recording to ask it by time.
+
+    Raises:
+        KbotError: there is no such recording, or it cannot be read.
+    """
+    Recording(path)  # says what is wrong with the name
+    if Path(path).suffix == ".mcap" and not Path(path).is_dir():
+        from kbot.record.mcap_index import McapIndex
+
+        try:
+            return McapIndex(path)
+        except NoIndex:
+            return WholeIndex(path)
+    from kbot.record.bag_index import BagIndex
+
+    return BagIndex(path)
