@@ -211,7 +211,7 @@ def ros1(running: Running) -> Iterator[Ros1Bridge]:
         port = free.getsockname()[1]
     bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
     try:
-        wait_until(lambda: "/gazebo/pause_physics" in services_of(bridge))
+        wait_until(lambda: running.link.services.keys() <= set(services_of(bridge)))
         yield bridge
     finally:
         bridge.close()

@@ -37,8 +37,8 @@ class GazeboTopics:
     def _publish(self) -> None:
         sim = self._simulation
         if self._models.is_heard:
-            states = [state_of(sim, name) for name in models_of(sim)]
-            names = tuple(models_of(sim))
+            names, fixed = tuple(models_of(sim)), _fixed(sim)
+            states = [_state_of(sim, name, fixed) for name in names]
             self._models.publish(
                 srv.ModelStates(names, tuple(s[0] for s in states), tuple(s[1] for s in states))
             )
@@ -60,8 +60,16 @@ def models_of(simulation: Simulation) -> list[str]:
 
 def state_of(simulation: Simulation, model: str) -> tuple[msg.Pose, msg.Twist]:
     """In the world; what stands fast has the pose it was built at."""
-    fixed = {body.name: body.pose for body in simulation.world.bodies}
-    if model in fixed and model not in simulation.body_poses():
+    return _state_of(simulation, model, _fixed(simulation))
+
+
+def _fixed(simulation: Simulation) -> dict[str, Transform]:
+    moving = simulation.body_poses()
+    return {body.name: body.pose for body in simulation.world.bodies if body.name not in moving}
+
+
+def _state_of(simulation: Simulation, model: str, fixed: dict[str, Transform]) -> tuple[msg.Pose, msg.Twist]:
+    if model in fixed:
         return _pose(fixed[model]), msg.Twist()
     state = simulation.get_model_state(model)
     return _pose(state.pose), msg.Twist(msg.Vector3(*state.linear), msg.Vector3(*state.angular))

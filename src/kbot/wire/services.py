@@ -156,7 +156,7 @@ def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]
     store.fielddefs.update(ros2_types().fielddefs)
     constants, event_fields = store.fielddefs[EVENT]
     # a char of ROS 2's .msg is an uint8 in what is hashed
-    octets = Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)
+    octets: Any = Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)
     store.fielddefs[EVENT] = (
         constants,
         [(field, octets if field == "client_gid" else desc) for field, desc in event_fields],
