@@ -14,9 +14,9 @@ from kbot.cli.companions import companion_options
 from kbot.cli.launch_text import print_answers, table
 from kbot.cli.output import fail, report, warn_of_others
 from kbot.launch import is_ros_2, read_launch, read_launch_2
-from kbot.launch.stage import stage
+from kbot.launch.stage import Stage, stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
-from kbot.text import KbotError, Severity
+from kbot.text import Diagnostic, KbotError, Severity
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
@@ -89,12 +89,13 @@ def command(
         )
         return 0
     staged = stage(plan, packages)
+    controllers = _controllers(staged, packages)
     if dry_run:
-        found = (*plan.diagnostics, *staged.notes)
+        found = (*plan.diagnostics, *staged.notes, *controllers)
         report(found)
         click.echo(table(plan, staged))
         return int(any(d.severity is not Severity.INFO for d in found))
-    report(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L"))
+    report([*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers])
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.path is None and not staged.programs:
@@ -108,6 +109,18 @@ def command(
 
     click.echo(table(plan, staged))
     return carry_out(plan, staged, wishes, world, Place(host, port, browser, package_path))
+
+
+def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
+    """What is wrong with the controllers that are spawned, of the robot that is simulated."""
+    if not (staged.controllers and staged.path and staged.simulate):
+        return ()
+    from kbot.model.load import load_robot
+    from kbot.model.spawned import with_controllers
+    from kbot.sim.population import controller_findings
+
+    robot = load_robot(staged.path, staged.arguments, packages=packages).robot
+    return () if robot is None else controller_findings(with_controllers(robot, staged.controllers))
 
 
 def _ask_for_trust(path: str) -> bool:

@@ -19,6 +19,7 @@ from kbot.cli.output import fail
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.launch.processes import Processes
+from kbot.model.spawned import with_controllers
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.workbench.serve import serve_session
 
@@ -111,7 +112,12 @@ def _simulated(
     from kbot.workbench.driving import driven_session
 
     spawn = staged.spawn
-    description = Description(str(staged.path), staged.arguments, place.package_path)
+    description = Description(
+        str(staged.path),
+        staged.arguments,
+        place.package_path,
+        lambda robot: with_controllers(robot, staged.controllers),
+    )
 
     def attend(simulation: Simulation) -> None:
         _publish_maps(simulation.bus, staged)

@@ -17,7 +17,7 @@ class Role(StrEnum):
     VIEWER = "the workbench"
     SIMULATOR = "KBot's simulation"
     SPAWNER = "the robot in KBot's simulation"
-    CONTROLLER = "the drive controller of KBot's simulation"
+    CONTROLLER = "the controllers of KBot's simulation"
     TELEOP = "the drive keys of the workbench and of this terminal"
     TRANSFORM = "a static transform of KBot's"
     MAP = "KBot's map"
@@ -39,6 +39,7 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     },
     "controller_manager": {
         "spawner": Role.CONTROLLER,
+        "spawner.py": Role.CONTROLLER,
         "unspawner": Role.CONTROLLER,
         "controller_manager": Role.CONTROLLER,
         "ros2_control_node": Role.CONTROLLER,
@@ -165,13 +166,23 @@ LAUNCH_FILES_2 = frozenset(
 """The same of ROS 2, whose arguments are not checked."""
 
 
+_COMMANDS_2: Mapping[tuple[str, ...], Role] = {
+    ("bag", "record"): Role.RECORDER,
+    **{
+        ("control", verb): Role.CONTROLLER
+        for verb in ("load_controller", "load_start_controller", "set_controller_state")
+    },
+}
+"""What stands in for `ros2 VERB …` as a process."""
+
+
 def role(package: str, type_: str, args: str = "") -> Role | None:
     """What stands in for a node, its old names included; None where nothing does.
 
     A process without a package is known by its program and `args`.
     """
     if not package:
-        return Role.RECORDER if type_ == "ros2" and args.split()[:2] == ["bag", "record"] else None
+        return _COMMANDS_2.get(tuple(args.split()[:2])) if type_ == "ros2" else None
     renamed = RENAMED.get((package, type_))
     if renamed:
         package, type_ = renamed.new_package, renamed.new_type

@@ -152,7 +152,7 @@ class Parameters:
         written: Mapping[Keys, Origin],
         keys: Keys = (),
     ) -> None:
-        """Set what a mapping holds, each at the line of the file that it is `written` on, else at `origin`."""
+        """Set what a mapping holds, each at the line that it is `written` on, else at `origin`."""
         if isinstance(value, dict):
             for key, item in value.items():
                 if isinstance(key, str):

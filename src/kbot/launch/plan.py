@@ -72,6 +72,8 @@ class Node:
     launch_prefix: str | None = None
     machine: str | None = None
     is_test: bool = False
+    parameter_files: tuple[str, ...] = ()
+    """Files of parameters that a node of ROS 2 is given."""
     delay: float = 0.0
     """Seconds after the launch's start, or after `after`, at which it is started."""
     after: tuple[str, str] | None = None

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
+from kbot.launch.controllers import read_controllers
 from kbot.launch.gazebo import read_gazebo
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
 from kbot.launch.known import ELSEWHERE, NODES, RENAMED, Role, role
@@ -17,6 +18,7 @@ from kbot.launch.rosbag import Recording, read_recording
 from kbot.launch.spawning import Spawn, read_spawn, spawned
 from kbot.launch.static_transforms import StaticTransform, read_static_transform
 from kbot.launch.words import split
+from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
 from kbot.xacro.packages import Packages
 
@@ -33,6 +35,7 @@ class Stage:
     displays         the file that rviz is told to show, empty where it is told none
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
+    controllers      those that are spawned
     programs         the user's own nodes that can be run
     notes            what is not done and why
     """
@@ -50,6 +53,7 @@ class Stage:
     maps: tuple[str, ...]
     recordings: tuple[Recording, ...]
     has_teleop: bool
+    controllers: tuple[SpawnedController, ...]
     programs: tuple[Program, ...]
     notes: tuple[Diagnostic, ...]
 
@@ -75,6 +79,8 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     notes += found
     joints, found = read_joint_states(plan)
     notes += found
+    controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
+    notes += found
     description = _description(plan, spawners)
     viewers = cast.get(Role.VIEWER, [])
     return Stage(
@@ -91,6 +97,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
         recordings=tuple(recordings),
         has_teleop=bool(cast.get(Role.TELEOP)),
+        controllers=controllers,
         programs=tuple(programs),
         notes=tuple(notes),
     )

@@ -53,7 +53,7 @@ class NavigationTopics:
         self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
         self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
-            self._heard.append(bus.subscribe(settings.command_topic, Twist, self._driven))
+            self._heard += [bus.subscribe(topic, Twist, self._driven) for topic in settings.command_topics]
         self.goals.watch(self._tell)
 
     def close(self) -> None:

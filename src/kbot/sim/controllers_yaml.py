@@ -1,37 +1,83 @@
-"""The parameters of a ros2_control controller: from the YAML file that the description names."""
+"""The controllers of a robot and their parameters: from the YAML files that the description names, and
+from the launch that spawned them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from kbot.model import Robot
+from kbot.model.spawned import SpawnedController, spawned_controllers
+from kbot.sim.controller_kinds import DIFF_DRIVE
 from kbot.text import DescriptionError, Element, Origin
 from kbot.text.files import read_source
+from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
-
-DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
 
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """A controller's parameters by dotted name; `origin` is where the description names the file."""
+    """A controller's parameters by dotted name; `origin` is where the description names the file, or the
+    launch the controller, and `places` tells where each parameter was written."""
 
     kind: str
     controller: str
     values: Mapping[str, object]
     origin: Origin
+    ros: int = 2
+    is_active: bool = True
+    is_spawned: bool = False
+    places: Mapping[str, Origin] = field(default_factory=dict)
+
+    def place(self, *names: str) -> Origin:
+        """Where the first of these parameters that is given was written, else the controller's type."""
+        return next((self.places[n] for n in (*names, "type") if n in self.places), self.origin)
 
 
 def diff_drive_parameters(robot: Robot, findings: Findings) -> Parameters | None:
-    """Those of the first differential-drive controller, None where the robot names none."""
+    """Those of the first differential-drive controller that runs, None where the robot names none."""
     found = controller_parameters(robot, findings)
-    return next((parameters for parameters in found if parameters.kind == DIFF_DRIVE), None)
+    return next((p for p in found if p.kind == DIFF_DRIVE and p.is_active), None)
 
 
 def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Parameters]:
-    """Those of every controller that the controller manager is told of."""
+    """Those of every controller that the controller manager is told of; where a launch spawns some of them,
+    of those alone. One that nobody knows the type of is said at the place that spawns it."""
+    written = {found.controller: found for found in _of_description(robot, findings)}
+    spawned = spawned_controllers(robot)
+    if not spawned:
+        yield from written.values()
+    for controller in spawned:
+        file = written.get(controller.name.rpartition("/")[2])
+        values = {name: setting.value for name, setting in controller.settings.items()}
+        places = {name: setting.origin for name, setting in controller.settings.items()}
+        kind = str(values.get("type") or (file.kind if file else ""))
+        if not kind:
+            _say_unknown(controller, spawned, written, findings)
+            continue
+        values = {**file.values, **values} if file else values
+        ros, is_active = controller.ros, controller.is_active
+        yield Parameters(kind, controller.name, values, controller.origin, ros, is_active, True, places)
+
+
+def _say_unknown(
+    controller: SpawnedController,
+    spawned: Iterable[SpawnedController],
+    written: Mapping[str, Parameters],
+    findings: Findings,
+) -> None:
+    known = [*(other.name for other in spawned if "type" in other.settings), *written]
+    if controller.settings:
+        what = f"the controller {controller.name} has parameters and no type: it is not loaded"
+        where = next(iter(controller.settings.values())).origin
+        findings.warning("W137", what, where, "give it a type, as effort_controllers/JointPositionController")
+        return
+    what = f"the controller {controller.name} has no parameters: it is not loaded"
+    findings.warning("W137", what, controller.origin, did_you_mean(controller.name, known))
+
+
+def _of_description(robot: Robot, findings: Findings) -> Iterator[Parameters]:
     for element in _parameter_files(robot):
         document = _read(element, findings)
         for name, kind in _parameters(document, "controller_manager").items():

@@ -11,7 +11,7 @@ from math import inf, isfinite
 from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_plugins
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
-from kbot.sim.controllers_yaml import diff_drive_parameters
+from kbot.sim.controllers_yaml import Parameters, diff_drive_parameters
 from kbot.sim.drive import DriveLimits
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
@@ -40,6 +40,22 @@ class DriveSettings:
     command_topic: str = "cmd_vel"
     odometry_topic: str = "odom"
     odometry_frame: str = "odom"
+    controller: str = ""
+    """The full name of the controller that was spawned: it hears and tells on its own topics too."""
+    ros: int = 2
+    """Whose controller it is: ROS 1 hears a Twist on `cmd_vel`, ROS 2 on `cmd_vel_unstamped`."""
+
+    @property
+    def command_topics(self) -> tuple[str, ...]:
+        """All on which a Twist is heard: the controller's own besides `command_topic`, where a page and a
+        twist_mux speak."""
+        own = "cmd_vel" if self.ros == 1 else "cmd_vel_unstamped"
+        return (self.command_topic, *([f"{self.controller}/{own}"] if self.controller else []))
+
+    @property
+    def odometry_topics(self) -> tuple[str, ...]:
+        """All on which odometry is told."""
+        return (self.odometry_topic, *([f"{self.controller}/odom"] if self.controller else []))
 
     def reckoned(self, drive: DifferentialDrive) -> DifferentialDrive:
         """The drive as the controller takes it to be."""
@@ -54,7 +70,7 @@ def drive_settings(robot: Robot, drive: DifferentialDrive, findings: Findings) -
         return _from_plugin(values, drive)
     found = diff_drive_parameters(robot, findings)
     if found is not None:
-        return _from_controller(found.values, found.origin, drive, findings)
+        return _from_controller(found, drive, findings)
     return DriveSettings(drive.radius, drive.separation)
 
 
@@ -171,38 +187,48 @@ def _below_zero(value: float | None) -> float | None:
     return -value if value is not None and value < 0.0 else None
 
 
-def _from_controller(
-    values: Mapping[str, object], origin: Origin, drive: DifferentialDrive, findings: Findings
-) -> DriveSettings:
+def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Findings) -> DriveSettings:
+    values = found.values
+
     def number(name: str, default: float) -> float:
         value = values.get(name, default)
         if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
             return float(value)
         if not (isinstance(value, float) and value != value):
-            findings.warning("W130", f"{name} of the controller is no number: {value}", origin)
+            what = f"{name} of the controller is no number: {value}"
+            findings.warning("W130", what, found.place(name))
         return default
 
     radius = number("wheel_radius", 0.0) or drive.radius
     separation = number("wheel_separation", 0.0) or drive.separation
-    _warn_of_difference("distance between the wheels", separation, drive.separation, origin, findings)
-    _warn_of_difference("wheels' radius", radius, drive.radius, origin, findings)
+    for what, name, said, true in (
+        ("distance between the wheels", "wheel_separation", separation, drive.separation),
+        ("wheels' radius", "wheel_radius", radius, drive.radius),
+    ):
+        _warn_of_difference(what, said, true, found.place(name), findings)
     separation *= number("wheel_separation_multiplier", 1.0)
-    radius *= (
-        number("left_wheel_radius_multiplier", 1.0) + number("right_wheel_radius_multiplier", 1.0)
-    ) / 2.0
+    both = number("wheel_radius_multiplier", 1.0)
+    sides = [number(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right")]
+    radius *= sum(sides) / 2.0
     return DriveSettings(
         radius,
         separation,
-        _controller_limits(values, number),
+        _controller_limits(values, number, switched_on=found.ros == 2),
         watchdog=number("cmd_vel_timeout", WATCHDOG) or WATCHDOG,
         odometry_frame=str(values.get("odom_frame_id", "odom")),
+        controller=found.controller if found.is_spawned else "",
+        ros=found.ros,
     )
 
 
-def _controller_limits(values: Mapping[str, object], number: Callable[[str, float], float]) -> DriveLimits:
+def _controller_limits(
+    values: Mapping[str, object], number: Callable[[str, float], float], *, switched_on: bool
+) -> DriveLimits:
+    """`switched_on`: whether limits hold where no `has_…_limits` says so, which ROS 1 always wants."""
+
     def limit(axis: str, kind: str, end: str = "max") -> float | None:
         """A limit that is given and, in versions with `has_…_limits`, switched on."""
-        if values.get(f"{axis}.has_{kind}_limits", True) is False:
+        if values.get(f"{axis}.has_{kind}_limits", switched_on) is False:
             return None
         value = number(f"{axis}.{end}_{kind}", 0.0)
         value = -value if end == "min" else value

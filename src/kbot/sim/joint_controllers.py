@@ -1,34 +1,27 @@
-"""The controllers of joints that a description has: those of ros2_control, and Gazebo's own plugins."""
+"""The controllers of joints that a robot has: those of ros_control and ros2_control, and Gazebo's plugins."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from math import isfinite
 
 from kbot.model import Robot
+from kbot.sim.controller_kinds import (
+    JOINT_STATE,
+    KINDS,
+    OTHERS_NEED,
+    Input,
+    Interface,
+    Kind,
+    is_done_elsewhere,
+)
 from kbot.sim.controllers_yaml import Parameters, controller_parameters
+from kbot.sim.transmissions import joint_interfaces
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
-
-
-class Interface(StrEnum):
-    """What of a joint is commanded: rad or m, rad/s or m/s, N m or N."""
-
-    POSITION = "position"
-    VELOCITY = "velocity"
-    EFFORT = "effort"
-
-
-class Input(StrEnum):
-    """The message that a controller hears."""
-
-    NUMBER = "Float64"
-    ARRAY = "Float64MultiArray"
-    TRAJECTORY = "JointTrajectory"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,79 +33,116 @@ class JointController:
     input: Input
     joints: tuple[str, ...]
     interface: Interface
+    is_active: bool = True
+    """Whether it was started; one that was only loaded commands nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class JointControl:
-    """The controllers, the joints that they or their hardware hold from the start on, and where joints start
-    that are not to start at 0 (rad or m)."""
+    """The controllers, the joints that they or their hardware hold from the start on, where joints start
+    that are not to start at 0 (rad or m), and topics on which joint states are told too."""
 
     controllers: tuple[JointController, ...] = ()
     holds: frozenset[str] = frozenset()
     starts: Mapping[str, float] = field(default_factory=dict)
-
-
-_GROUPS = {
-    "position_controllers/JointGroupPositionController": Interface.POSITION,
-    "velocity_controllers/JointGroupVelocityController": Interface.VELOCITY,
-    "effort_controllers/JointGroupEffortController": Interface.EFFORT,
-}
-_FORWARD = "forward_command_controller/ForwardCommandController"
-_TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
-_OTHERS = (
-    "diff_drive_controller",
-    "tricycle_controller",
-    "tricycle_steering_controller",
-    "ackermann_steering_controller",
-    "bicycle_steering_controller",
-)
-"""Packages of what the simulation does by itself, or reads elsewhere; broadcasters are too."""
+    state_topics: tuple[str, ...] = ()
 
 
 def joint_control(robot: Robot, driven: tuple[str, ...], findings: Findings) -> JointControl:
     """How the description has its joints commanded, those that are `driven` left out. What it names and the
     robot does not have is said at its line."""
     reader = _Reader(robot, driven, findings)
-    controllers = (*reader.of_ros2_control(), *reader.of_plugins())
+    controllers = (*reader.of_parameters(), *reader.of_plugins())
     known = tuple(controller for controller in controllers if controller.joints)
-    held = {j for c in known if c.interface is not Interface.EFFORT for j in c.joints}
+    held = {j for c in known if c.is_active and c.interface is not Interface.EFFORT for j in c.joints}
     starts = dict(reader.starts())
-    return JointControl(known, frozenset(held | reader.hardware_holds()), starts)
+    topics = tuple(reader.state_topics)
+    return JointControl(known, frozenset(held | reader.hardware_holds()), starts, topics)
 
 
 class _Reader:
     def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings) -> None:
         self.robot, self.findings = robot, findings
         self._free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
+        self._offered = joint_interfaces(robot, findings)
+        self._has_manager = any("gazeboroscontrol" in _words_of(plugin) for plugin in _plugins(robot))
+        """Whether gazebo_ros_control runs ROS 1's controller manager."""
+        self.state_topics: list[str] = []
 
-    def of_ros2_control(self) -> Iterator[JointController]:
+    def of_parameters(self) -> Iterator[JointController]:
+        """Those of ros_control and ros2_control."""
         for found in controller_parameters(self.robot, self.findings):
-            kind, name, values = found.kind, found.controller, found.values
-            joints = self._joints(found)
-            if kind == _TRAJECTORY:
-                interfaces = _words(values.get("command_interfaces")) or ["position"]
-                interface = self._interface(interfaces[0], found)
-                if interface is not None:
-                    topic = f"{name}/joint_trajectory"
-                    yield JointController(name, topic, Input.TRAJECTORY, joints, interface)
-            elif kind in _GROUPS or kind == _FORWARD:
-                group = _GROUPS.get(kind) or self._interface(values.get("interface_name"), found)
-                if group is not None:
-                    yield JointController(name, f"{name}/commands", Input.ARRAY, joints, group)
-            elif not kind.partition("/")[0].endswith(("_broadcaster", *_OTHERS)):
-                self.findings.info("W135", f"the controller '{name}' of type {kind} is not run", found.origin)
+            kind = KINDS[found.ros].get(found.kind)
+            if found.ros == 1 and not self._has_manager:
+                what = f"nothing loads the controller '{found.controller}': there is no controller manager"
+                hint = "the description needs the plugin libgazebo_ros_control.so"
+                self.findings.warning("W137", what, found.origin, hint)
+            elif kind is not None:
+                yield from self._of_kind(kind, found)
+            elif found.kind == JOINT_STATE and self._has(found, OTHERS_NEED[1, JOINT_STATE]):
+                if found.is_active:
+                    self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
+            elif is_done_elsewhere(found.kind):
+                self._has(found, OTHERS_NEED.get((found.ros, found.kind), ()))
+            else:
+                said = f"the controller '{found.controller}' of type {found.kind} is not run"
+                hint = did_you_mean(found.kind, KINDS[found.ros])
+                self.findings.info("W135", said, found.place(), hint)
 
-    def _interface(self, said: object, found: Parameters) -> Interface | None:
+    def _of_kind(self, kind: Kind, found: Parameters) -> Iterator[JointController]:
+        said = found.values.get(kind.joints)
+        words = [said] if isinstance(said, str) and said else _words(said)
+        needed = {
+            name.replace("JOINT", joint): None for name in kind.required for joint in words or ("JOINT",)
+        }
+        if not self._has(found, (*needed, *([] if words else [kind.joints]))):
+            return
+        interface = self._interface(kind, found)
+        who = f"the controller '{found.controller}'"
+        joints = self._known(words, who, found.place(kind.joints))
+        if interface is None or (found.ros == 1 and not self._is_offered(kind, found, joints)):
+            return
+        topic = f"{found.controller}/{kind.topic}"
+        yield JointController(found.controller, topic, kind.input, joints, interface, found.is_active)
+
+    def _has(self, found: Parameters, needed: tuple[str, ...]) -> bool:
+        """Whether a controller that is spawned has what its namesake does not start without."""
+        lacking = [name for name in needed if name not in found.values]
+        if lacking and found.is_spawned:
+            what = f"the controller '{found.controller}' lacks {', '.join(lacking)}: it is not loaded"
+            self.findings.warning("W137", what, found.place(), f"a {found.kind} does not start without")
+            return False
+        return True
+
+    def _is_offered(self, kind: Kind, found: Parameters, joints: tuple[str, ...]) -> bool:
+        """Whether a transmission gives the controller what it commands of each of its joints."""
+        wanted = kind.hardware
+        for joint in joints if wanted is not None else ():
+            offered = self._offered.get(joint)
+            if offered is None or wanted not in offered:
+                has = "no transmission" if offered is None else f"none but {', '.join(sorted(offered))}"
+                what = f"the controller '{found.controller}' commands the {wanted} of '{joint}'"
+                hint = f"<hardwareInterface>hardware_interface/{str(wanted).capitalize()}JointInterface"
+                hint = f"write {hint}</hardwareInterface> in the joint's <transmission>"
+                self.findings.warning(
+                    "W138", f"{what}, which has {has}: it is not loaded", found.place(kind.joints), hint
+                )
+                return False
+        return True
+
+    def _interface(self, kind: Kind, found: Parameters) -> Interface | None:
+        if kind.interface is not None:
+            return kind.interface
+        said: object = found.values.get("interface_name")
+        if kind.input is Input.TRAJECTORY:
+            said = (_words(found.values.get("command_interfaces")) or ["position"])[0]
         try:
             return Interface(str(said))
         except ValueError:
             what = f"the controller '{found.controller}' commands '{said}': it is left out"
-            self.findings.warning("W130", what, found.origin, f"there are {', '.join(Interface)}")
+            where = found.place("interface_name", "command_interfaces")
+            self.findings.warning("W130", what, where, f"there are {', '.join(Interface)}")
             return None
-
-    def _joints(self, found: Parameters) -> tuple[str, ...]:
-        words = _words(found.values.get("joints"))
-        return self._known(words, f"the controller '{found.controller}'", found.origin)
 
     def _known(self, names: list[str], who: str, origin: Origin) -> tuple[str, ...]:
         for name in names:
@@ -146,14 +176,16 @@ class _Reader:
                 yield JointController(joint, own, input_, (joint,), interface)
 
     def hardware_holds(self) -> set[str]:
-        """Joints that ros2_control's hardware holds before any controller speaks (`hold_joints` of
-        gz_ros2_control)."""
+        """Joints that the hardware holds before any controller speaks, as gz_ros2_control (`hold_joints`) and
+        gazebo_ros_control do: all whose position or speed can be commanded."""
         held = {
             joint.attributes.get("name", "")
             for joint in _hardware_joints(self.robot)
             for command in joint.elements("command_interface")
             if command.attributes.get("name") in ("position", "velocity")
         }
+        if self._has_manager:
+            held |= {joint for joint, offered in self._offered.items() if offered - {Interface.EFFORT}}
         return held & self._free
 
     def starts(self) -> Iterator[tuple[str, float]]:
@@ -195,10 +227,14 @@ def _plugins(robot: Robot) -> Iterator[Element]:
             yield from extension.elements("plugin")
 
 
+def _words_of(plugin: Element) -> str:
+    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
+    return words.replace("_", "").replace("-", "")
+
+
 def _kind(plugin: Element) -> tuple[Input, Interface, str] | None:
     """What a plugin hears and commands, and the end of its topic where none is given."""
-    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
-    words = words.replace("_", "").replace("-", "")
+    words = _words_of(plugin)
     if "jointposetrajectory" in words:
         return Input.TRAJECTORY, Interface.POSITION, "set_joint_trajectory"
     if "jointtrajectorycontroller" in words:

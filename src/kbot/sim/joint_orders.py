@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from kbot.sim.joint_controllers import Interface
+from kbot.sim.controller_kinds import Interface
 from kbot.sim.numbers import FURTHEST, is_within, shortened
 from kbot.sim.trajectory import Point
 from kbot.text import KbotError

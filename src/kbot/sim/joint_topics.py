@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from kbot.messages.bus import Bus, Subscription, absolute
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
-from kbot.sim.joint_controllers import Input, JointController
+from kbot.sim.controller_kinds import Input
+from kbot.sim.joint_controllers import JointController
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
+
+_MESSAGES: Mapping[Input, type] = {
+    Input.NUMBER: Float64,
+    Input.ARRAY: Float64MultiArray,
+    Input.TRAJECTORY: JointTrajectory,
+}
 
 
 def hear(bus: Bus, robot: SimulatedRobot, controller: JointController, namespace: str) -> Subscription:
     """Let a controller's commands reach the joints."""
     topic, joints = absolute(controller.topic, namespace), controller.joints
+    if not controller.is_active:
+        return bus.subscribe(topic, _MESSAGES[controller.input], lambda _: _refuse(controller))
     if controller.input is Input.NUMBER:
         return bus.subscribe(
             topic, Float64, lambda m: robot.command_joints({joints[0]: m.data}, controller.interface)
@@ -19,6 +30,10 @@ def hear(bus: Bus, robot: SimulatedRobot, controller: JointController, namespace
     if controller.input is Input.ARRAY:
         return bus.subscribe(topic, Float64MultiArray, lambda m: _array(robot, controller, m))
     return bus.subscribe(topic, JointTrajectory, lambda m: _trajectory(robot, controller, m))
+
+
+def _refuse(controller: JointController) -> None:
+    raise KbotError(f"{controller.name} was loaded and not started: it commands nothing")
 
 
 def _array(robot: SimulatedRobot, controller: JointController, message: Float64MultiArray) -> None:

@@ -223,6 +223,13 @@ class Population(Running):
                 robot.set_position(joint.name, rest(joint))
 
 
+def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
+    """What is wrong with the controllers of a robot, before it is simulated."""
+    findings = Findings()
+    joint_control(robot, driving_joints(find_base(robot)), findings)
+    return tuple(findings.diagnostics)
+
+
 def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
     findings = Findings()
     if inside:

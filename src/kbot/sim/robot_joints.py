@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from kbot.model import Robot
-from kbot.sim.joint_controllers import Interface, JointControl
+from kbot.sim.controller_kinds import Interface
+from kbot.sim.joint_controllers import JointControl
 from kbot.sim.joint_servos import JointServos
 from kbot.sim.robot_body import Frames, RobotBody
 from kbot.sim.trajectory import Point

@@ -15,8 +15,8 @@ from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
+from kbot.sim.controller_kinds import Interface
 from kbot.sim.drive import DriveLimits
-from kbot.sim.joint_controllers import Interface
 from kbot.sim.joints import limits
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion

@@ -36,6 +36,11 @@ class RobotTopics:
         ]
         if tells_time:
             self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
+        self._outputs += [
+            (bus.advertise(absolute(topic, namespace), msg.JointState), self.joint_state)
+            for topic in robot.control.state_topics
+            if absolute(topic, namespace) != absolute("joint_states", namespace)
+        ]
         self._commands: list[Subscription] = [
             hear(bus, robot, controller, namespace) for controller in robot.control.controllers
         ]
@@ -49,10 +54,16 @@ class RobotTopics:
                 ),
                 (bus.advertise("/tf", msg.TFMessage), self._transform),
             ]
-            command_topic = absolute(robot.settings.command_topic, namespace)
-            self._commands.append(
-                bus.subscribe(command_topic, msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z))
-            )
+            self._commands += [
+                bus.subscribe(
+                    absolute(topic, namespace), msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z)
+                )
+                for topic in robot.settings.command_topics
+            ]
+            self._outputs += [
+                (bus.advertise(absolute(topic, namespace), msg.Odometry), self._odometry)
+                for topic in robot.settings.odometry_topics[1:]
+            ]
         self._heard = self._outputs
 
     def close(self) -> None:

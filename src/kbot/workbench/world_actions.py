@@ -9,7 +9,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.sim.faults import BlockedJoint, Fault, Payload, SilentTopic, Slip
-from kbot.sim.joint_controllers import Interface
+from kbot.sim.controller_kinds import Interface
 from kbot.text import KbotError
 from kbot.workbench.protocol import Action, Delete, Disturb, JointSpeed, MoveModel, ResetPart, Spawn
 from kbot.world.things import BOX, THINGS

@@ -13,7 +13,7 @@ from kbot.launch.plan import Argument, Included, Node, Param, Plan
 from kbot.launch.reading import Reporter
 from kbot.launch.ros2 import actions as act
 from kbot.launch.ros2.context import Context
-from kbot.launch.ros2.parameters import parameters_of, parameters_of_file, plain
+from kbot.launch.ros2.parameters import parameter_files, parameters_of, parameters_of_file, plain
 from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
 from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
@@ -233,6 +233,7 @@ class Carrier:
             respawn_delay=action.respawn_delay or 0.0,
             required=_ends_launch(action.on_exit),
             launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
+            parameter_files=parameter_files(action.parameters, context),
             delay=self._delay,
             after=self._after,
         )

@@ -23,9 +23,17 @@ def parameters_of(given: Iterable[Any], node: str, context: Context) -> dict[str
         if isinstance(item, Mapping):
             found.update(_flat(item, context))
         else:
-            path = item.file if isinstance(item, ParameterFile) else item
-            found.update(parameters_of_file(performed(path, context), node, context))
+            found.update(parameters_of_file(_path(item, context), node, context))
     return found
+
+
+def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:
+    """The paths of the files among the parameters of a node."""
+    return tuple(_path(item, context) for item in given if not isinstance(item, Mapping))
+
+
+def _path(item: Any, context: Context) -> str:  # noqa: ANN401 - whatever a launch file can give
+    return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
 def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Any]:

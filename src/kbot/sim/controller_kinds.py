@@ -1,0 +1,121 @@
+"""The controllers of joints that there are in ros_control and in ros2_control, by their types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Interface(StrEnum):
+    """What of a joint is commanded: rad or m, rad/s or m/s, N m or N."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+    EFFORT = "effort"
+
+
+class Input(StrEnum):
+    """The message that a controller hears."""
+
+    NUMBER = "Float64"
+    ARRAY = "Float64MultiArray"
+    TRAJECTORY = "JointTrajectory"
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A type of controller.
+
+    interface  what its commands are, None where its parameters say so
+    hardware   the interface of the hardware that it works by
+    joints     the parameter that names its joints, or its one joint
+    topic      where it hears, beneath its name
+    required   further parameters without which it does not start; JOINT stands for each joint
+    """
+
+    input: Input
+    interface: Interface | None
+    hardware: Interface | None
+    joints: str
+    topic: str
+    required: tuple[str, ...] = ()
+
+
+_POSITION, _VELOCITY, _EFFORT = Interface.POSITION, Interface.VELOCITY, Interface.EFFORT
+
+
+def _one(interface: Interface, hardware: Interface) -> Kind:
+    gains = () if interface is hardware else ("pid.p",)
+    return Kind(Input.NUMBER, interface, hardware, "joint", "command", gains)
+
+
+def _group(interface: Interface, hardware: Interface) -> Kind:
+    gains = () if interface is hardware else ("JOINT.pid.p",)
+    return Kind(Input.ARRAY, interface, hardware, "joints", "command", gains)
+
+
+def _trajectory(hardware: Interface, *required: str) -> Kind:
+    return Kind(Input.TRAJECTORY, _POSITION, hardware, "joints", "command", required)
+
+
+_ROS_1: Mapping[str, Kind] = {
+    "effort_controllers/JointPositionController": _one(_POSITION, _EFFORT),
+    "effort_controllers/JointVelocityController": _one(_VELOCITY, _EFFORT),
+    "effort_controllers/JointEffortController": _one(_EFFORT, _EFFORT),
+    "velocity_controllers/JointPositionController": _one(_POSITION, _VELOCITY),
+    "velocity_controllers/JointVelocityController": _one(_VELOCITY, _VELOCITY),
+    "position_controllers/JointPositionController": _one(_POSITION, _POSITION),
+    "effort_controllers/JointGroupPositionController": _group(_POSITION, _EFFORT),
+    "effort_controllers/JointGroupEffortController": _group(_EFFORT, _EFFORT),
+    "velocity_controllers/JointGroupVelocityController": _group(_VELOCITY, _VELOCITY),
+    "position_controllers/JointGroupPositionController": _group(_POSITION, _POSITION),
+    "effort_controllers/JointTrajectoryController": _trajectory(_EFFORT, "gains.JOINT.p"),
+    "velocity_controllers/JointTrajectoryController": _trajectory(_VELOCITY, "gains.JOINT.p"),
+    "position_controllers/JointTrajectoryController": _trajectory(_POSITION),
+    "pos_vel_controllers/JointTrajectoryController": Kind(
+        Input.TRAJECTORY, _POSITION, None, "joints", "command"
+    ),
+}
+
+_ROS_2: Mapping[str, Kind] = {
+    **{
+        f"{interface}_controllers/JointGroup{interface.capitalize()}Controller": Kind(
+            Input.ARRAY, interface, interface, "joints", "commands"
+        )
+        for interface in Interface
+    },
+    "forward_command_controller/ForwardCommandController": Kind(
+        Input.ARRAY, None, None, "joints", "commands", ("interface_name",)
+    ),
+    "joint_trajectory_controller/JointTrajectoryController": Kind(
+        Input.TRAJECTORY, None, None, "joints", "joint_trajectory"
+    ),
+}
+
+KINDS: Mapping[int, Mapping[str, Kind]] = {1: _ROS_1, 2: _ROS_2}
+"""By ROS 1 or 2, then by type."""
+
+DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
+JOINT_STATE = "joint_state_controller/JointStateController"
+
+OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {
+    (1, DIFF_DRIVE): ("left_wheel", "right_wheel"),
+    (2, DIFF_DRIVE): ("left_wheel_names", "right_wheel_names"),
+    (1, JOINT_STATE): ("publish_rate",),
+}
+"""What controllers that command no single joints do not start without, by ROS 1 or 2 and type."""
+
+_ELSEWHERE = (
+    "diff_drive_controller",
+    "tricycle_controller",
+    "tricycle_steering_controller",
+    "ackermann_steering_controller",
+    "bicycle_steering_controller",
+    "joint_state_controller",
+)
+
+
+def is_done_elsewhere(kind: str) -> bool:
+    """Whether the simulation does by itself, or reads elsewhere, what such a controller does."""
+    return kind.partition("/")[0].endswith(("_broadcaster", *_ELSEWHERE))
