@@ -243,8 +243,10 @@ class Row {
   /** A field in the name's place until Enter, Escape or a click elsewhere. */
   private rename(): void {
     const field = h("input", { type: "text", class: "rename", "aria-label": `Name of ${this.config.name}`, value: this.config.name });
+    let isOpen = true;
     const end = (keep: boolean): void => {
-      if (!field.isConnected) return;
+      if (!isOpen) return;
+      isOpen = false; // taking the field away blurs it
       field.replaceWith(this.head);
       if (keep) this.app.displays.rename(this.config.id, field.value);
     };
