@@ -1,4 +1,4 @@
-"""Recordings by time, said again, and as Parquet."""
+"""Recordings said again, and as Parquet; and a run that is ended by a signal."""
 
 import json
 import os
@@ -15,45 +15,7 @@ from kbot.cli.main import run
 from kbot.messages import ClockMessage, Odometry, TFMessage
 from kbot.record import Recording
 from kbot.record.player import Player
-from kbot.record.timeline import Timeline
 from kbot.text import KbotError
-
-
-@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_what_a_topic_said_last(runs: dict[str, Path], kind: str) -> None:
-    """Odometry is said every 20 ms, the first time after 20 ms."""
-    timeline = Timeline(str(runs[kind]))
-    assert timeline.topics["/odom"] == "nav_msgs/msg/Odometry"
-    assert timeline.at("/odom", 0.019) is None
-    for asked, said in ((0.02, 20), (0.0399, 20), (0.51, 500), (99.0, 1520)):
-        entry = timeline.at("/odom", asked)
-        assert entry is not None
-        assert entry.nanoseconds == said * 1_000_000
-        stamp = entry.message().header.stamp
-        assert stamp.sec * 1000 + stamp.nanosec // 1_000_000 == said
-    assert [e.nanoseconds // 1_000_000 for e in timeline.between("/odom", 0.1, 0.16)] == [100, 120, 140]
-    state = timeline.state(0.5)
-    assert {"/odom", "/joint_states", "/robot_description"} <= state.keys()
-    assert all(entry.nanoseconds <= 500_000_000 for entry in state.values())
-    with pytest.raises(KbotError, match="did you mean '/odom'"):
-        timeline.at("/odmo", 0.0)
-
-
-def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
-    from .conftest import record
-
-    def twice(sim: object) -> None:
-        sim.cmd_vel(0.3, 0.0)
-        sim.run(1.0)
-        sim.reset()
-        sim.run(0.5)
-
-    record(tmp_path / "run.mcap", twice)
-    timeline = Timeline(str(tmp_path / "run.mcap"))
-    last = timeline.at("/odom", 99.0)
-    assert last is not None
-    assert last.nanoseconds == 500_000_000
-    assert last.message().pose.pose.position.x == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
