@@ -1,0 +1,81 @@
+"""Markers on their way to the page: none is lost, and their meshes are read here."""
+
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from kbot.launch.stage import display_config
+from kbot.messages import Header, Time
+from kbot.messages.control import Duration
+from kbot.messages.visualization import (
+    DELETE,
+    DELETE_ALL,
+    MESH_RESOURCE,
+    Marker,
+    MarkerArray,
+)
+from kbot.workbench.marker_meshes import MarkerMeshes
+from kbot.workbench.marker_state import MarkerState
+from kbot.workbench.mesh_store import MeshStore
+
+
+def standing(state: MarkerState, now: int = 0) -> list[tuple[str, int]]:
+    first, *rest = state.standing(now).markers
+    assert first.action == DELETE_ALL  # so that a page that missed some forgets them
+    return [(marker.ns, marker.id) for marker in rest]
+
+
+def test_markers_stand_until_they_are_deleted() -> None:
+    state = MarkerState()
+    state.take(MarkerArray((Marker(ns="a", id=1), Marker(ns="a", id=2), Marker(ns="b", id=1))))
+    state.take(Marker(ns="a", id=1, text="again"))
+    assert standing(state) == [("a", 2), ("b", 1), ("a", 1)]
+    state.take(Marker(ns="a", id=2, action=DELETE))
+    assert standing(state) == [("b", 1), ("a", 1)]
+    state.take(Marker(ns="a", action=DELETE_ALL))
+    assert standing(state) == [("b", 1)]
+    state.take(Marker(action=DELETE_ALL))
+    assert standing(state) == []
+
+
+def test_a_marker_goes_when_its_life_is_over() -> None:
+    state = MarkerState()
+    state.take(Marker(Header(Time(2)), id=1, lifetime=Duration(1, 500_000_000)))
+    assert standing(state, 3_400_000_000) == [("", 1)]
+    assert standing(state, 3_600_000_000) == []
+
+
+def test_meshes_are_read_from_packages_and_nowhere_else(tmp_path: Path) -> None:
+    package = tmp_path / "things"
+    package.mkdir()
+    (package / "package.xml").write_text("<package><name>things</name></package>")
+    for folder in (package, tmp_path):
+        trimesh.creation.box((1.0, 1.0, 1.0)).export(folder / "box.stl")
+    meshes = MeshStore()
+    for_page = MarkerMeshes(meshes, str(package / "robot.urdf"))
+
+    def told(address: str) -> str:
+        marker = for_page(Marker(type=MESH_RESOURCE, mesh_resource=address))
+        assert isinstance(marker, Marker)
+        return marker.mesh_resource
+
+    assert meshes.packed(told("package://things/box.stl")) is not None
+    assert told("package://things/../box.stl") == ""
+    assert told(f"file://{tmp_path}/box.stl") == ""
+    assert told("package://nothing/box.stl") == ""
+    assert told("package://things/none.stl") == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        ("-d a.rviz", "a.rviz"),
+        ("-f odom --display-config a.rviz", "a.rviz"),
+        ("--display-config=a.rviz", "a.rviz"),
+        ("-d", ""),
+        ("", ""),
+    ],
+)
+def test_a_launch_names_the_displays_as_it_does_for_rviz(arguments: str, file: str) -> None:
+    assert display_config(arguments) == file
