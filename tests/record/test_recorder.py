@@ -137,6 +137,26 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
+@pytest.mark.parametrize(
+    ("bytes_free", "said"), [(4096, "cannot be written: disk I/O error"), (60_000, "the recording ended at")]
+)
+def test_a_full_disk_is_told_of_by_sqlite_too(tmp_path: Path, bytes_free: int, said: str) -> None:
+    """Where it cannot begin, and where it cannot go on."""
+    program = f"""
+        import resource, signal, sys
+        from kbot.cli.main import run
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, ({bytes_free}, {bytes_free}))
+        sys.exit(run(["sim", "kbot", "--headless", "--record", {str(tmp_path / "run")!r}]))
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     program = f"""
         import os, kbot

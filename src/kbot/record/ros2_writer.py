@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
@@ -23,7 +27,8 @@ class Ros2Writer:
     def __init__(self, path: str) -> None:
         """Raises OSError: the folder exists or cannot be made."""
         self._writer = Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3)
-        self._writer.open()
+        with _disk_of_sqlite():
+            self._writer.open()
         self._connections: dict[tuple[str, str], Connection] = {}
         self._time = 0
 
@@ -32,15 +37,17 @@ class Ros2Writer:
         connection = self._connections.get(key)
         if connection is None:
             definition, digest = packet.ros2_definition
-            connection = self._connections[key] = self._writer.add_connection(
-                packet.topic,
-                packet.type_name,
-                msgdef=definition,
-                rihs01=digest,
-                offered_qos_profiles=[_quality(packet.topic in LATCHED)],
-            )
+            with _disk_of_sqlite():
+                connection = self._connections[key] = self._writer.add_connection(
+                    packet.topic,
+                    packet.type_name,
+                    msgdef=definition,
+                    rihs01=digest,
+                    offered_qos_profiles=[_quality(packet.topic in LATCHED)],
+                )
         self._time = packet.nanoseconds
-        self._writer.write(connection, packet.nanoseconds, packet.cdr)
+        with _disk_of_sqlite():
+            self._writer.write(connection, packet.nanoseconds, packet.cdr)
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
         self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))
@@ -48,13 +55,24 @@ class Ros2Writer:
     def flush(self) -> None:
         connection = getattr(self._writer.storage, "conn", None)
         if connection is not None:
-            connection.commit()
+            with _disk_of_sqlite():
+                connection.commit()
 
     def close(self) -> None:
-        self._writer.close()
+        with _disk_of_sqlite():
+            self._writer.close()
 
     def abandon(self) -> None:
         self._writer.abort()
+
+
+@contextmanager
+def _disk_of_sqlite() -> Iterator[None]:
+    """What SQLite makes of a disk that takes no more, raised as the other formats raise it."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise OSError(errno.EIO, str(error)) from error
 
 
 def _quality(latched: bool) -> Qos:
