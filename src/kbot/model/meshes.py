@@ -110,6 +110,8 @@ def _load(path: str, _modified: int, _size: int) -> MeshData:
         scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
         unit = _unit(scene) if extension == "dae" else 1.0
         parts = tuple(_parts(scene, unit))
+    except ImportError:  # what trimesh would guess an encoding with
+        raise KbotError(f"the mesh {path} cannot be read: it is no .{extension} file") from None
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
         raise KbotError(f"the mesh {path} cannot be read: {error}") from None
     if not parts:
