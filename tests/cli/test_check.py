@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 
 from kbot.cli.check import command as check
 from kbot.cli.rule import command as rule
+from kbot.text import KbotError
 
 FIXTURES = Path(__file__).parents[1] / "checks" / "fixtures"
 SCHEMAS = Path(__file__).parents[1] / "checks" / "schemas"
@@ -166,6 +167,15 @@ def test_a_comment_at_one_call_suppresses_it_there(robot: Path) -> None:
         text.replace('  <xacro:part name="b"', '  <!-- kbot: ignore[I117] lead -->\n  <xacro:part name="b"')
     )
     assert not {"I117", "K001"} & {f["code"] for f in findings("robot.xacro")}
+
+
+def test_a_baseline_overwrites_nothing_but_baselines(robot: Path) -> None:
+    before = robot.read_text()
+    with pytest.raises(KbotError, match=r"robot\.xacro is not a baseline of kbot"):
+        run("robot.xacro", "--write-baseline", "robot.xacro")
+    assert robot.read_text() == before
+    assert status("robot.xacro", "--write-baseline", "known.json") == 0
+    assert status("robot.xacro", "--write-baseline", "known.json") == 0
 
 
 def test_a_baseline_hides_what_it_knows(robot: Path) -> None:

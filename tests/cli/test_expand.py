@@ -114,3 +114,34 @@ def test_unusable_words(words: list[str], capsys: pytest.CaptureFixture[str]) ->
     assert captured.out == ""
     assert "error:" in captured.err
     assert "Traceback" not in captured.err
+
+
+@pytest.mark.parametrize("option", ["-o", "--source-map"])
+def test_what_a_robot_is_made_from_is_not_written_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    part, robot, link = (tmp_path / name for name in ("part.xacro", "robot.xacro", "link.xacro"))
+    part.write_text('<robot><link name="a"/></robot>')
+    whole = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="part.xacro"/></robot>'
+    )
+    robot.write_text(whole)
+    link.symlink_to(robot)
+    for target in (robot, part, link):
+        assert run(["expand", str(robot), option, str(target)]) == 2
+        assert f"{target} is a file that this is made from" in capsys.readouterr().err
+    assert (robot.read_text(), part.read_text()) == (whole, '<robot><link name="a"/></robot>')
+
+
+def test_two_results_go_to_two_files(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = robot.with_name("out")
+    assert run(["expand", str(robot), "-o", str(out), "--source-map", str(out)]) == 2
+    assert "name two files" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_into_a_pipe_by_its_name(robot: Path) -> None:
+    command = [sys.executable, "-m", "kbot", "expand", str(robot), "-o", "/dev/stdout"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == xacro.process_file(str(robot)).toprettyxml(indent="  ")

@@ -154,6 +154,27 @@ def test_a_picture_that_cannot_be_written_is_said(capsys, tmp_path):
     assert "cannot be written" in err
 
 
+@pytest.mark.parametrize("option", ["--plot", "--shot"])
+def test_a_picture_overwrites_nothing_but_pictures(capsys, tmp_path, option):
+    robot = tmp_path / "robot.xacro"
+    robot.write_text("<robot name='r'/>")
+    status, _, err = simulate(capsys, "kbot", "--headless", "--duration", "0", option, str(robot))
+    assert (status, robot.read_text()) == (2, "<robot name='r'/>")
+    assert "ends in .png" in err
+    status, _, err = simulate(capsys, "kbot", "--headless", "--plot", "a.png", "--shot", "a.png")
+    assert status == 2
+    assert "name two files" in err
+
+
+def test_the_report_is_there_where_its_picture_cannot_be_written(capsys, tmp_path):
+    taken = tmp_path / "drive.png"
+    taken.mkdir()
+    status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--plot", str(taken))
+    assert status == 2
+    assert "simulated   1.000 s" in out
+    assert "drive.png cannot be written" in err
+
+
 def test_the_example_holds_for_kbot(capsys):
     from pathlib import Path
 

@@ -28,8 +28,10 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
     """Write the findings of today.
 
     Raises:
-        KbotError: the file cannot be written.
+        KbotError: the file cannot be written, or is something else than a baseline, which would be lost.
     """
+    if os.path.isfile(path) and os.path.getsize(path):  # noqa: PTH113, PTH202
+        _known(path)
     folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
     counts = Counter(_key(d, folder) for d in found)
     known = [
@@ -47,16 +49,7 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
     Raises:
         KbotError: the baseline is missing or not one.
     """
-    try:
-        data = json.loads(Path(path).read_text("utf-8"))
-        if data["version"] != _VERSION:
-            raise ValueError(f"its version is {data['version']}, not {_VERSION}")
-        rows = data["findings"]
-        known = Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
-    except FileNotFoundError:
-        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise KbotError(f"{path} is not a baseline of kbot: {error}") from None
+    known = _known(path)
     folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
     new = []
     for diagnostic in found:
@@ -66,3 +59,16 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
         else:
             new.append(diagnostic)
     return new
+
+
+def _known(path: str) -> Counter[Key]:
+    try:
+        data = json.loads(Path(path).read_text("utf-8"))
+        if data["version"] != _VERSION:
+            raise ValueError(f"its version is {data['version']}, not {_VERSION}")
+        rows = data["findings"]
+        return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
+    except FileNotFoundError:
+        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it") from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise KbotError(f"{path} is not a baseline of kbot: {error}") from None

@@ -9,7 +9,7 @@ import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
 from kbot.cli.official import xacro_arguments
-from kbot.cli.output import report
+from kbot.cli.output import fail, keep_sources, report
 from kbot.text.files import write_text
 from kbot.xacro import Packages, expand
 from kbot.xacro.run import Log
@@ -68,6 +68,11 @@ def command(
     if not expansion.ok:
         sys.stderr.flush()
         click.get_current_context().exit(2)
+    for path in (output, source_map):
+        if path:
+            keep_sources(path, [robot_path(file), *expansion.dependencies])
+    if output and source_map and os.path.realpath(output) == os.path.realpath(source_map):
+        fail(f"-o and --source-map both write {output}: name two files")
     if source_map:
         from kbot.xacro.source_map import SourceMap
 

@@ -66,6 +66,13 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
 
 
+def keep_sources(output: str, sources: Iterable[str]) -> None:
+    """Refuse to write a result over a file that it is made from. Raises KbotError."""
+    place = os.path.realpath(output)
+    if os.path.isfile(place) and place in map(os.path.realpath, sources):  # noqa: PTH113
+        fail(f"{output} is a file that this is made from, and would be lost: write to another")
+
+
 def fail(message: str) -> NoReturn:
     """End the verb with one clear sentence and exit status 2."""
     raise KbotError(message)

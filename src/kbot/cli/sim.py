@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import config_option, examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import PICTURE, config_option, examples, one_file, package_path_option, page_options
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
@@ -55,8 +55,10 @@ DURATION = 10.0
     metavar="X,Y,YAW",
     help="Where it starts: m, m, rad in the world.",
 )
-@click.option("--plot", metavar="PNG", help="Draw the way it went, and its odometry's, from above.")
-@click.option("--shot", metavar="PNG", help="Draw robot and world as they stand in the end.")
+@click.option(
+    "--plot", type=PICTURE, metavar="PNG", help="Draw the way it went, and its odometry's, from above."
+)
+@click.option("--shot", type=PICTURE, metavar="PNG", help="Draw robot and world as they stand in the end.")
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",
@@ -143,6 +145,8 @@ def command(
         fail("--script says itself how long to run; leave --duration out")
     if goto is not None and (cmd_vel is not None or script is not None):
         fail("--goto drives the robot itself; leave --cmd-vel and --script out")
+    if shot is not None and plot == shot:
+        fail(f"--plot and --shot both draw {plot}: name two files")
     if goto is not None and plot is not None:
         fail("--plot is for --script and --cmd-vel; leave it out with --goto")
     goal = None if goto is None else parse_goal(goto)
@@ -256,12 +260,6 @@ def _run(
             except ScriptFailed as failure:
                 failed = failure
     odometer.close()
-    if plot is not None:
-        from kbot.sim.plot import draw
-
-        write_bytes(
-            plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
-        )
     result = make_report(simulation, odometer.distance, progress.wall)
     if as_json:
         print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})
@@ -269,5 +267,10 @@ def _run(
         click.echo(result.to_text())
     if failed is not None:
         sys.stderr.write(f"{failed}\n")
-        return 1
-    return 0
+    if plot is not None:  # after the report, which is not lost where no picture can be written
+        from kbot.sim.plot import draw
+
+        write_bytes(
+            plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
+        )
+    return 1 if failed is not None else 0

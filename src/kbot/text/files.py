@@ -129,10 +129,12 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     import tempfile  # this and pathlib cost more to import than all of this package
     from pathlib import Path
 
+    if not os.fspath(path):
+        raise KbotError("the name of a file to write is empty")
     target = Path(os.path.realpath(path))  # a link stays a link
     try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(data)  # a device or a pipe: nothing to replace
+        if Path(path).exists() and not Path(path).is_file():
+            Path(path).write_bytes(data)  # a device or a pipe, as /dev/stdout: nothing to replace
             return
         descriptor, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
