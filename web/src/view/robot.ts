@@ -179,7 +179,7 @@ function inertiaObjects(inertia: InertiaView): InertiaParts {
     new MeshBasicMaterial({ color: INERTIA, transparent: true, depthTest: false }),
   );
   const ellipsoid = new Mesh(new SphereGeometry(1, 40, 28), filling);
-  const rim = new Mesh(ellipsoid.geometry, new MeshBasicMaterial({ color: INERTIA, wireframe: true, transparent: true, opacity: 0.25, depthTest: false }));
+  const rim = new Mesh(new SphereGeometry(1, 18, 12), new MeshBasicMaterial({ color: INERTIA, wireframe: true, transparent: true, opacity: 0.25, depthTest: false }));
   for (const object of [box, edges, centre, ellipsoid, rim]) {
     place(object, inertia.position, inertia.quaternion);
     object.renderOrder = 5;
