@@ -107,12 +107,12 @@ def first_picture(browser: Browser, address: str, is_drawn: str) -> float:
 
 
 @contextmanager
-def bare_page() -> Iterator[str]:
-    """Address of the bare page, bundled as the workbench's is."""
+def bare_page(script: str = BARE) -> Iterator[str]:
+    """Address of a bare page, bundled as the workbench's is."""
     with tempfile.TemporaryDirectory(dir=WEB, prefix="bare-") as folder:
-        (Path(folder) / "main.js").write_text(BARE)
-        script = '<body style="margin:0"><script type="module" src="./main.js"></script>'
-        (Path(folder) / "index.html").write_text(f'<!doctype html><link rel="icon" href="data:,">{script}')
+        (Path(folder) / "main.js").write_text(script)
+        tag = '<body style="margin:0"><script type="module" src="./main.js"></script>'
+        (Path(folder) / "index.html").write_text(f'<!doctype html><link rel="icon" href="data:,">{tag}')
         vite = [
             str(WEB / "node_modules" / ".bin" / "vite"),
             "build",

@@ -73,6 +73,7 @@ def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
         pages.append(page)
         page.goto(address)
         until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+        page.locator(".topbar").wait_for()
         return page
 
     yield open_one

@@ -75,16 +75,6 @@ def test_riding_along_looks_ahead_of_the_robot(driving: tuple[str, Session], ope
     assert abs(ahead[0] / ahead[3]) < 0.02
 
 
-def test_the_picture_is_saved_as_a_png(viewing: str, open_page: OpenPage) -> None:
-    page = open_page(viewing)
-    with page.expect_download() as saved:
-        page.get_by_role("button", name="Save the picture").click()
-    data = saved.value.path().read_bytes()
-    assert data.startswith(b"\x89PNG")
-    assert saved.value.suggested_filename == "kbot.png"
-    assert len(data) > 4000
-
-
 def test_a_wall_between_does_not_hide_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.get_by_role("combobox", name="World").select_option("boxes")

@@ -124,6 +124,7 @@ export class App {
         this.told.set({ text: [`Saved to ${message.file}.`, ...message.notes].join(" ") });
         break;
       case "scene":
+        if (JSON.stringify(message) === JSON.stringify(this.scene.value)) break; // as after a lost connection
         if (this.scene.value === null) this.awaitsDisplays = false;
         this.scene.set(message);
         if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");

@@ -22,7 +22,16 @@ export class Connection implements Line {
   private wait = FIRST_WAIT;
 
   constructor(private readonly hear: (message: FromServer) => void) {
-    this.connect();
+    queueMicrotask(() => {
+      this.hearGreeting();
+      this.connect();
+    });
+  }
+
+  /** What the page was sent along with itself, so that it need not wait for the socket to draw. */
+  private hearGreeting(): void {
+    const greeting = document.getElementById("greeting")?.textContent;
+    for (const message of JSON.parse(greeting || "[]") as FromServer[]) this.hear(message);
   }
 
   /** Sends a message; one that cannot be sent now is dropped, for it would be stale later. */

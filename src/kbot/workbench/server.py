@@ -8,6 +8,7 @@ import http
 import logging
 import socket
 import time
+from collections.abc import Awaitable
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server as SocketServer
@@ -22,8 +23,9 @@ from kbot.wire.types import ros2_types
 from kbot.workbench.access import Access, security_headers
 from kbot.workbench.complaints import Complaints
 from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.encode import encode
 from kbot.workbench.hub import MAX_PAGES, Client, Hub
-from kbot.workbench.page_files import load_page
+from kbot.workbench.page_files import load_page, with_greeting
 from kbot.workbench.past import Past
 from kbot.workbench.protocol import (
     Drive,
@@ -37,7 +39,7 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
-from kbot.workbench.session import Session
+from kbot.workbench.session import NOBODY, Session
 from kbot.workbench.watch import Watcher
 
 log = logging.getLogger(__name__)
@@ -47,6 +49,8 @@ STATE_SECONDS = 1 / 50
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
 _TEXT = "text/plain; charset=utf-8"
+EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
+"""What can be taken out of the page; its HTML is to be saved, not opened beside the page."""
 _FOR_EVER = "max-age=31536000, immutable"
 
 
@@ -93,7 +97,9 @@ class Server:
     async def _until_closed(self, sockets: SocketServer) -> None:
         await sockets.wait_closed()
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    def _answer(
+        self, connection: ServerConnection, request: Request
+    ) -> Response | Awaitable[Response] | None:
         """An answer to a plain request; None lets a WebSocket handshake go on."""
         path = urlsplit(request.path).path
         # older releases of websockets refuse every other method themselves, and name none
@@ -104,7 +110,7 @@ class Server:
             return answer
         is_socket = path == "/ws"
         host = _only(request.headers, "Host")
-        secret = is_socket or path.startswith("/mesh/")
+        secret = is_socket or path.startswith(("/mesh/", "/export/"))
         reason = self.access.refuses(request.path, host, _only(request.headers, "Origin"), secret)
         if reason is not None:
             self._complaints.add(f"refused {path[:80]}: {reason}")
@@ -116,11 +122,29 @@ class Server:
             mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
             if mesh is not None:
                 return _response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
+        elif path in EXPORTS:
+            return self._exported(path, served)
         elif path in self._page:
             kind, body = self._page[path]
+            if path == "/" and not self.access.refuses(request.path, host, None, secret=True):
+                body = with_greeting(body, map(encode, self.session.greeting(NOBODY)))
             kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
             return _response(http.HTTPStatus.OK, served, body, kind, kept)
         return _response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+
+    async def _exported(self, path: str, host: str) -> Response:
+        """The robot as it stands, as a file; made on another thread."""
+        robot, positions = self.session.standing()
+        if path == "/export/robot.glb":
+            from kbot.workbench.export.model_file import glb
+
+            return _response(
+                http.HTTPStatus.OK, host, await asyncio.to_thread(glb, robot, positions), EXPORTS[path]
+            )
+        from kbot.workbench.export.page import saved_page
+
+        page = await asyncio.to_thread(saved_page, self.session, robot)
+        return _response(http.HTTPStatus.OK, host, page.encode(), EXPORTS[path])
 
     async def _page_connected(self, connection: ServerConnection) -> None:
         if len(self.hub) >= MAX_PAGES:
@@ -243,8 +267,12 @@ class Server:
             except KbotError as error:  # the configuration of the checks, which is no part of the robot
                 self.hub.publish(Refused(str(error)))
                 return
+            known = self.session.missing_meshes()
             for message in self.session.adopt(reading):
                 self.hub.publish(message)
+            for missing in self.session.missing_meshes():
+                if missing not in known:
+                    log.warning("%s", missing)
 
 
 def _response(

@@ -14,6 +14,7 @@ from kbot.workbench.authoring import Authoring
 from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.marker_meshes import MarkerMeshes
+from kbot.workbench.mesh_notes import lightened_meshes, missing_meshes
 from kbot.workbench.mesh_store import MeshStore
 from kbot.workbench.motion import Motion, flat
 from kbot.workbench.overrides import Overrides
@@ -163,6 +164,16 @@ class Session:
         parts = (self.scene, self.findings(), self.authoring.parameters(), self.state())
         settings = self.display_file.greeting
         return [self.about(client), *([settings] if settings is not None else []), *parts]
+
+    def missing_meshes(self) -> list[str]:
+        """What is said of meshes that are not there."""
+        return missing_meshes(self._findings)
+
+    def standing(self) -> tuple[Robot, dict[str, float]]:
+        """The robot on show, and where the joints stand that follow no other; rad, m."""
+        positions = self._motion.moment().positions
+        free = (joint.name for joint in self._robot.movable_joints if joint.mimic is None)
+        return self._robot, {name: positions[name] for name in free if name in positions}
 
     def about(self, client: int = NOBODY) -> About:
         linear, angular = self._limits(self._robot)
@@ -352,7 +363,8 @@ class Session:
         self._motion.drive(0.0, 0.0)
 
     def _look_at(self, reading: Reading) -> None:
-        self._findings = gravest_first(reading.findings)
+        notes = lightened_meshes(self._robot, self.meshes)
+        self._findings = gravest_first((*reading.findings, *notes))
         self.authoring.look_at(reading.files, self._findings)
 
     def _build_scene(self) -> Scene:

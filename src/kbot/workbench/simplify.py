@@ -41,7 +41,8 @@ def _lighter(part: MeshPart, kept: float) -> MeshPart:
     )
     if texture is not None:
         _, _, became = fast_simplification.replay_simplification(points, corners, collapses)
-        uv = np.zeros((len(fewer), 2))
-        uv[became] = texture.uv
+        uv = np.zeros((len(fewer), 2))  # the mean of those that became one
+        np.add.at(uv, became, texture.uv)
+        uv /= np.maximum(np.bincount(became, minlength=len(fewer)), 1)[:, None]
         texture = Texture(uv, texture.image)
     return MeshPart(np.asarray(fewer, np.float64), np.asarray(left, np.int64), part.rgba, texture)

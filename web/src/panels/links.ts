@@ -8,12 +8,6 @@ import type { LinkView, Scene } from "../protocol";
 export function links(app: App): HTMLElement {
   const tree = h("ul", { class: "tree", role: "tree", "aria-label": "Links" });
   const count = h("span", { class: "count" });
-  app.scene.watch((scene) => {
-    if (scene === null) return;
-    count.textContent = String(scene.links.length);
-    tree.replaceChildren(...branch(app, scene, scene.root, 1));
-    mark();
-  });
   const mark = (): void => {
     let first = true;
     for (const item of tree.querySelectorAll<HTMLButtonElement>("button[data-link]")) {
@@ -24,6 +18,12 @@ export function links(app: App): HTMLElement {
       first = false;
     }
   };
+  app.scene.watch((scene) => {
+    if (scene === null) return;
+    count.textContent = String(scene.links.length);
+    tree.replaceChildren(...branch(app, scene, scene.root, 1));
+    mark();
+  });
   app.selected.watch(mark);
   tree.addEventListener("keydown", (event) => {
     if ((event.key !== "ArrowDown" && event.key !== "ArrowUp") || !focusedByKeyboard()) return;

@@ -1,8 +1,9 @@
 import type { App } from "../app";
-import { download, h, toggle } from "../dom";
+import { h, toggle } from "../dom";
 import { icon, type IconName } from "../icons";
 import type { Options } from "../options";
 import type { View } from "../view/view";
+import { saveMenu } from "./save-menu";
 
 /** A button for what is often turned on and off: a way of looking, or a display or one of its properties. */
 interface Chip {
@@ -54,11 +55,6 @@ function button(app: App, chip: Chip, title: string, ...content: (Node | string)
   return made;
 }
 
-async function savePicture(view: View): Promise<void> {
-  const blob = await view.png();
-  if (blob !== null) download(blob, "kbot.png");
-}
-
 /** What is shown, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
   const buttons = CHIPS.map((chip) => button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)));
@@ -74,7 +70,6 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
     h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
   const flat = button(app, FLAT, "Without perspective (O)", "Ortho");
-  const save = h("button", { type: "button", title: "Save the picture (PNG)", "aria-label": "Save the picture", onclick: () => void savePicture(view()) }, icon("camera"));
   return h(
     "div",
     { class: "toolbar" },
@@ -87,7 +82,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
       look("Side", 270, 6),
       look("Top", 270, 89.9),
       flat,
-      save,
+      saveMenu(app, view),
     ),
   );
 }

@@ -56,6 +56,7 @@ export function timelineBar(app: App): HTMLElement {
     where.textContent = now.played ? `${clock(at)} / ${clock(now.end)}` : isLive ? "" : `\u2212${clock(now.end - at)}`;
     slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : isLive ? "live" : ago(now.end - at));
   };
+  let file = "";
   travel.timeline.watch((now) => {
     bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
     if (now === null) return;
@@ -75,7 +76,6 @@ export function timelineBar(app: App): HTMLElement {
     tellOfRecording(now.recording);
   });
 
-  let file = "";
   function tellOfRecording(now: RecordingView | null): void {
     recording.hidden = now === null;
     record.setAttribute("aria-pressed", String(now !== null));

@@ -1,7 +1,6 @@
 import {
   BufferGeometry,
   Color,
-  EdgesGeometry,
   InstancedBufferAttribute,
   InstancedMesh,
   LineBasicMaterial,
@@ -10,7 +9,7 @@ import {
   MeshStandardMaterial,
 } from "three";
 
-import { EDGE_ANGLE, surface } from "./solid";
+import { edgesOf, surface } from "./solid";
 
 const NOWHERE = new Matrix4().makeScale(0, 0, 0);
 const WHITE = [1, 1, 1, 1];
@@ -47,7 +46,7 @@ export class Batch {
     this.mesh.castShadow = this.mesh.receiveShadow = !material.transparent;
     const colour = new Color();
     colours.forEach(([r = 1, g = 1, b = 1], slot) => this.mesh.setColorAt(slot, colour.setRGB(r, g, b, "srgb")));
-    this.lines = edges === null ? null : new InstancedLines(new EdgesGeometry(geometry, EDGE_ANGLE), edges, this.mesh.instanceMatrix, numbers.length);
+    this.lines = edges === null ? null : new InstancedLines(edgesOf(geometry), edges, this.mesh.instanceMatrix, numbers.length);
   }
 
   put(slot: number, place: Matrix4): void {
@@ -61,6 +60,5 @@ export class Batch {
 
   dispose(): void {
     this.mesh.dispose();
-    this.lines?.geometry.dispose();
   }
 }

@@ -18,7 +18,7 @@ import { mesh, type MeshPart } from "./meshes";
 import { primitive } from "./shapes";
 
 /** Faces that meet at more than this many degrees have an edge drawn between them. */
-export const EDGE_ANGLE = 30;
+const EDGE_ANGLE = 30;
 /** A mesh's colour where neither it nor the description says one, and that beneath a picture. */
 const PLAIN = [0.72, 0.74, 0.78, 1];
 const WHITE = [1, 1, 1, 1];
@@ -86,6 +86,18 @@ export function surface(rgba: readonly number[]): MeshStandardMaterial {
   });
 }
 
+const outlined = new WeakMap<BufferGeometry, EdgesGeometry>();
+
+/** The edges of a geometry, found once. */
+export function edgesOf(geometry: BufferGeometry): EdgesGeometry {
+  let edges = outlined.get(geometry);
+  if (edges === undefined) {
+    edges = new EdgesGeometry(geometry, EDGE_ANGLE);
+    outlined.set(geometry, edges);
+  }
+  return edges;
+}
+
 function add(
   holder: Object3D,
   geometry: BufferGeometry,
@@ -96,6 +108,6 @@ function add(
   const object = new Mesh(geometry, material);
   object.castShadow = object.receiveShadow = !material.transparent;
   holder.add(object);
-  if (edges !== null) holder.add(new LineSegments(new EdgesGeometry(geometry, EDGE_ANGLE), edges));
+  if (edges !== null) holder.add(new LineSegments(edgesOf(geometry), edges));
   arrived(object);
 }

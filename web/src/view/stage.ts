@@ -3,10 +3,14 @@ import {
   DirectionalLight,
   HemisphereLight,
   MathUtils,
+  Mesh,
+  MeshStandardMaterial,
+  Object3D,
   OrthographicCamera,
   PCFShadowMap,
   PerspectiveCamera,
   Scene,
+  Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
@@ -16,6 +20,8 @@ import type { Theme } from "../options";
 import { PALETTES } from "./palette";
 
 const FIELD_OF_VIEW = 32;
+/** By when the first picture is on the screen, in milliseconds. */
+const SHOWN = 50;
 const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
 export type Camera = PerspectiveCamera | OrthographicCamera;
@@ -35,6 +41,7 @@ export class Stage {
   private readonly sun = new DirectionalLight(0xffffff, SUN);
   private readonly fill = new DirectionalLight(0xffffff, FILL);
   private readonly before: (() => void)[] = [];
+  private readonly first: (() => void)[] = [];
   private pending = false;
 
   private readonly perspective = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
@@ -77,6 +84,11 @@ export class Stage {
   /** Runs before each drawn frame. */
   onFrame(action: () => void): void {
     this.before.push(action);
+  }
+
+  /** Runs once something is on the screen. */
+  onFirstFrame(action: () => void): void {
+    this.first.push(action);
   }
 
   /** Something changed: draw at the next chance. */
@@ -195,8 +207,25 @@ export class Stage {
     if (!this.isOrthographic && (this.distance < near * 20 || this.distance > near * 500)) this.fitCamera();
     this.controls.update();
     for (const action of this.before) action();
-    this.renderer.render(this.scene, this.camera);
+    if (this.frames === 0) this.drawFirst();
+    else this.renderer.render(this.scene, this.camera);
     this.frames += 1;
+  }
+
+  /** Draws the solid things alone: each other material has a program to be made, which the next picture pays for. */
+  private drawFirst(): void {
+    const others: Object3D[] = [];
+    this.scene.traverseVisible((object) => {
+      const { material } = object as Partial<Mesh>;
+      if (material !== undefined && !(material instanceof MeshStandardMaterial)) others.push(object);
+    });
+    for (const object of others) object.visible = false;
+    this.renderer.render(this.scene, this.camera);
+    for (const object of others) object.visible = true;
+    setTimeout(() => {
+      this.invalidate();
+      for (const action of this.first.splice(0)) action();
+    }, SHOWN);
   }
 
   private get aspect(): number {
@@ -205,7 +234,8 @@ export class Stage {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.holder;
-    if (width === 0 || height === 0) return;
+    const { x, y } = this.renderer.getSize(new Vector2());
+    if (width === 0 || height === 0 || (width === x && height === y)) return; // a new size costs a new buffer
     const { zoom } = this.orthographic;
     this.fitCamera();
     this.orthographic.zoom = zoom;

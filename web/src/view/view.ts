@@ -11,6 +11,7 @@ import { dispose } from "./dispose";
 import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
 import { PALETTES } from "./palette";
+import { takePicture, type Wanted } from "./picture";
 import { RobotObject } from "./robot";
 import { forgetPrimitives } from "./shapes";
 import { Stage } from "./stage";
@@ -114,10 +115,9 @@ export class View implements Picture {
     this.writeAddress();
   }
 
-  /** The picture as a PNG of the size it has on screen. */
-  png(): Promise<Blob | null> {
-    this.stage.renderer.render(this.stage.scene, this.stage.camera);
-    return new Promise((resolve) => this.stage.renderer.domElement.toBlob(resolve));
+  /** The picture as a PNG, seen as it is on screen. */
+  png(wanted: Wanted): Promise<Blob | null> {
+    return takePicture(this.stage, [this.ground.floor, this.ground.shadow], wanted);
   }
 
   /** Sees what the robot would: from above its front, ahead. */

@@ -122,6 +122,7 @@ class _Read:
 
     reading: Reading
     overrides: Overrides = field(default_factory=lambda: Overrides(None))
+    package_path: tuple[str, ...] = ()
 
     def read(self) -> Reading:
         return self.reading

@@ -1,0 +1,37 @@
+"""What is to be said of the meshes on show: which are drawn with fewer triangles, and which are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from kbot.model import Mesh, Robot
+from kbot.text import Diagnostic, Severity
+from kbot.workbench.mesh_store import MeshStore
+
+MISSING = ("G101", "G102")
+
+
+def lightened_meshes(robot: Robot, meshes: MeshStore) -> Iterator[Diagnostic]:
+    """A note for each very large mesh file, where it is first named."""
+    said: set[str] = set()
+    for link in robot.links.values():
+        shapes = [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]
+        for shape in shapes:
+            if not isinstance(shape, Mesh) or shape.path is None or shape.path in said:
+                continue
+            lightened = meshes.lightened.get(shape.path)
+            if lightened is not None:
+                said.add(shape.path)
+                yield Diagnostic(
+                    "F007",
+                    Severity.INFO,
+                    f"{link.name}: the mesh {shape.uri} has {lightened.before:,} triangles;"
+                    f" {lightened.after:,} of them are drawn here",
+                    shape.origin,
+                    "physics and checks take all of them; a lighter file is faster everywhere",
+                )
+
+
+def missing_meshes(findings: Iterable[Diagnostic]) -> list[str]:
+    """The findings that a mesh is not there, as text."""
+    return [str(finding) for finding in findings if finding.code in MISSING]

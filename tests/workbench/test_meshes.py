@@ -1,0 +1,129 @@
+"""Meshes on their way to the page: textures, very large ones, and those that are not there."""
+
+import json
+import logging
+import struct
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from kbot.model.meshes import MeshPart, Texture, load_mesh
+from kbot.workbench import mesh_store
+from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.serve import open_session, serving
+from kbot.workbench.simplify import simplify, triangle_count
+
+URDF = """<robot name="r"><link name="a"><visual><geometry><mesh filename="{mesh}"/></geometry></visual>
+<collision><geometry><mesh filename="{mesh}"/></geometry></collision></link></robot>"""
+
+QUAD = (
+    "mtllib quad.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    "usemtl m\nf 1/1 2/2 3/3 4/4\n"
+)
+
+
+@pytest.fixture
+def textured(tmp_path: Path) -> Path:
+    """A square with a picture of another folder of its package: red above, blue below."""
+    (tmp_path / "package.xml").write_text("<package><name>p</name></package>")
+    for folder in ("meshes", "textures"):
+        (tmp_path / folder).mkdir()
+    pixels = np.zeros((8, 8, 3), np.uint8)
+    pixels[:4], pixels[4:] = (255, 0, 0), (0, 0, 255)
+    Image.fromarray(pixels).save(tmp_path / "textures" / "t.png")
+    (tmp_path / "meshes" / "quad.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd ../textures/t.png\n")
+    (tmp_path / "meshes" / "quad.obj").write_text(QUAD)
+    return tmp_path / "meshes" / "quad.obj"
+
+
+def test_a_texture_of_the_package_comes_with_the_mesh(textured: Path) -> None:
+    (part,) = load_mesh(str(textured)).parts
+    assert part.texture is not None
+    assert part.texture.image.size == (8, 8)
+    assert part.rgba == pytest.approx((0.5, 0.0, 0.5, 1.0))  # the mean of as much red as blue
+    low = part.vertices[:, 1] < 0.5
+    assert (part.texture.uv[low, 1] == 0.0).all()
+
+
+def test_a_texture_from_elsewhere_is_not_read(textured: Path) -> None:
+    outside = textured.parents[2] / "secret.png"
+    Image.new("RGB", (4, 4)).save(outside)
+    (textured.parent / "quad.mtl").write_text("newmtl m\nKd 0 1 0\nmap_Kd ../../../secret.png\n")
+    (part,) = load_mesh(str(textured)).parts
+    assert part.texture is None
+
+
+def test_a_packed_mesh_carries_its_picture(textured: Path) -> None:
+    store = MeshStore()
+    packed = store.packed(store.add_file(str(textured)))
+    assert packed is not None
+    (length,) = struct.unpack("<I", packed[:4])
+    (head,) = json.loads(packed[4 : 4 + length])
+    start = 4 + length + head["vertices"] * 12 + head["triangles"] * 12
+    uv = np.frombuffer(packed, "<f4", head["vertices"] * 2, start).reshape(-1, 2)
+    assert uv.min() == 0.0
+    assert uv.max() == 1.0
+    assert packed[start + uv.nbytes :][:4] == b"\x89PNG"
+    assert len(packed) % 4 == 0
+
+
+def test_a_very_large_mesh_keeps_its_shape_with_fewer_triangles() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=6)
+    soup = ball.triangles.reshape(-1, 3)  # as STL has it: no corner shared
+    (part,) = simplify((MeshPart(soup, np.arange(len(soup)).reshape(-1, 3), None),), 8000)
+    assert 7000 < len(part.faces) <= 8100
+    assert np.abs(np.linalg.norm(part.vertices, axis=1) - 1.0).max() < 0.005
+
+
+def test_a_simplified_texture_stays_where_it_lies() -> None:
+    n = 60
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    vertices = np.stack([x, y, 0.05 * np.sin(6 * x)], axis=-1).reshape(-1, 3)
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1)
+    faces = np.concatenate(
+        [np.stack([corner, corner + 1, corner + n], 1), np.stack([corner + 1, corner + n + 1, corner + n], 1)]
+    )
+    texture = Texture(vertices[:, :2].copy(), Image.new("RGB", (4, 4)))
+    (part,) = simplify((MeshPart(vertices, faces, None, texture),), 1500)
+    assert part.texture is not None
+    assert np.abs(part.texture.uv - part.vertices[:, :2]).max() < 0.06
+
+
+def test_a_large_mesh_is_drawn_lighter_with_a_note_at_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mesh_store, "MOST_TRIANGLES", 1000)
+    monkeypatch.setattr(mesh_store, "simplify", lambda parts: simplify(parts, 800))
+    trimesh.creation.icosphere(subdivisions=4).export(tmp_path / "ball.stl")
+    file = tmp_path / "r.urdf"
+    file.write_text(URDF.format(mesh="ball.stl"))
+    session = open_session(str(file), simulate=False)
+    (note,) = [found for found in session.findings().findings if found.code == "F007"]
+    assert (note.severity, note.place and note.place.line) == ("info", 1)
+    assert "5,120 triangles" in note.message
+    packed = session.meshes.packed(session.scene.links[0].visuals[0].mesh)
+    assert packed is not None
+    (length,) = struct.unpack("<I", packed[:4])
+    assert json.loads(packed[4 : 4 + length])[0]["triangles"] <= 820
+    assert triangle_count(load_mesh(str(tmp_path / "ball.stl")).parts) == 5120  # for physics and checks
+
+
+def test_a_mesh_that_goes_missing_later_is_told_again(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "box.stl")
+    file = tmp_path / "r.urdf"
+    file.write_text(URDF.format(mesh="box.stl"))
+    session = open_session(str(file), simulate=False)
+    assert session.missing_meshes() == []
+    with caplog.at_level(logging.WARNING), serving(session):
+        time.sleep(0.2)
+        file.write_text(URDF.format(mesh="bxo.stl"))
+        end = time.monotonic() + 10.0
+        while not caplog.messages and time.monotonic() < end:
+            time.sleep(0.02)
+    assert any("bxo.stl" in message and "r.urdf:1" in message for message in caplog.messages)

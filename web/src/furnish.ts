@@ -1,0 +1,55 @@
+import type { App } from "./app";
+import { Driver } from "./drive-keys";
+import { keepKeysForDriving } from "./focus";
+import { useGamepad } from "./gamepad";
+import { History } from "./history";
+import { useKeys } from "./keys";
+import { displays } from "./panels/displays";
+import { drive } from "./panels/drive";
+import { findings } from "./panels/findings";
+import { help } from "./panels/help";
+import { hover } from "./panels/hover";
+import { joints } from "./panels/joints";
+import { links } from "./panels/links";
+import { notices } from "./panels/notices";
+import { parameters } from "./panels/parameters";
+import { plots } from "./panels/plots";
+import { sheets } from "./panels/sheets";
+import { source } from "./panels/source";
+import { toolbar } from "./panels/toolbar";
+import { topbar } from "./panels/topbar";
+import { transport } from "./panels/transport";
+import { usePush } from "./push";
+import { timelineBar } from "./time/timeline";
+import { bodyChoice, toolBar } from "./tools/bar";
+import { ToolBox } from "./tools/toolbox";
+import type { View } from "./view/view";
+
+/** The places around the picture. */
+export interface Places {
+  left: HTMLElement;
+  centre: HTMLElement;
+  right: HTMLElement;
+  bottom: HTMLElement;
+}
+
+/** Puts all panels and tools around the picture. */
+export function furnish(app: App, view: View, picture: HTMLElement, { left, centre, right, bottom }: Places): void {
+  const driver = new Driver(app);
+  const keys = help(app);
+  const showHelp = (): void => keys.showModal();
+  centre.append(toolbar(app, () => view), notices(app, picture), transport(app), timelineBar(app), hover(app, view, picture));
+  left.append(displays(app), links(app), findings(app));
+  right.append(drive(app, driver), joints(app), parameters(app));
+  bottom.append(source(app), plots(app, new History(app)));
+  document.body.prepend(topbar(app, showHelp));
+  document.body.append(sheets(app), keys);
+  app.focused.watch((asked) => asked && view.focus(asked.link));
+  const tools = new ToolBox(app, view);
+  const body = bodyChoice(app, view, tools);
+  centre.append(...toolBar(app, tools, body.element));
+  usePush(app, view);
+  keepKeysForDriving();
+  useGamepad(driver);
+  useKeys(app, view, driver, showHelp, tools, body);
+}

@@ -1,0 +1,86 @@
+import type { App } from "../app";
+import { download, h } from "../dom";
+import { icon } from "../icons";
+import type { View } from "../view/view";
+
+const MOST_PIXELS = 8192;
+const FRAMES_PER_SECOND = 30;
+
+/** What can be taken out of the page: a picture, a film, the robot as one HTML file or as a 3D model. */
+export function saveMenu(app: App, view: () => View): HTMLElement {
+  const size = (label: string): HTMLInputElement => h("input", { type: "number", min: 1, max: MOST_PIXELS, step: 1, "aria-label": label });
+  const [width, height] = [size("Width in pixels"), size("Height in pixels")];
+  const transparent = h("input", { type: "checkbox" });
+  const name = (): string => app.scene.value?.robot || "robot";
+  const served = location.protocol.startsWith("http");
+  const complain = (reason: string): void => app.refused.set({ reason });
+
+  const savePicture = async (): Promise<void> => {
+    if (!width.reportValidity() || !height.reportValidity()) return;
+    const blob = await view().png({ width: width.valueAsNumber, height: height.valueAsNumber, transparent: transparent.checked });
+    if (blob === null) complain("the picture is too large to be drawn here");
+    else download(blob, `${name()}.png`);
+  };
+  const saveFromServer = async (ending: "html" | "glb"): Promise<void> => {
+    const answer = await fetch(`./export/robot.${ending}${location.search}`).catch(() => null);
+    if (answer?.ok) download(await answer.blob(), `${name()}.${ending}`);
+    else complain(`the ${ending.toUpperCase()} could not be made: ${answer === null ? "the server does not answer" : await answer.text()}`);
+  };
+
+  const film = h("button", { type: "button", "aria-pressed": "false" }, "Record a film (WebM)");
+  let recorder: MediaRecorder | null = null;
+  film.addEventListener("click", () => {
+    if (recorder !== null) recorder.stop();
+    else {
+      recorder = record(view().stage.renderer.domElement, (blob) => {
+        recorder = null;
+        film.setAttribute("aria-pressed", "false");
+        film.textContent = "Record a film (WebM)";
+        download(blob, `${name()}.webm`);
+      });
+      film.setAttribute("aria-pressed", "true");
+      film.textContent = "Stop, and save the film";
+      view().invalidate();
+    }
+  });
+  film.hidden = !("MediaRecorder" in window);
+
+  const menu = h(
+    "details",
+    { class: "save-menu" },
+    h("summary", { title: "Save a picture, a film, a page or a model", "aria-label": "Save" }, icon("camera")),
+    h(
+      "div",
+      { class: "save-sheet", role: "group", "aria-label": "Save" },
+      h("div", { class: "save-size" }, width, "×", height, h("label", {}, transparent, "transparent")),
+      h("button", { type: "button", onclick: () => void savePicture() }, "Picture (PNG)"),
+      film,
+      served && h("button", { type: "button", onclick: () => void saveFromServer("html") }, "Page in one file (HTML)"),
+      served && h("button", { type: "button", onclick: () => void saveFromServer("glb") }, "Model (GLB)"),
+    ),
+  );
+  menu.addEventListener("toggle", () => {
+    if (!menu.open) return;
+    const canvas = view().stage.renderer.domElement;
+    width.value = String(canvas.width);
+    height.value = String(canvas.height);
+  });
+  menu.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    menu.open = false;
+    menu.querySelector("summary")?.focus();
+    event.stopPropagation();
+  });
+  return menu;
+}
+
+/** Films a canvas until it is told to stop. */
+function record(canvas: HTMLCanvasElement, done: (film: Blob) => void): MediaRecorder {
+  const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ?? "video/webm";
+  const recorder = new MediaRecorder(canvas.captureStream(FRAMES_PER_SECOND), { mimeType: type, videoBitsPerSecond: 8_000_000 });
+  const chunks: Blob[] = [];
+  recorder.addEventListener("dataavailable", (event) => chunks.push(event.data));
+  recorder.addEventListener("stop", () => done(new Blob(chunks, { type: "video/webm" })));
+  recorder.start();
+  return recorder;
+}
