@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
 from kbot.launch import names
@@ -178,7 +177,7 @@ def _section(file: _File, node: str) -> dict[str, Setting]:
             name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
             if "ros__parameters" not in value:
                 look(value, name, below)
-            elif fnmatchcase(node.lstrip("/"), name.replace("/**", "*").lstrip("/") or "*"):
+            elif names.matches(name, node):
                 flatten(value["ros__parameters"], "", (*below, "ros__parameters"))
 
     def flatten(values: Any, prefix: str, keys: Keys) -> None:  # noqa: ANN401 - whatever YAML can hold

@@ -31,3 +31,11 @@ def as_namespace(name: str) -> str:
 def is_legal(name: str) -> bool:
     """Whether a name may be given to a node, topic or parameter."""
     return not name or (bool(_LEGAL.match(name)) and "//" not in name)
+
+
+def matches(pattern: str, node: str) -> bool:
+    """Whether a node's full name is one that a parameter file means: `*` stands for one part of it, `**` for
+    any number of them."""
+    parts = (re.escape(part) for part in pattern.split("/") if part)
+    wild = {re.escape("**"): r"(?:/[^/]+)*", re.escape("*"): "/[^/]+"}
+    return bool(re.fullmatch("".join(wild.get(part, f"/{part}") for part in parts), canonical(f"/{node}")))

@@ -40,7 +40,7 @@ def compile_model(
     try:
         model = spec.compile()
     except ValueError as error:
-        raise DescriptionError([_refused(str(error), plans)]) from None
+        raise DescriptionError([_refused(str(error), plans, world)]) from None
     return model, tuple(findings.diagnostics)
 
 
@@ -65,7 +65,7 @@ def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:  # noqa: ANN
     spec.compiler.degree = False
 
 
-def _refused(text: str, plans: Sequence[RobotPlan]) -> Diagnostic:
+def _refused(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     """The engine's words at the line of the element they speak of."""
     reason = text.removeprefix("Error: ").splitlines()[0]
     named = _NAMED.search(text)
@@ -78,5 +78,6 @@ def _refused(text: str, plans: Sequence[RobotPlan]) -> Diagnostic:
             element = plan.robot.links.get(name) or plan.robot.joints.get(name.partition(":")[0])
             where, what = (element.origin if element else plan.robot.origin), f"'{name}': "
         else:
-            what = f"'{named[1]}': "
+            body = next((b for b in world.bodies if b.name == name.partition("#")[0]), None)
+            where, what = (body.origin if body else None), f"'{body.name if body else named[1]}': "
     return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kbot.model import Robot
 from kbot.model.spawned import SpawnedController, spawned_controllers
-from kbot.sim.controller_kinds import DIFF_DRIVE
+from kbot.sim.controller_kinds import DIFF_DRIVE, OTHERS_NEED
 from kbot.text import DescriptionError, Element, Origin
 from kbot.text.files import read_source
 from kbot.text.suggest import did_you_mean
@@ -34,11 +34,19 @@ class Parameters:
         """Where the first of these parameters that is given was written, else the controller's type."""
         return next((self.places[n] for n in (*names, "type") if n in self.places), self.origin)
 
+    def lacking(self, *needed: str) -> list[str]:
+        """Those of the parameters that are needed, and of those that its type does not start without, that a
+        controller that is spawned was not given; of one in the description all is taken to be there."""
+        every = (*needed, *OTHERS_NEED.get((self.ros, self.kind), ()))
+        return [name for name in every if name not in self.values] if self.is_spawned else []
+
 
 def diff_drive_parameters(robot: Robot, findings: Findings) -> Parameters | None:
     """Those of the first differential-drive controller that runs, None where the robot names none."""
-    found = controller_parameters(robot, findings)
-    return next((p for p in found if p.kind == DIFF_DRIVE and p.is_active), None)
+    for found in controller_parameters(robot, findings):
+        if found.kind == DIFF_DRIVE and found.is_active and not found.lacking():
+            return found
+    return None
 
 
 def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Parameters]:

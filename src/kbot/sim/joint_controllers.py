@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
 
@@ -10,7 +10,6 @@ from kbot.model import Robot
 from kbot.sim.controller_kinds import (
     JOINT_STATE,
     KINDS,
-    OTHERS_NEED,
     Input,
     Interface,
     Kind,
@@ -60,6 +59,23 @@ def joint_control(robot: Robot, driven: tuple[str, ...], findings: Findings) -> 
     return JointControl(known, frozenset(held | reader.hardware_holds()), starts, topics)
 
 
+def joints_of(kind: Kind, found: Parameters) -> list[str]:
+    """The names of the joints that a controller commands, whether there are such or not."""
+    said = found.values.get(kind.joints)
+    return [said] if isinstance(said, str) and said else _words(said)
+
+
+def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
+    """Why joints that would drive do not: a controller was spawned to command one of them; else empty."""
+    for found in controller_parameters(robot, Findings()):
+        kind = KINDS[found.ros].get(found.kind)
+        if kind is not None and found.is_spawned and found.is_active:
+            taken = set(joints_of(kind, found)).intersection(joints)
+            if taken:
+                return f"the controller {found.controller} was spawned to command '{min(taken)}'"
+    return ""
+
+
 class _Reader:
     def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings) -> None:
         self.robot, self.findings = robot, findings
@@ -79,40 +95,38 @@ class _Reader:
                 self.findings.warning("W137", what, found.origin, hint)
             elif kind is not None:
                 yield from self._of_kind(kind, found)
-            elif found.kind == JOINT_STATE and self._has(found, OTHERS_NEED[1, JOINT_STATE]):
-                if found.is_active:
-                    self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
             elif is_done_elsewhere(found.kind):
-                self._has(found, OTHERS_NEED.get((found.ros, found.kind), ()))
+                if self._has(found) and found.kind == JOINT_STATE and found.is_active:
+                    self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
             else:
                 said = f"the controller '{found.controller}' of type {found.kind} is not run"
                 hint = did_you_mean(found.kind, KINDS[found.ros])
                 self.findings.info("W135", said, found.place(), hint)
 
     def _of_kind(self, kind: Kind, found: Parameters) -> Iterator[JointController]:
-        said = found.values.get(kind.joints)
-        words = [said] if isinstance(said, str) and said else _words(said)
+        words = joints_of(kind, found)
         needed = {
             name.replace("JOINT", joint): None for name in kind.required for joint in words or ("JOINT",)
         }
-        if not self._has(found, (*needed, *([] if words else [kind.joints]))):
+        if not self._has(found, *needed, *([] if words else [kind.joints])):
             return
         interface = self._interface(kind, found)
         who = f"the controller '{found.controller}'"
         joints = self._known(words, who, found.place(kind.joints))
-        if interface is None or (found.ros == 1 and not self._is_offered(kind, found, joints)):
+        if interface is None or (found.is_spawned and not all(word in self.robot.joints for word in words)):
+            return
+        if found.ros == 1 and not self._is_offered(kind, found, joints):
             return
         topic = f"{found.controller}/{kind.topic}"
         yield JointController(found.controller, topic, kind.input, joints, interface, found.is_active)
 
-    def _has(self, found: Parameters, needed: tuple[str, ...]) -> bool:
-        """Whether a controller that is spawned has what its namesake does not start without."""
-        lacking = [name for name in needed if name not in found.values]
-        if lacking and found.is_spawned:
+    def _has(self, found: Parameters, *needed: str) -> bool:
+        """Whether a controller has what its namesake does not start without."""
+        lacking = found.lacking(*needed)
+        if lacking:
             what = f"the controller '{found.controller}' lacks {', '.join(lacking)}: it is not loaded"
             self.findings.warning("W137", what, found.place(), f"a {found.kind} does not start without")
-            return False
-        return True
+        return not lacking
 
     def _is_offered(self, kind: Kind, found: Parameters, joints: tuple[str, ...]) -> bool:
         """Whether a transmission gives the controller what it commands of each of its joints."""

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.steered_drive import find_base
 from kbot.model import Robot
@@ -18,7 +18,7 @@ from kbot.sim.assembly import Assembly, plan_of
 from kbot.sim.drive import DriveLimits
 from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.inertia import drive_with_masses
-from kbot.sim.joint_controllers import joint_control
+from kbot.sim.joint_controllers import joint_control, spawned_for
 from kbot.sim.joint_orders import joint_command, trajectory_points
 from kbot.sim.joints import rest
 from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
@@ -190,7 +190,7 @@ class Population(Running):
     def _prepare(
         self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
     ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
-        drive = drive_with_masses(robot, find_base(robot))
+        drive = drive_with_masses(robot, _base(robot))
         findings = Findings()
         check_named_joints(robot, findings)
         settings: DriveSettings | None = None
@@ -226,8 +226,15 @@ class Population(Running):
 def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
     """What is wrong with the controllers of a robot, before it is simulated."""
     findings = Findings()
-    joint_control(robot, driving_joints(find_base(robot)), findings)
+    joint_control(robot, driving_joints(_base(robot)), findings)
     return tuple(findings.diagnostics)
+
+
+def _base(robot: Robot) -> DifferentialDrive | NoDrive:
+    """What drives a robot, unless a launch has its wheels commanded one by one."""
+    drive = find_base(robot)
+    reason = spawned_for(robot, driving_joints(drive))
+    return NoDrive(reason) if reason else drive
 
 
 def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:

@@ -111,6 +111,10 @@ def _add_part(
     pose: Transform,
     findings: Findings,
 ) -> Any:  # noqa: ANN401
+    if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
+        why = "a plane or a height field cannot move; make its model static"
+        findings.warning("W106", f"'{body.name}' cannot be touched: {why}", part.origin or body.origin)
+        return None
     try:
         geom = add_shape(spec, added, part.shape, pose)
     except KbotError as error:

@@ -255,7 +255,7 @@ class Carrier:
         self.params[name] = Param(names.canonical(name), value, origin, description)
 
     def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
-        words = [performed(word, self.context) for word in action.command]
+        words = [word for written in action.command for word in _words(written, self.context)]
         if is_true(performed(action.shell, self.context)):
             words = shlex.split(" ".join(words))
         program = Path(words[0]).name if words else ""
@@ -283,6 +283,12 @@ def _ends_launch(on_exit: Any) -> bool:  # noqa: ANN401 - an action, several, or
         or (isinstance(reaction, act.EmitEvent) and isinstance(reaction.event, act.Shutdown))
         for reaction in reactions
     )
+
+
+def _words(written: Any, context: Context) -> list[str]:  # noqa: ANN401 - whatever a launch file can give
+    """One word of a command, or all of a command line."""
+    text = performed(written, context)
+    return shlex.split(text) if isinstance(written, CommandLine) else [text]
 
 
 def _word(argument: object, text: str) -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from fnmatch import fnmatchcase
 from typing import Any
 
+from kbot.launch import names
 from kbot.launch.ros2.actions import ParameterFile, ParameterValue, is_value
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.substitutions import performed
@@ -62,8 +62,7 @@ def _collect(
             continue
         name = f"{prefix}/{str(key).strip('/')}"
         if "ros__parameters" in value:
-            pattern = name.replace("/**", "*").lstrip("/") or "*"
-            if fnmatchcase(node.lstrip("/"), pattern) or node == "/**":
+            if names.matches(name, node) or node == "/**":
                 found.update(_flat(value["ros__parameters"] or {}, context))
         else:
             _collect(value, name, node, found, context)

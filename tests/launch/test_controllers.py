@@ -1,0 +1,158 @@
+"""Which controllers a launch spawns, in which state, and where their parameters were written."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import read_launch, read_launch_2
+from kbot.launch.stage import stage
+from kbot.model.spawned import SpawnedController
+from kbot.text import Diagnostic
+from kbot.xacro import Packages
+
+YAML_1 = """arm:
+  states: {type: joint_state_controller/JointStateController, publish_rate: 50}
+  shoulder:
+    type: effort_controllers/JointPositionController
+    joint: shoulder
+    pid: {p: 100.0, d: 10.0}
+"""
+
+YAML_2 = """controller_manager:
+  ros__parameters:
+    update_rate: 100
+    shoulder:
+      type: forward_command_controller/ForwardCommandController
+/**/shoulder:
+  ros__parameters:
+    joints: [shoulder]
+    interface_name: position
+"""
+
+
+def spawned(folder: Path, name: str, text: str) -> tuple[dict[str, SpawnedController], list[Diagnostic]]:
+    file = folder / name
+    file.write_text(text)
+    packages = Packages(around=str(file))
+    read = read_launch_2 if name.endswith(".launch.xml") else read_launch
+    staged = stage(read(str(file), packages=packages).require(), packages)
+    return {c.name: c for c in staged.controllers}, list(staged.notes)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "one.yaml").write_text(YAML_1)
+    (tmp_path / "two.yaml").write_text(YAML_2)
+    return tmp_path
+
+
+NS = 'ns="arm"'
+LOAD = '<rosparam command="load" file="$(dirname)/one.yaml"/>'
+
+
+def spawner(args: str, more: str = "") -> str:
+    return f'<node pkg="controller_manager" type="spawner" name="s" args="{args}" {more}/>'
+
+
+def test_a_spawner_of_ros_1_starts_what_it_names_in_its_namespace(folder):
+    found, notes = spawned(folder, "a.launch", f"<launch>{LOAD}{spawner('states shoulder', NS)}</launch>")
+    assert list(found) == ["/arm/states", "/arm/shoulder"]
+    assert notes == []
+    shoulder = found["/arm/shoulder"]
+    assert (shoulder.is_active, shoulder.ros) == (True, 1)
+    assert {name: s.value for name, s in shoulder.settings.items()} == {
+        "type": "effort_controllers/JointPositionController",
+        "joint": "shoulder",
+        "pid.p": 100.0,
+        "pid.d": 10.0,
+    }
+
+
+def test_each_parameter_knows_its_line_in_the_yaml_and_the_launch_that_loads_it(folder):
+    found, _ = spawned(folder, "a.launch", f"<launch>\n{LOAD}\n{spawner('/arm/shoulder')}</launch>")
+    settings = found["/arm/shoulder"].settings
+    lines = {name: (Path(s.origin.span.file).name, s.origin.span.line) for name, s in settings.items()}
+    assert lines == {name: ("one.yaml", line) for name, line in
+                     (("type", 4), ("joint", 5), ("pid.p", 6), ("pid.d", 6))}  # fmt: skip
+    assert settings["pid.d"].origin.span.text == "d"
+    (loaded,) = settings["joint"].origin.stack
+    assert (Path(loaded.span.file).name, loaded.span.line) == ("a.launch", 2)
+
+
+def test_the_place_of_a_controller_is_its_word_among_the_arguments(folder):
+    found, _ = spawned(folder, "a.launch", f"<launch>{spawner('shoulder elbow')}</launch>")
+    assert [c.origin.span.text for c in found.values()] == ["shoulder", "elbow"]
+    assert not found["/elbow"].settings
+
+
+@pytest.mark.parametrize(
+    ("node", "active"),
+    [
+        (spawner("--stopped shoulder"), False),
+        (spawner("--wait-for /up --timeout 5 shoulder"), True),
+        (spawner("--namespace /arm shoulder __name:=x"), True),
+        ('<node pkg="controller_manager" type="controller_manager" name="s" args="spawn shoulder"/>', True),
+        ('<node pkg="controller_manager" type="controller_manager" name="s" args="load shoulder"/>', False),
+    ],
+)
+def test_what_is_stopped_or_loaded_is_idle(folder, node, active):
+    found, _ = spawned(folder, "a.launch", f"<launch>{node}</launch>")
+    assert [c.is_active for c in found.values()] == [active]
+    assert next(iter(found)).rpartition("/")[2] == "shoulder"
+
+
+def node_2(package: str, executable: str, inner: str = "", args: str = "") -> str:
+    return f'<node pkg="{package}" exec="{executable}" args="{args}">{inner}</node>'
+
+
+def test_a_spawner_of_ros_2_has_parameters_of_the_manager_s_file(folder):
+    manager = node_2("controller_manager", "ros2_control_node", '<param from="$(dirname)/two.yaml"/>')
+    launch = (
+        f"<launch>{manager}{node_2('controller_manager', 'spawner', args='shoulder --inactive')}</launch>"
+    )
+    found, notes = spawned(folder, "a.launch.xml", launch)
+    (shoulder,) = found.values()
+    assert (shoulder.name, shoulder.is_active, shoulder.ros, notes) == ("/shoulder", False, 2, [])
+    assert {name: (s.value, s.origin.span.line) for name, s in shoulder.settings.items()} == {
+        "type": ("forward_command_controller/ForwardCommandController", 5),
+        "joints": (["shoulder"], 8),
+        "interface_name": ("position", 9),
+    }
+
+
+def test_a_spawner_of_ros_2_brings_a_file_and_a_type_of_its_own(folder):
+    args = f"shoulder -c /left/controller_manager -t some/Type -p {folder}/two.yaml"
+    found, _ = spawned(
+        folder, "a.launch.xml", f"<launch>{node_2('controller_manager', 'spawner', args=args)}</launch>"
+    )
+    (shoulder,) = found.values()
+    assert (shoulder.name, shoulder.is_active) == ("/left/shoulder", True)
+    assert {n: s.value for n, s in shoulder.settings.items()} == {
+        "type": "some/Type", "joints": ["shoulder"], "interface_name": "position",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("command", "active"),
+    [
+        ("load_controller --set-state active shoulder", True),
+        ("load_controller --set-state inactive shoulder", False),
+        ("load_controller shoulder", False),
+        ("set_controller_state shoulder active", True),
+    ],
+)
+def test_a_process_of_ros2_control_spawns_too(folder, command, active):
+    found, notes = spawned(
+        folder, "a.launch.xml", f'<launch><executable cmd="ros2 control {command}"/></launch>'
+    )
+    assert {name: c.is_active for name, c in found.items()} == {"/shoulder": active}
+    assert notes == []
+
+
+def test_a_file_that_is_no_yaml_is_a_note_at_the_spawner(folder):
+    (folder / "bad.yaml").write_text("a: [1,")
+    args = f"shoulder -p {folder}/bad.yaml"
+    _, notes = spawned(
+        folder, "a.launch.xml", f"<launch>\n{node_2('controller_manager', 'spawner', args=args)}</launch>"
+    )
+    assert [(n.code, n.origin.span.line) for n in notes] == [("L059", 2)]

@@ -1,0 +1,278 @@
+"""Controllers that a launch spawns: active, idle or not loaded, as ROS 1's controller manager has them."""
+
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import read_launch
+from kbot.launch.stage import stage
+from kbot.messages import types as msg
+from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
+from kbot.model.load import load_robot_text
+from kbot.model.spawned import spawned_controllers, with_controllers
+from kbot.model.writer import to_urdf
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.xacro import Packages
+
+NEAR = 5e-3
+"""Radians by which the other bar, that swings, may pull a joint from where it is held."""
+
+MANAGER = '<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so"/></gazebo>'
+
+
+def transmission(joint: str, interface: str, reduction: str = "1") -> str:
+    said = f"<hardwareInterface>hardware_interface/{interface}JointInterface</hardwareInterface>"
+    return (
+        f'<transmission name="t_{joint}"><type>transmission_interface/SimpleTransmission</type>'
+        f'<joint name="{joint}">{said}</joint><actuator name="m_{joint}">{said}'
+        f"<mechanicalReduction>{reduction}</mechanicalReduction></actuator></transmission>"
+    )
+
+
+def arm(extensions: str) -> str:
+    """Two bars that hang on the world, level axes along y, 0 straight ahead."""
+    bar = (
+        '<link name="{}"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    joint = (
+        '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/>'
+        '<origin xyz="{}"/><axis xyz="0 1 0"/></joint>'
+    )
+    return (
+        f'<robot name="arm"><link name="world"/>{bar.format("upper")}{bar.format("lower")}'
+        f"{joint.format('shoulder', 'world', 'upper', '0 0 2')}"
+        f"{joint.format('elbow', 'upper', 'lower', '0.5 0 0')}{extensions}</robot>"
+    )
+
+
+@pytest.fixture
+def launched(urdf, tmp_path: Path):
+    """The robot of a description as a launch file's YAML and spawner have it."""
+
+    def build(description: str, yaml: str, args: str, ns: str = "/arm"):
+        (tmp_path / "controllers.yaml").write_text(yaml)
+        file = tmp_path / "a.launch"
+        file.write_text(
+            '<launch>\n<rosparam command="load" file="$(dirname)/controllers.yaml"/>\n'
+            f'<node pkg="controller_manager" type="spawner" name="s" ns="{ns}" args="{args}"/></launch>'
+        )
+        packages = Packages(around=str(file))
+        plan = read_launch(str(file), packages=packages).require()
+        return with_controllers(urdf(description), stage(plan, packages).controllers)
+
+    return build
+
+
+EFFORT = MANAGER + transmission("shoulder", "Effort") + transmission("elbow", "Effort")
+POSITION = """arm:
+  shoulder_controller:
+    type: effort_controllers/JointPositionController
+    joint: shoulder
+    pid: {p: 100.0, i: 0.01, d: 10.0}
+"""
+
+
+def findings(simulation: Simulation) -> list[tuple[str, str, int]]:
+    found = [(d.code, d.origin) for d in simulation.diagnostics if d.code in ("W130", "W134", "W137", "W138")]
+    return [(code, Path(o.span.file).name, o.span.line) for code, o in found]
+
+
+def test_a_position_controller_turns_its_joint_to_where_it_is_told(launched):
+    sim = Simulation(launched(arm(EFFORT), POSITION, "shoulder_controller"))
+    assert findings(sim) == []
+    sim.bus.publish("/arm/shoulder_controller/command", Float64(-pi / 4))
+    sim.run(3.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-pi / 4, abs=NEAR)
+
+
+def test_it_holds_where_it_was_started_and_other_joints_of_efforts_hang(launched):
+    sim = Simulation(launched(arm(EFFORT), POSITION, "shoulder_controller"))
+    sim.run(0.3)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.0, abs=NEAR)
+    assert sim.joint_positions["elbow"] > 0.1
+
+
+@pytest.mark.parametrize("reduction", ["50", "-50", "0.5"])
+def test_a_command_is_the_joint_s_on_whatever_gear(launched, reduction):
+    extensions = MANAGER + transmission("shoulder", "Effort", reduction)
+    sim = Simulation(launched(arm(extensions), POSITION, "shoulder_controller"))
+    sim.bus.publish("/arm/shoulder_controller/command", Float64(0.7))
+    sim.run(3.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.7, abs=NEAR)
+
+
+@pytest.mark.parametrize("reduction", ["0", "much", "nan"])
+def test_a_gear_that_is_none_is_said_and_its_joint_not_commanded(launched, reduction):
+    extensions = MANAGER + transmission("shoulder", "Effort", reduction)
+    sim = Simulation(launched(arm(extensions), POSITION, "shoulder_controller"))
+    assert [found[:2] for found in findings(sim)] == [("W130", "robot.urdf"), ("W138", "controllers.yaml")]
+    assert not sim.named().control.controllers
+
+
+def test_one_that_is_only_loaded_commands_nothing(launched):
+    sim = Simulation(launched(arm(EFFORT), POSITION, "--stopped shoulder_controller"))
+    with pytest.raises(KbotError, match="not started"):
+        sim.bus.publish("/arm/shoulder_controller/command", Float64(0.5))
+    sim.run(0.3)
+    assert sim.joint_positions["shoulder"] > 0.1
+
+
+def test_what_has_no_parameters_is_said_at_the_spawner_s_word_with_the_nearest_name(launched):
+    sim = Simulation(launched(arm(EFFORT), POSITION, "shoulder_controller shoulder_controler"))
+    assert findings(sim) == [("W137", "a.launch", 3)]
+    assert "shoulder_controller" in next(d for d in sim.diagnostics if d.code == "W137").hint
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "line"),
+    [
+        (("    pid: {p: 100.0, i: 0.01, d: 10.0}\n", ""), "W137", 3),
+        (("    joint: shoulder\n", ""), "W137", 3),
+        (("    type: effort_controllers/JointPositionController\n", ""), "W137", 3),
+        (("joint: shoulder", "joint: shulder"), "W134", 4),
+        (("effort_controllers", "velocity_controllers"), "W138", 4),
+    ],
+)
+def test_what_the_controller_manager_would_not_load_is_said_at_the_yaml_s_line(launched, change, code, line):
+    sim = Simulation(launched(arm(EFFORT), POSITION.replace(*change), "shoulder_controller"))
+    assert (code, "controllers.yaml", line) in findings(sim)
+    assert not sim.named().control.controllers
+
+
+def test_without_a_controller_manager_nothing_is_loaded(launched):
+    sim = Simulation(launched(arm(transmission("shoulder", "Effort")), POSITION, "shoulder_controller"))
+    assert findings(sim) == [("W137", "a.launch", 3)]
+
+
+@pytest.mark.parametrize("interface", ["Position", "Velocity"])
+def test_gazebo_holds_joints_whose_position_or_speed_can_be_commanded(urdf, interface):
+    sim = Simulation(urdf(arm(MANAGER + transmission("shoulder", interface))))
+    sim.run(0.3)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.0, abs=NEAR)
+
+
+def one(type_: str, *lines: str) -> str:
+    return "arm:\n  c:\n" + "".join(f"    {line}\n" for line in (f"type: {type_}", *lines))
+
+
+def test_a_velocity_controller_turns_at_its_speed(launched):
+    extensions = MANAGER + transmission("shoulder", "Velocity") + transmission("elbow", "Position")
+    yaml = one("velocity_controllers/JointVelocityController", "joint: shoulder")
+    sim = Simulation(launched(arm(extensions), yaml, "c"))
+    sim.bus.publish("/arm/c/command", Float64(0.5))
+    sim.run(1.0)
+    before = sim.joint_positions["shoulder"]
+    sim.run(1.0)
+    assert sim.joint_positions["shoulder"] - before == pytest.approx(0.5, abs=5e-3)
+
+
+def test_a_group_has_numbers_in_the_order_of_its_joints(launched):
+    extensions = MANAGER + transmission("shoulder", "Position") + transmission("elbow", "Position")
+    yaml = one("position_controllers/JointGroupPositionController", "joints: [elbow, shoulder]")
+    sim = Simulation(launched(arm(extensions), yaml, "c"))
+    sim.bus.publish("/arm/c/command", Float64MultiArray(data=(0.3, -0.2)))
+    sim.run(3.0)
+    assert sim.joint_positions["elbow"] == pytest.approx(0.3, abs=1e-3)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.2, abs=1e-3)
+
+
+def test_a_trajectory_is_followed_to_its_last_point(launched):
+    gains = "gains: {shoulder: {p: 100}, elbow: {p: 100}}"
+    yaml = one("effort_controllers/JointTrajectoryController", "joints: [shoulder, elbow]", gains)
+    sim = Simulation(launched(arm(EFFORT), yaml, "c"))
+    point = JointTrajectoryPoint((0.4, -0.3), time_from_start=Duration.from_seconds(1.0))
+    sim.bus.publish("/arm/c/command", JointTrajectory(joint_names=("shoulder", "elbow"), points=(point,)))
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(0.4, abs=2e-3)
+    assert sim.joint_positions["elbow"] == pytest.approx(-0.3, abs=2e-3)
+
+
+def test_gains_of_every_joint_are_asked_for(launched):
+    yaml = one("effort_controllers/JointTrajectoryController", "joints: [shoulder, elbow]",
+               "gains: {shoulder: {p: 100}}")  # fmt: skip
+    sim = Simulation(launched(arm(EFFORT), yaml, "c"))
+    assert "gains.elbow.p" in next(d.message for d in sim.diagnostics if d.code == "W137")
+
+
+def test_joint_states_are_told_in_the_namespace_of_their_controller(launched):
+    yaml = one("joint_state_controller/JointStateController", "publish_rate: 50")
+    sim = Simulation(launched(arm(EFFORT), yaml, "c"))
+    heard: list[msg.JointState] = []
+    sim.bus.subscribe("/arm/joint_states", msg.JointState, heard.append)
+    sim.run(0.1)
+    assert set(heard[-1].name) == {"shoulder", "elbow"}
+
+
+ROVER = (
+    '<robot name="rover"><link name="base"><inertial><mass value="2"/>'
+    '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+    '<origin xyz="-0.15 0 -0.05"/><geometry><sphere radius="0.05"/></geometry></collision></link>{}</robot>'
+)
+WHEEL = (
+    '<link name="{0}"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0"'
+    ' iyz="0"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1"'
+    ' length="0.03"/></geometry></collision></link><joint name="{0}_joint" type="continuous"><parent'
+    ' link="base"/><child link="{0}"/><origin xyz="0 {1} 0"/><axis xyz="0 1 0"/></joint>'
+)
+DRIVE = """base:
+  type: diff_drive_controller/DiffDriveController
+  left_wheel: left_joint
+  right_wheel: right_joint
+  linear: {x: {max_velocity: 0.01}}
+"""
+
+
+def test_a_spawned_drive_hears_and_tells_on_topics_of_its_name(launched):
+    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
+    sim = Simulation(launched(rover, DRIVE, "base", ns="/"))
+    heard: list[msg.Odometry] = []
+    sim.bus.subscribe("/base/odom", msg.Odometry, heard.append)
+    for _ in range(10):
+        sim.bus.publish("/base/cmd_vel", msg.Twist(msg.Vector3(0.1, 0.0, 0.0), msg.Vector3(0.0, 0.0, 0.0)))
+        sim.run(0.2)
+    # 0.1 m/s for 2 s less the start at 1 m/s^2; ROS 1 counts a limit only with has_velocity_limits
+    assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
+    assert heard[-1].pose.pose.position.x == pytest.approx(0.195, abs=7e-3)
+
+
+def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(launched):
+    gears = transmission("left_joint", "Velocity") + transmission("right_joint", "Velocity")
+    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER + gears)
+    kind = "velocity_controllers/JointVelocityController"
+    yaml = "".join(f"{side}:\n  type: {kind}\n  joint: {side}_joint\n" for side in ("left", "right"))
+    sim = Simulation(launched(rover, yaml, "left right", ns="/"))
+    for side in ("left", "right"):
+        sim.bus.publish(f"/{side}/command", Float64(1.0))
+    sim.run(2.0)
+    before = sim.ground_truth.pose.x
+    sim.run(1.0)
+    # 1 rad/s of wheels of 0.1 m
+    assert sim.ground_truth.pose.x - before == pytest.approx(0.1, abs=5e-3)
+    with pytest.raises(KbotError, match="/left was spawned to command 'left_joint'"):
+        sim.cmd_vel(0.1, 0.0)
+
+
+def test_a_drive_without_its_wheels_is_said(launched):
+    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
+    sim = Simulation(launched(rover, DRIVE.replace("  left_wheel: left_joint\n", ""), "base", ns="/"))
+    assert findings(sim) == [("W137", "controllers.yaml", 2)]
+    assert sim.named().settings.command_topics == ("cmd_vel",)
+
+
+def test_a_description_that_was_written_down_runs_the_same(launched):
+    robot = launched(arm(EFFORT), POSITION, "shoulder_controller")
+    again = load_robot_text(to_urdf(robot), "again.urdf").require()
+    kept = spawned_controllers(again)
+    assert [(c.name, c.is_active, c.ros, {n: s.value for n, s in c.settings.items()}) for c in kept] == [
+        (c.name, c.is_active, c.ros, {n: s.value for n, s in c.settings.items()})
+        for c in spawned_controllers(robot)
+    ]
+    states = []
+    for simulation in (Simulation(robot), Simulation(again)):
+        simulation.bus.publish("/arm/shoulder_controller/command", Float64(0.5))
+        simulation.run(0.5)
+        states.append(simulation.state_sha256())
+    assert states[0] == states[1]
