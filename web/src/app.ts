@@ -5,6 +5,7 @@ import { rememberedOptions, rememberedTheme, type Options } from "./options";
 import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
+import { fieldName, TopicField } from "./topic-fields";
 import { Topics } from "./topics";
 
 /** What the source panel shows: a place, and what is said about it. */
@@ -29,6 +30,10 @@ export class App {
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
   readonly plots = new Signal(false);
+  /** Whether topics and the log are seen. */
+  readonly traffic = new Signal(false);
+  /** The fields of topics that were ever plotted here. */
+  readonly topicFields = new Signal<readonly TopicField[]>([]);
   readonly options = rememberedOptions();
   readonly displays = new DisplaySet();
   /** How each display fares, by its number. */
@@ -87,6 +92,15 @@ export class App {
     // what a file on the server says is asked for anew by each page, and is not this browser's own
     this.displays.replace(settings, file === "");
     if (view !== undefined) this.asked.set(view);
+  }
+
+  /** Plots a number of a topic's messages. */
+  plotTopic(topic: string, path: readonly string[]): void {
+    const name = fieldName(topic, path);
+    const others = this.topicFields.value.filter((field) => field.name !== name);
+    const field = this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this, topic, path);
+    this.plots.set(true);
+    this.topicFields.set([...others, field]);
   }
 
   /** Shows a place in the source panel, with a finding's words where there is one. */

@@ -18,6 +18,7 @@ import { sheets } from "./panels/sheets";
 import { source } from "./panels/source";
 import { toolbar } from "./panels/toolbar";
 import { topbar } from "./panels/topbar";
+import { traffic } from "./panels/traffic";
 import { transport } from "./panels/transport";
 import { usePush } from "./push";
 import { timelineBar } from "./time/timeline";
@@ -41,7 +42,7 @@ export function furnish(app: App, view: View, picture: HTMLElement, { left, cent
   centre.append(toolbar(app, () => view), notices(app, picture), transport(app), timelineBar(app), hover(app, view, picture));
   left.append(displays(app), links(app), findings(app));
   right.append(drive(app, driver), joints(app), parameters(app));
-  bottom.append(source(app), plots(app, new History(app)));
+  bottom.append(source(app), traffic(app), plots(app, new History(app)));
   document.body.prepend(topbar(app, showHelp));
   document.body.append(sheets(app), keys);
   app.focused.watch((asked) => asked && view.focus(asked.link));

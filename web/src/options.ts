@@ -7,6 +7,8 @@ export interface Options {
   ride: boolean;
   /** Without perspective. */
   flat: boolean;
+  /** Joints in rad and m, not degrees and mm. */
+  radians: boolean;
 }
 
 export type Theme = "dark" | "light";
@@ -18,6 +20,7 @@ const DEFAULTS: Options = {
   follow: true,
   ride: false,
   flat: false,
+  radians: false,
 };
 
 export function rememberedOptions(): Signal<Options> {

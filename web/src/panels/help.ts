@@ -20,6 +20,7 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["K", "bookmark the moment on show", "sim"],
   ["[, ]", "go to the bookmark before or after", "sim"],
   ["L", "plots", "sim"],
+  ["Y", "topics and log", "sim"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
   ["Escape", "leave the tool; close the source, choose nothing"],

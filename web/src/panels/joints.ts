@@ -1,32 +1,66 @@
 import type { App } from "../app";
-import { h, panel } from "../dom";
+import { h, panel, toggle } from "../dom";
 import type { JointView, State } from "../protocol";
+
+/** From how many joints on there is a field to search for them. */
+const MANY = 8;
 
 interface Row {
   joint: JointView;
+  element: HTMLElement;
   slider: HTMLInputElement;
   show: (position: number) => void;
 }
 
-/** A slider and a number for each joint; while something is simulated they show what it does. */
+/** A slider and a number for each joint; while something is simulated they show what it does, and tell joints
+ * that have a controller where to be, or how fast to go. */
 export function joints(app: App): HTMLElement {
   const list = h("div", { class: "joints" });
   const preset = (kind: "zero" | "centre" | "random", label: string): HTMLButtonElement =>
     h("button", { type: "button", title: `All joints: ${label.toLowerCase()}`, onclick: () => app.send({ type: "set_joints", preset: kind }) }, label);
   const presets = h("div", { class: "buttons" }, preset("zero", "Zero"), preset("centre", "Centre"), preset("random", "Random"));
+  const units = toggle("Radians and metres", "Radians and metres instead of degrees and millimetres", app.options.value.radians, (on) => app.setOption("radians", on), "rad");
+  const search = h("input", { type: "search", placeholder: "Search joints", "aria-label": "Search joints", oninput: () => filter() });
+  const nothing = h("p", { class: "nothing" });
   let rows: Row[] = [];
+  const filter = (): void => {
+    const wanted = search.value.toLowerCase();
+    for (const { joint, element } of rows) element.hidden = !joint.name.toLowerCase().includes(wanted);
+    const found = rows.some(({ element }) => !element.hidden);
+    nothing.hidden = found;
+    nothing.textContent = rows.length === 0 ? "No joint moves." : "No joint is called so.";
+  };
+  const build = (): void => {
+    const joints = app.scene.value?.joints ?? [];
+    presets.hidden = app.about.value?.mode !== "view" || joints.length === 0;
+    units.hidden = joints.length === 0;
+    search.hidden = joints.length < MANY;
+    if (search.hidden) search.value = "";
+    rows = joints.map((joint) => row(app, joint));
+    list.replaceChildren(search, nothing, ...rows.map(({ element }) => element));
+    filter();
+    if (app.state.value !== null) update(rows, app.state.value);
+  };
+  let shown: readonly JointView[] | undefined;
   app.scene.watch((scene) => {
-    const live = app.about.value?.mode === "sim";
-    presets.hidden = live || !scene?.joints.length;
-    rows = (scene?.joints ?? []).map((joint) => row(app, joint, live || joint.mimics !== ""));
-    list.replaceChildren(...(rows.length ? rows.map((one) => one.slider.closest<HTMLElement>(".joint")!) : [h("p", { class: "nothing" }, "No joint moves.")]));
+    if (scene?.joints === shown) return;
+    shown = scene?.joints;
+    build();
+  });
+  let inRadians = app.options.value.radians;
+  app.options.watch((options) => {
+    units.setAttribute("aria-pressed", String(options.radians));
+    if (options.radians === inRadians) return;
+    inRadians = options.radians;
+    build();
   });
   app.state.watch((state) => state && update(rows, state));
-  return panel("joints", "Joints", [presets], list);
+  return panel("joints", "Joints", [presets, units], list);
 }
 
-function row(app: App, joint: JointView, fixed: boolean): Row {
-  const turns = joint.kind !== "prismatic";
+function row(app: App, joint: JointView): Row {
+  const [factor, digits, unit, words] = unitOf(joint, app.options.value.radians);
+  const fixed = joint.control === "none";
   const send = (position: number): void => {
     if (Number.isFinite(position)) app.send({ type: "set_joint", name: joint.name, position });
   };
@@ -37,31 +71,57 @@ function row(app: App, joint: JointView, fixed: boolean): Row {
     max: joint.upper,
     step: "any",
     value: 0,
-    disabled: fixed,
+    disabled: fixed || joint.control === "velocity",
     "aria-label": joint.name,
+    title: `${tidy(joint.lower * factor, digits)} to ${tidy(joint.upper * factor, digits)} ${unit}`,
     oninput: () => send(slider.valueAsNumber),
-    ondblclick: () => send(0),
+    ondblclick: () => joint.control === "position" && send(0),
   });
   const number = h("input", {
     type: "number",
     step: "any",
-    disabled: fixed,
-    "aria-label": `${joint.name} in ${turns ? "degrees" : "millimetres"}`,
-    onchange: () => send(number.valueAsNumber / scale(joint)),
+    disabled: slider.disabled,
+    "aria-label": `${joint.name} in ${words}`,
+    onchange: () => send(number.valueAsNumber / factor),
+    onkeydown: (event: KeyboardEvent) => event.key === "Enter" && number.blur(), // it shows what it holds again
     onblur: () => {
       if (number.value === "") number.value = shown; // what is empty, or no number, sets nothing
     },
   });
-  const name = h("button", { type: "button", class: "name", title: joint.mimics ? `follows ${joint.mimics}` : joint.name, onclick: () => {
+  const follows = joint.mimics === "" ? null : h("span", { class: "follows" }, `follows ${joint.mimics}`);
+  const name = h("button", { type: "button", class: "name", title: joint.name, onclick: () => {
     app.selected.set(joint.child);
     if (joint.place) app.show(joint.place);
   } }, joint.name);
-  h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, turns ? "°" : "mm"), slider);
+  const limits = fixed ? null : h("span", { class: "limits", "aria-hidden": "true" }, h("span", {}, tidy(joint.lower * factor, digits)), h("span", {}, tidy(joint.upper * factor, digits)));
+  const speed = joint.control === "velocity" ? speedSlider(app, joint, factor, digits, unit) : null;
+  const element = h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, unit), follows, slider, limits, speed);
   const show = (position: number): void => {
-    shown = (position * scale(joint)).toFixed(1);
+    shown = (position * factor).toFixed(digits);
     if (document.activeElement !== number) number.value = shown;
   };
-  return { joint, slider, show };
+  return { joint, element, slider, show };
+}
+
+/** How fast a joint is to go, up to its limit; a double click stops it. */
+function speedSlider(app: App, joint: JointView, factor: number, digits: number, unit: string): HTMLElement {
+  const told = h("output", {});
+  const slider = h("input", { type: "range", min: -joint.speed, max: joint.speed, step: "any", value: 0, "aria-label": `${joint.name} speed` });
+  const tell = (): void => {
+    told.textContent = `${(slider.valueAsNumber * factor).toFixed(digits)} ${unit}/s`;
+    slider.style.setProperty("--at", String((slider.valueAsNumber + joint.speed) / (2 * joint.speed)));
+  };
+  const send = (): void => {
+    tell();
+    app.send({ type: "joint_speed", name: joint.name, velocity: slider.valueAsNumber });
+  };
+  slider.addEventListener("input", send);
+  slider.addEventListener("dblclick", () => {
+    slider.value = "0";
+    send();
+  });
+  tell();
+  return h("label", { class: "speed" }, h("span", {}, "Speed"), told, slider);
 }
 
 function update(rows: Row[], state: State): void {
@@ -74,8 +134,14 @@ function update(rows: Row[], state: State): void {
   });
 }
 
-function scale(joint: JointView): number {
-  return joint.kind === "prismatic" ? 1000 : 180 / Math.PI;
+/** Factor from rad or m, digits, and the unit's sign and name. */
+function unitOf(joint: JointView, radians: boolean): [number, number, string, string] {
+  if (joint.kind === "prismatic") return radians ? [1, 4, "m", "metres"] : [1000, 1, "mm", "millimetres"];
+  return radians ? [1, 3, "rad", "radians"] : [180 / Math.PI, 1, "°", "degrees"];
+}
+
+function tidy(value: number, digits: number): string {
+  return String(Number(value.toFixed(digits))).replace("-", "\u2212");
 }
 
 function wrap(angle: number): number {

@@ -4,6 +4,8 @@ import type { App } from "../app";
 import { download, h } from "../dom";
 import { fields, type Field, type History } from "../history";
 import { icon } from "../icons";
+import type { Scene } from "../protocol";
+import { DRAGGED } from "./topics";
 
 const COLOURS = ["--plot-1", "--plot-2", "--plot-3", "--plot-4", "--plot-5", "--plot-6"];
 const EVERY = 80;
@@ -54,10 +56,33 @@ export function plots(app: App, history: History): HTMLElement {
     chart.setData(data(chosen, history));
   };
 
+  let joints: Scene["joints"] | undefined;
   app.scene.watch((scene) => {
-    if (scene === null) return;
-    all = fields(scene);
+    if (scene === null || scene.joints === joints) return;
+    joints = scene.joints;
+    all = [...fields(scene), ...app.topicFields.value];
     show(remembered());
+  });
+  app.topicFields.watch((of) => {
+    const newest = of.at(-1)?.name;
+    if (newest === undefined) return;
+    all = [...fields(app.scene.value), ...of];
+    const others = chosen.map((field) => field.name).filter((name) => name !== newest);
+    choose([...others, newest].slice(-COLOURS.length));
+  });
+  const dragged = (event: DragEvent): boolean => event.dataTransfer?.types.includes(DRAGGED) === true;
+  dock.addEventListener("dragover", (event) => {
+    if (!dragged(event)) return;
+    event.preventDefault();
+    dock.classList.add("dropping");
+  });
+  dock.addEventListener("dragleave", () => dock.classList.remove("dropping"));
+  dock.addEventListener("drop", (event) => {
+    dock.classList.remove("dropping");
+    if (!dragged(event)) return;
+    event.preventDefault();
+    const [topic, ...path] = JSON.parse(event.dataTransfer!.getData(DRAGGED)) as string[];
+    app.plotTopic(topic!, path);
   });
   app.state.watch(draw);
   app.theme.watch(() => void rebuild());
@@ -84,7 +109,12 @@ function groups(rest: Field[]): HTMLElement[] {
 function data(chosen: Field[], history: History): uPlot.AlignedData {
   const end = history.states.at(-1)?.time ?? 0;
   const shown = history.states.filter((state) => state.time > end - SPAN);
-  return [shown.map((state) => state.time), ...chosen.map((field) => shown.map(field.value))];
+  return [shown.map((state) => state.time), ...chosen.map((field) => shown.map((state) => known(field.value(state))))];
+}
+
+/** What is not known is not drawn. */
+function known(value: number): number | null {
+  return Number.isNaN(value) ? null : value;
 }
 
 function options(holder: HTMLElement, chosen: Field[]): uPlot.Options {

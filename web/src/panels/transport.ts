@@ -17,6 +17,8 @@ export function transport(app: App): HTMLElement {
   });
   const plot = h("button", { type: "button", class: "icon-button", title: "Plots (L)", "aria-label": "Plots", onclick: () => app.plots.set(!app.plots.value) }, icon("plot"));
   app.plots.watch((open) => plot.setAttribute("aria-pressed", String(open)));
+  const traffic = h("button", { type: "button", class: "icon-button", title: "Topics and log (Y)", "aria-label": "Topics and log", onclick: () => app.traffic.set(!app.traffic.value) }, icon("list"));
+  app.traffic.watch((open) => traffic.setAttribute("aria-pressed", String(open)));
   const rate = h("span", { class: "rate", title: "Real-time factor reached" });
   let isPaused: boolean | null = null;
   app.state.watch((state) => {
@@ -30,7 +32,7 @@ export function transport(app: App): HTMLElement {
     pause.title = isPaused ? "Go on (P)" : "Pause (P)";
     pause.setAttribute("aria-label", isPaused ? "Go on" : "Pause");
   });
-  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate, plot);
+  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate, plot, traffic);
   app.about.watch((about) => {
     bar.hidden = (about?.mode ?? "view") === "view";
   });

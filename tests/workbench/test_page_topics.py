@@ -1,0 +1,111 @@
+"""Topics, their fields against time, the log, and the menu of the world."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+
+def opened(page: Any, topic: str) -> Any:
+    """A topic's row, with its fields."""
+    page.get_by_role("button", name="Topics and log", exact=True).click()
+    row = page.locator(f"[data-topic='{topic}']")
+    until(lambda: row.count() == 1)
+    row.locator(".head").click()
+    until(lambda: row.locator("dt button").count() > 3)
+    return row
+
+
+def shown(row: Any, field: str) -> float:
+    at = row.locator("dt").all_inner_texts().index(field)
+    return float(row.locator("dd").nth(at).inner_text())
+
+
+def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0], viewport={"width": 1200, "height": 900})
+    row = opened(page, "/odom")
+    assert "Odometry" in row.locator(".type").inner_text()
+    until(lambda: row.locator(".rate").inner_text().endswith("Hz"))
+    page.keyboard.down("w")
+    until(lambda: shown(row, "pose.pose.position.x") > 0.1)
+    page.keyboard.up("w")
+    until(lambda: abs(shown(row, "twist.twist.linear.x")) < 1e-3)
+    x = driving[1].state().odometry[0]
+    until(lambda: abs(shown(row, "pose.pose.position.x") - x) < 1e-3)
+
+
+@pytest.mark.parametrize("how", ["click", "drag"])
+def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: OpenPage, how: str) -> None:
+    page = open_page(driving[0], viewport={"width": 1200, "height": 900})
+    row = opened(page, "/odom")
+    field = row.get_by_role("button", name="twist.twist.linear.x", exact=True)
+    if how == "click":
+        field.click()
+    else:
+        page.keyboard.press("l")
+        field.drag_to(page.locator("#plots .plot"))
+    until(lambda: page.get_by_role("button", name="/odom twist.twist.linear.x").count() == 1)
+    page.keyboard.down("w")
+    until(lambda: driving[1].state().twist[0] > 0.1)
+    page.keyboard.up("w")
+    until(lambda: driving[1].state().twist[0] == 0.0)
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save as CSV").click()
+    lines = [line.split(",") for line in saved.value.path().read_text().splitlines()]
+    column = lines[0].index('"/odom twist.twist.linear.x"')
+    own = lines[0].index('"forward speed [m/s]"')
+    told = [(float(line[column]), float(line[own])) for line in lines[1:] if line[column] != "NaN"]
+    assert max(value for value, _ in told) > 0.1
+    assert max(abs(value - speed) for value, speed in told) < 0.1  # the page's own reading of it
+
+
+def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0], viewport={"width": 1200, "height": 900})
+    page.keyboard.press("y")
+    log = page.get_by_role("log")
+    until(lambda: "World: empty." in log.inner_text())
+    page.keyboard.press("b")
+    page.get_by_label("What to add").select_option("crate")
+    page.locator(".picture canvas").focus()
+    page.keyboard.press("Enter")  # the middle of the picture, where the robot stands
+    until(lambda: "no crate can be put there: 'kbot' is in the way" in log.inner_text())
+    page.keyboard.press("g")
+    page.locator(".picture canvas").focus()
+    page.keyboard.press("Enter")
+    until(lambda: "Goal reached" in log.inner_text(), seconds=60)
+
+
+def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.get_by_role("combobox", name="World").select_option("boxes")
+    until(lambda: len(driving[1].scene.bodies) == 12)
+    page.get_by_role("button", name="World and faults").click()
+    page.get_by_label("count", exact=True).fill("5")
+    page.get_by_label("seed", exact=True).fill("7")
+    page.get_by_role("button", name="Start", exact=True).click()
+    until(lambda: len(driving[1].scene.bodies) == 5)
+
+
+def test_a_fault_of_the_menu_happens(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page, session = open_page(driving[0]), driving[1]
+    page.get_by_role("button", name="World and faults").click()
+    page.get_by_label("Fault", exact=True).select_option("blocked")
+    page.get_by_label("Befalls", exact=True).select_option("left_wheel_joint")
+    page.get_by_label("Seconds", exact=True).fill("600")
+    page.get_by_role("button", name="Let it happen").click()
+    page.keyboard.press("Escape")
+    until(lambda: not page.locator("#world-menu").is_visible())
+    page.keyboard.down("w")
+    until(lambda: abs(session.state().positions[1]) > 0.5)  # the right wheel turns
+    page.keyboard.up("w")
+    assert abs(session.state().positions[0]) < 0.1

@@ -1,0 +1,112 @@
+import type { App } from "../app";
+import { shortType } from "../displays/live";
+import { h } from "../dom";
+import { icon } from "../icons";
+import type { TopicMessage, TopicView } from "../protocol";
+
+/** Entries of a list that are shown, and how often a message is written down anew, in ms. */
+const MOST = 12;
+const EVERY = 200;
+/** The type of what is dragged into the plots. */
+export const DRAGGED = "application/x-kbot-field";
+
+/** Every topic with its type and rate; one that is opened shows its fields as they come, to be plotted. */
+export function topicTree(app: App): HTMLElement {
+  const list = h("ul", { class: "topics", "aria-label": "Topics" });
+  const rows = new Map<string, Row>();
+  app.topics.list.watch((all) => {
+    for (const [name, row] of rows) {
+      if (all.some((one) => one.name === name)) continue;
+      row.close();
+      row.element.remove();
+      rows.delete(name);
+    }
+    all.forEach((topic, index) => {
+      let row = rows.get(topic.name);
+      if (row === undefined) rows.set(topic.name, (row = new Row(app, topic.name)));
+      row.tell(topic);
+      if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
+    });
+  });
+  return list;
+}
+
+class Row {
+  readonly element: HTMLElement;
+  private readonly head: HTMLButtonElement;
+  private readonly rate = h("span", { class: "rate" });
+  private readonly type = h("span", { class: "type" });
+  private readonly body = h("dl", { class: "fields", hidden: true });
+  private readonly values = new Map<string, HTMLElement>();
+  private shape = "";
+  private drawnAt = 0;
+  private stop: (() => void) | null = null;
+
+  constructor(
+    private readonly app: App,
+    private readonly topic: string,
+  ) {
+    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", onclick: () => this.toggle() }, icon("chevron"), h("span", { class: "name" }, topic), this.type, this.rate);
+    this.element = h("li", { "data-topic": topic }, this.head, this.body);
+  }
+
+  tell({ kind, rate, is_input }: TopicView): void {
+    this.type.textContent = shortType(kind);
+    this.rate.textContent = rate === null ? (is_input ? "in" : "") : `${rate} Hz`;
+  }
+
+  close(): void {
+    this.stop?.();
+    this.stop = null;
+  }
+
+  private toggle(): void {
+    const open = this.stop === null;
+    this.head.setAttribute("aria-expanded", String(open));
+    this.body.hidden = !open;
+    if (!open) return this.close();
+    this.body.replaceChildren(h("dd", { class: "nothing" }, "Nothing heard yet."));
+    this.shape = "";
+    this.drawnAt = 0;
+    this.stop = () => undefined;
+    this.stop = this.app.topics.listen(this.topic, (message) => this.show(message));
+  }
+
+  private show({ message }: TopicMessage): void {
+    const now = performance.now();
+    if (now - this.drawnAt < EVERY) return;
+    this.drawnAt = now;
+    const fields = [...leaves(message, [])];
+    const shape = fields.map(([path]) => path.join(".")).join(" ");
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.values.clear();
+      this.body.replaceChildren(...fields.flatMap(([path, value]) => this.field(path, value)));
+    }
+    for (const [path, value] of fields) this.values.get(path.join("."))!.textContent = worded(value);
+  }
+
+  private field(path: readonly string[], value: unknown): HTMLElement[] {
+    const name = path.join(".");
+    const shown = h("dd", {});
+    this.values.set(name, shown);
+    if (typeof value !== "number" && typeof value !== "boolean") return [h("dt", {}, name), shown];
+    const plot = h("button", { type: "button", draggable: "true", title: `Plot ${name}: click, or drag it into the plots`, onclick: () => this.app.plotTopic(this.topic, path) }, name);
+    plot.addEventListener("dragstart", (event) => event.dataTransfer?.setData(DRAGGED, JSON.stringify([this.topic, ...path])));
+    return [h("dt", {}, plot), shown];
+  }
+}
+
+/** All that a message ends in, with the way there; of long lists the first entries. */
+function* leaves(value: unknown, path: readonly string[]): Generator<[readonly string[], unknown]> {
+  if (ArrayBuffer.isView(value)) return yield [path, `${(value as Uint8Array).length} numbers`];
+  if (value === null || typeof value !== "object") return yield [path, value];
+  const entries = Object.entries(value);
+  for (const [key, inner] of Array.isArray(value) ? entries.slice(0, MOST) : entries) yield* leaves(inner, [...path, key]);
+  if (Array.isArray(value) && entries.length > MOST) yield [[...path, "…"], `${entries.length - MOST} more`];
+}
+
+function worded(value: unknown): string {
+  if (typeof value !== "number") return String(value);
+  return String(Number(value.toPrecision(6)));
+}

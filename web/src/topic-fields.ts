@@ -1,0 +1,56 @@
+import type { App } from "./app";
+import type { Field } from "./history";
+import type { State } from "./protocol";
+
+/** Samples of one field that are kept: a minute at the most that pages are sent. */
+const MOST = 2000;
+
+/** What a field of a topic is called among all that is plotted. */
+export function fieldName(topic: string, path: readonly string[]): string {
+  return `${topic} ${path.join(".")}`;
+}
+
+/** A number in a topic's messages against time; heard from when it is first plotted on. */
+export class TopicField implements Field {
+  readonly name: string;
+  readonly group = "Topics";
+  readonly unit = "";
+  private times: number[] = [];
+  private values: number[] = [];
+
+  constructor(
+    app: App,
+    readonly topic: string,
+    readonly path: readonly string[],
+  ) {
+    this.name = fieldName(topic, path);
+    app.topics.listen(topic, ({ time, message }) => this.add(time, numberAt(message, path)));
+  }
+
+  /** What it was last told of before a state; NaN, which is not drawn, before the first. */
+  readonly value = (state: State): number => {
+    let [low, high] = [0, this.times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle]! <= state.time) low = middle + 1;
+      else high = middle;
+    }
+    return this.values[low - 1] ?? NaN;
+  };
+
+  private add(time: number, value: number | null): void {
+    if (value === null) return;
+    if (time < (this.times.at(-1) ?? -Infinity)) [this.times, this.values] = [[], []]; // time began anew
+    this.times.push(time);
+    this.values.push(value);
+    if (this.times.length > MOST * 1.2) [this.times, this.values] = [this.times.slice(-MOST), this.values.slice(-MOST)];
+  }
+}
+
+/** The number at a path of a message; a truth is 0 or 1; null where there is none. */
+function numberAt(message: unknown, path: readonly string[]): number | null {
+  let value: unknown = message;
+  for (const key of path) value = (value as Record<string, unknown> | null | undefined)?.[key];
+  if (typeof value === "boolean") return Number(value);
+  return typeof value === "number" ? value : null;
+}
