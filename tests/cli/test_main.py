@@ -47,6 +47,18 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
 
 
+def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
+    code = (
+        "import sys, kbot.client, kbot.cli.bag_play, kbot.cli.launch_run, kbot.cli.graph, kbot.cli.view;"
+        "from kbot.bridges.companions import Companions; from kbot.bridges.wishes import Wishes;"
+        "from kbot.workbench.serve import open_session;"
+        "session = open_session('kbot', simulate=False); session.advance(0.02);"
+        "Companions(Wishes(), print, served=True).close();"
+        "sys.exit('mujoco' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_an_unknown_verb_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["chek"]) == 2
     assert "did you mean 'check'?" in capsys.readouterr().err

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from kbot.bridges.gazebo import gazebo_services
-from kbot.bridges.gazebo_states import GazeboTopics
 from kbot.bridges.graph import GraphServer
 from kbot.bridges.link import Link, Live
 from kbot.bridges.wishes import Wishes
 from kbot.launch.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
 from kbot.model.writer import to_urdf
-from kbot.navigation.topics import TOPICS as NAVIGATION_TOPICS
 from kbot.nodes import RobotStatePublisher
 from kbot.nodes.static_transform_publisher import publish_static_transforms
-from kbot.record.recorder import Recorder
-from kbot.record.replay import NODES, STATE_PUBLISHER, TRANSFORMS
-from kbot.sim import Simulation
+from kbot.record.recorder import NODES, STATE_PUBLISHER, TRANSFORMS, Recorder
 from kbot.text import KbotError
 from kbot.wire import Feed
+
+if TYPE_CHECKING:
+    from kbot.bridges.gazebo_states import GazeboTopics
+    from kbot.sim import Simulation
 
 CLOCK_RATE = 50.0
 """Hz of /clock where there is no simulation to say it."""
@@ -48,7 +47,7 @@ class Companions:
         self.failure: KbotError | None = None
         """Why the recording ended early, if it did."""
         self._gazebo: GazeboTopics | None = None
-        self._link = Link(tell, frozenset() if wishes.navigation else NAVIGATION_TOPICS)
+        self._link = Link(tell, frozenset() if wishes.navigation else _navigation_topics())
         self._bridges: list[Bridge] = []
         self._recorder: Recorder | None = None
         self._publisher: RobotStatePublisher | None = None
@@ -88,6 +87,9 @@ class Companions:
             )
         self._joined += 1
         if self._is_live:
+            from kbot.bridges.gazebo import gazebo_services
+            from kbot.bridges.gazebo_states import GazeboTopics
+
             self._link.services = gazebo_services()
             self._gazebo = GazeboTopics(simulation)
             self._connect(simulation, feed, description, simulation.robot.name, world)
@@ -200,6 +202,12 @@ def _zenoh_bridge(link: Link, host: str | None) -> Bridge:
             raise
         raise KbotError("Zenoh needs an extra: pip install 'kbot[zenoh]'") from None
     return ZenohBridge(link, host)
+
+
+def _navigation_topics() -> frozenset[str]:
+    from kbot.navigation.topics import TOPICS
+
+    return TOPICS
 
 
 def _numbered(path: str, number: int) -> str:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire.services import ServiceType
 
-Answer = Callable[[Simulation, Any], Any]
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
+Answer = Callable[["Simulation", Any], Any]
 
 
 @dataclass(frozen=True, slots=True)

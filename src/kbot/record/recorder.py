@@ -8,19 +8,25 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import astuple
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
 from kbot.record.writer import open_writer
-from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Feed, Packet
 
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
 COMMANDS_TOPIC = "/kbot/commands"
 DESCRIPTION_TOPIC = "/robot_description"
+NODES = "nodes"
+STATE_PUBLISHER = "robot_state_publisher"
+TRANSFORMS = "static_transforms"
+"""What a recording's facts say of nodes that ran beside the simulation."""
 FLUSH_SECONDS = 1.0
 """Wall time after which what was said is in the file, at the latest."""
 LOOK_RATE = 5.0

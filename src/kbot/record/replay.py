@@ -15,7 +15,7 @@ from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
-from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
+from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet
@@ -23,10 +23,6 @@ from kbot.xacro import Packages
 
 MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states", "/tf_static"})
 TURNS_TIME_BACK = frozenset({"reset", "reset_time"})
-NODES = "nodes"
-STATE_PUBLISHER = "robot_state_publisher"
-TRANSFORMS = "static_transforms"
-"""What a recording's facts say of nodes that ran beside the simulation."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kbot.record import Recorder
-from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed
 from kbot.workbench.protocol import RecordingView
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
 
 
 class RunRecording:
