@@ -56,6 +56,11 @@ def test_good_messages_are_read() -> None:
         ('{"type": "set_joints", "preset": "up"}', "one of zero, centre, random"),
         ('{"type": "set_joint", "name": "' + "j" * 300 + '", "position": 0}', "300 characters"),
         ('{"type": "open_source", "file": 3}', "not a text"),
+        ('{"type": "save_displays", "kind": "file", "setup": []}', "not a JSON object"),
+        (
+            '{"type": "save_displays", "kind": "file", "setup": {"a": ' + "[" * 30 + "]" * 30 + "}}",
+            "20 levels",
+        ),
         ("[" * 60_000, "not JSON"),
         ('"' + "a" * 70_000 + '"', "at most 65536"),
     ],

@@ -13,6 +13,8 @@ from kbot.text.suggest import did_you_mean
 from kbot.workbench.protocol import FromPage, Length, Range
 
 MAX_MESSAGE = 64 * 1024
+MOST_LEVELS = 20
+"""Of objects and lists in each other."""
 
 _MESSAGES: dict[str, type] = {
     typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)
@@ -83,6 +85,8 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
     if typing.get_origin(hint) is dict:
         if not isinstance(value, dict):
             raise BadMessage(f"{where} is {_short(value)}, not a JSON object")
+        if _is_deeper(value, MOST_LEVELS):
+            raise BadMessage(f"{where} is nested more than {MOST_LEVELS} levels deep")
         return value
     if hint is str:
         if not isinstance(value, str):
@@ -91,6 +95,14 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
             raise BadMessage(f"{where} has {len(value)} characters: at most {bound.most} are read")
         return value
     raise TypeError(f"no check for {hint}")
+
+
+def _is_deeper(value: object, levels: int) -> bool:
+    if not isinstance(value, dict | list):
+        return False
+    return levels == 0 or any(
+        _is_deeper(part, levels - 1) for part in (value.values() if isinstance(value, dict) else value)
+    )
 
 
 def _short(value: object) -> str:
