@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import config_option, examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import PICTURE, config_option, examples, one_file, package_path_option, page_options
 from kbot.cli.looks import look_options, parse_look
-from kbot.cli.output import report
+from kbot.cli.output import fail, report
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -21,12 +21,13 @@ if TYPE_CHECKING:
         "kbot view kbot",
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
+        "kbot view run.mcap                         a recording, played and scrubbed; .bag and rosbag2 too",
         "kbot view robot.urdf -d robot.rviz         the displays of a configuration of rviz",
         "kbot view robot.urdf --shot robot.png --size 800x600       a picture, and no page",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [NAME:=VALUE]…")
-@click.option("--shot", metavar="PNG", help="Write a picture, and serve no page.")
+@click.option("--shot", type=PICTURE, metavar="PNG", help="Write a picture, and serve no page.")
 @look_options
 @page_options
 @config_option
@@ -47,9 +48,21 @@ def command(
     """Show a robot in the browser, with sliders for its joints.
 
     Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
-    last good one on screen and says what is wrong, at the line. Ctrl-C ends it.
+    last good one on screen and says what is wrong, at the line. A recording is played, with the robot
+    that is in it. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
+    from kbot.record.reader import is_recording
+
+    if is_recording(path):
+        if shot is not None or arguments:
+            fail("a recording is played as it is: leave --shot and name:=value out")
+        from kbot.workbench.serve import serve_recording
+
+        serve_recording(
+            path, host=host, port=port, open_browser=browser, package_path=package_path, config=config
+        )
+        return
     from kbot.checks.first_look import MESHES, first_look
     from kbot.model.load import load_robot
     from kbot.workbench import serve

@@ -113,6 +113,11 @@ def kept(path: str) -> str:
     return f"{found.count} messages up to {found.end * 1e-9:.2f} s can be read"
 
 
+def is_recording(path: str) -> bool:
+    """Whether a name is that of a recording, by its suffix or by what is in the folder."""
+    return path.endswith((".mcap", ".bag")) or Path(path, "metadata.yaml").is_file()
+
+
 def _source(path: str) -> Source:
     file = Path(path)
     if not file.exists():

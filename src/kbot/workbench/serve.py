@@ -101,6 +101,23 @@ def serve(
     serve_session(session, host=host, port=port, open_browser=open_browser)
 
 
+def serve_recording(
+    path: str, *, host: str, port: int | None, open_browser: bool, package_path: Sequence[str], config: str
+) -> None:
+    """As `serve`, for a recording that is played.
+
+    Raises:
+        DescriptionError: the recording's description makes no robot.
+        KbotError: no such recording, or it does not hold what is needed to show it; or as `serve`.
+    """
+    from kbot.workbench.playback import played_session
+
+    displays = read_displays(config)
+    session = played_session(path, package_path)
+    session.display_file = displays
+    serve_session(session, host=host, port=port, open_browser=open_browser)
+
+
 def read_displays(config: str) -> DisplayFile:
     """The file that sets the displays, empty for none; what of it is not shown is said on standard error.
 
@@ -211,6 +228,8 @@ def _welcome(session: Session, address: str) -> str:
         if about.mode == "sim" and not about.cannot_drive
         else f"It cannot drive: {about.cannot_drive}"
         if about.mode == "sim"
+        else "P pauses and goes on; the line below the picture goes anywhere."
+        if about.mode == "play"
         else "Move the sliders; save the file to see it change."
     )
     where = f" in the world '{about.world}'" if about.world else ""

@@ -377,7 +377,7 @@ class Session:
             self.meshes,
             self._revision,
             frame=self._motion.world,
-            on_ground=self.mode == "sim",
+            on_ground=self.mode != "view",
             controls=self._motion.controls,
             others=others,
         )

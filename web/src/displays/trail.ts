@@ -22,11 +22,12 @@ export const trail: Make = ({ app }) => {
       paint();
     },
     state(state) {
+      if (app.travel.isPast) return;
       if (state.resets !== resets) ribbon.clear();
       resets = state.resets;
       const scene = app.scene.value;
       const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-      if (app.about.value?.mode === "sim" && root >= 0) ribbon.add(state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+      if (app.about.value?.mode !== "view" && root >= 0) ribbon.add(state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
     },
     dispose() {
       ribbon.mesh.geometry.dispose();

@@ -25,6 +25,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     if (about === null) return;
     file.textContent = baseName(about.file);
     file.title = about.file;
+    mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
     world.hidden = about.mode !== "sim";
     const known = about.worlds.map((choice) => choice.name);

@@ -30,6 +30,11 @@ export function timelineBar(app: App): HTMLElement {
   const add = h("button", { type: "button", class: "icon-button", title: "Bookmark this moment (K)", "aria-label": "Bookmark this moment", onclick: () => travel.mark() }, icon("flag"));
   const list = bookmarkList(travel);
   const show = h("button", { type: "button", class: "marked", popovertarget: list.id, hidden: true });
+  list.addEventListener("beforetoggle", () => {
+    const { right, top } = bar.getBoundingClientRect();
+    list.style.right = `${Math.max(8, innerWidth - right + 8)}px`;
+    list.style.bottom = `${innerHeight - top + 8}px`;
+  });
   travel.bookmarks.all.watch((all) => {
     show.hidden = all.length === 0;
     show.textContent = String(all.length);
@@ -86,9 +91,10 @@ export function timelineBar(app: App): HTMLElement {
       file = "";
       return;
     }
-    if (file !== now.file) recording.replaceChildren(h("span", { class: "name" }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }));
+    if (file !== now.file) recording.replaceChildren(h("span", { class: "name" }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }), h("span", { class: "bytes", "aria-live": "off" }));
     file = now.file;
-    recording.lastElementChild!.textContent = `${clock(now.seconds)} · ${bytes(now.bytes)}`;
+    recording.children[1]!.textContent = clock(now.seconds);
+    recording.children[2]!.textContent = bytes(now.bytes);
   }
   return bar;
 }

@@ -1,0 +1,307 @@
+"""A recording played in the page: paused, at any rate, from anywhere, again and again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, NoReturn
+
+import numpy as np
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.messages import Bus, Clock, JointState, Odometry, Publisher, TFMessage
+from kbot.messages.types import TransformStamped
+from kbot.model import JointType, Robot
+from kbot.text import KbotError
+from kbot.wire import decode_cdr
+from kbot.workbench.description import Description
+from kbot.workbench.foreign_frames import WORLD, ForeignFrames
+from kbot.workbench.motion import Moment
+from kbot.workbench.protocol import Action, Timeline
+from kbot.workbench.recorded_run import TF_STATIC, RecordedRun
+from kbot.workbench.recording import RunRecording
+from kbot.workbench.scene import Control
+from kbot.workbench.session import Session
+from kbot.world import World
+
+FIRST_LOOK, LAST_LOOK = 1.0, 64.0
+"""Seconds before a moment in which all frames and joints are looked for, at first and at most."""
+
+
+def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
+    """A session that plays a recording; meshes are looked for in packages around it too.
+
+    Raises:
+        DescriptionError: its description makes no robot.
+        KbotError: no such recording, or it does not hold what is needed to show it.
+    """
+    run = RecordedRun(path)
+    around = str(Path(path).absolute().parent)
+    session = Session(
+        Description(run.description, None, (*package_path, around)),
+        "play",
+        lambda robot: Playback(robot, run),
+    )
+    session.paused = False
+    return session
+
+
+class Playback:
+    """Says on its bus what was recorded, as time passes; the robot stands as /tf and /joint_states tell."""
+
+    def __init__(self, robot: Robot, run: RecordedRun) -> None:
+        self._robot, self._run = robot, run
+        self._tree = FrameTree(robot)
+        self._movable = {joint.name: joint for joint in robot.movable_joints}
+        self.bus, self.clock = Bus(), Clock()
+        self.loop = False
+        self._silent: set[str] = set()
+        self._is_paused = True
+        self._publishers: dict[str, tuple[Publisher[Any], type]] = {
+            name: (self.bus.advertise(name, kind, wanted=self._sayer(name)), kind)
+            for name, kind in run.topics.items()
+        }
+        self._edges: dict[str, tuple[str, Transform]] = {}
+        """`parent_from_child`, by child."""
+        self._positions: dict[str, float] = {}
+        self._odometry: tuple[tuple[float, float, float], tuple[float, float]] = ((0.0, 0.0, 0.0), (0.0, 0.0))
+        self._frames = ForeignFrames(self.bus)
+        self._frames.poses({}, {})  # hears from here on
+        self._listen()
+        self._known: set[str] = set()
+        """All frames and joints that the recording is known to tell of."""
+        for entry in run.samples():
+            self._known |= self._told_of(run.read(entry))
+        self.seek(0.0)
+
+    @property
+    def world(self) -> str:
+        return WORLD
+
+    @property
+    def paused(self) -> bool:
+        return self._is_paused
+
+    @paused.setter
+    def paused(self, paused: bool) -> None:
+        if not paused and self.clock.nanoseconds >= self._run.index.end:
+            self.seek(0.0)
+        self._is_paused = paused
+
+    @property
+    def timeline(self) -> Timeline:
+        index = self._run.index
+        at = (self.clock.nanoseconds - index.start) * 1e-9
+        silent = tuple(sorted(self._silent))
+        return Timeline(
+            start=0.0,
+            end=round(self._run.seconds, 3),
+            at=round(at, 3),
+            live=True,
+            played=True,
+            loop=self.loop,
+            paused=self.paused,
+            speed=1.0,
+            silent=silent,
+            recording=None,
+        )
+
+    def seek(self, at: float) -> None:
+        """Go to a time in s from the start; what holds then is said at once."""
+        index = self._run.index
+        now = min(index.start + round(max(0.0, at) * 1e9), index.end)
+        self.clock.set(now)
+        self._silent.clear()
+        self._edges.clear()
+        self._positions.clear()
+        self._frames.forget()
+        statics, _ = self._publishers.get(TF_STATIC, (None, None))
+        for message in self._run.statics if statics is not None else ():
+            statics.publish(message)
+        self._say_moves(now)
+        for topic, (publisher, _) in self._publishers.items():
+            if publisher.is_heard:
+                self._say(topic)
+
+    def advance(self, seconds: float) -> float:
+        """Say what is due, in its order. Raises KbotError: a message cannot be read."""
+        before, end = self.clock.nanoseconds, self._run.index.end
+        until = min(before + round(seconds * 1e9), end)
+        heard = [topic for topic, (publisher, _) in self._publishers.items() if publisher.is_heard]
+        for entry in self._run.index.between(heard, before, until):
+            self.clock.advance_to(max(entry.nanoseconds, self.clock.nanoseconds))
+            publisher, kind = self._publishers[entry.topic]
+            self._silent.discard(entry.topic)
+            publisher.publish(decode_cdr(entry.cdr, kind))
+        self.clock.advance_to(until)
+        if until >= end:
+            if self.loop:
+                self.seek(0.0)
+            else:
+                self._is_paused = True
+        return (until - before) * 1e-9
+
+    def moment(self) -> Moment:
+        positions = self._joint_positions()
+        root = self._world_from(self._robot.root)
+        links = {name: root @ pose for name, pose in self._tree.poses(positions).items()}
+        odometry, twist = self._odometry
+        return Moment(
+            time=(self.clock.nanoseconds + self._run.stamp_offset) * 1e-9,
+            positions={name: positions.get(name, 0.0) for name in self._movable},
+            poses=links,
+            frames=self._frames.poses(links, {}),
+            twist=twist,
+            odometry=odometry,
+        )
+
+    def run_errands(self) -> bool:
+        return False
+
+    def reset(self) -> None:
+        self.seek(0.0)
+
+    def drive(self, linear: float, angular: float) -> None:
+        if linear or angular:
+            _refuse()
+
+    def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
+        _refuse()
+
+    def set_joint(self, name: str, position: float) -> None:
+        _refuse()
+
+    def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
+        _refuse()
+
+    def act(self, action: Action) -> None:
+        _refuse()
+
+    def record(self, recording: RunRecording) -> None:
+        raise KbotError("this is a recording already: kbot bag cut makes a part of it a file")
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        return {}
+
+    @property
+    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+        return None, {}
+
+    def replace(self, robot: Robot) -> Playback:
+        """The same moment with a changed robot."""
+        other = Playback(robot, self._run)
+        other.seek((self.clock.nanoseconds - self._run.index.start) * 1e-9)
+        other.loop, other.paused = self.loop, self.paused
+        return other
+
+    def enter(self, world: str) -> NoReturn:
+        _refuse()
+
+    def _listen(self) -> None:
+        hears: dict[type, Callable[[Any], None]] = {TFMessage: self._hear_tf, JointState: self._hear_joints}
+        odometries = [name for name, kind in self._run.topics.items() if kind is Odometry]
+        for name, kind in self._run.topics.items():
+            if name in self._run.moves:
+                self.bus.subscribe(name, kind, hears[kind])
+        for name in odometries[:1]:
+            self.bus.subscribe(name, Odometry, self._hear_odometry)
+
+    def _hear_tf(self, message: TFMessage) -> None:
+        for stamped in message.transforms:
+            transform = _transform(stamped)
+            if transform is not None:
+                self._edges[_name(stamped.child_frame_id)] = _name(stamped.header.frame_id), transform
+
+    def _hear_joints(self, message: JointState) -> None:
+        for name, position in zip(message.name, message.position, strict=False):
+            if name in self._movable and math.isfinite(position):
+                self._positions[name] = float(position)
+
+    def _hear_odometry(self, message: Odometry) -> None:
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
+        speed = message.twist.twist
+        numbers = (place.x, place.y, yaw, speed.linear.x, speed.angular.z)
+        if all(map(math.isfinite, numbers)):
+            self._odometry = numbers[:3], numbers[3:]
+
+    def _told_of(self, message: object) -> set[str]:
+        if isinstance(message, TFMessage):
+            return {stamped.child_frame_id for stamped in message.transforms}
+        return set(message.name) if isinstance(message, JointState) else set()
+
+    def _say_moves(self, now: int) -> None:
+        """Say the newest of every frame and joint: each may come in a message, and at a rate, of its own."""
+        seconds, found = FIRST_LOOK, list[tuple[str, Any]]()
+        while seconds <= LAST_LOOK:
+            after = max(now - round(seconds * 1e9), self._run.index.start - 1)
+            entries = self._run.index.between(self._run.moves, after, now)
+            found = [(entry.topic, self._run.read(entry)) for entry in entries if entry.topic != TF_STATIC]
+            told: set[str] = set().union(*(self._told_of(message) for _, message in found))
+            if self._known <= told or after < self._run.index.start:
+                break
+            seconds *= 4
+        for topic, message in found:
+            self._publishers[topic][0].publish(message)
+
+    def _sayer(self, topic: str) -> Callable[[], None]:
+        return lambda: self._say(topic)
+
+    def _say(self, topic: str) -> None:
+        """Say what a topic said last until now."""
+        if topic in self._run.moves:
+            return  # told by `_say_moves`, all frames and joints of it
+        entry = self._run.index.newest(topic, self.clock.nanoseconds)
+        if entry is None:
+            self._silent.add(topic)
+        else:
+            publisher, kind = self._publishers[topic]
+            publisher.publish(decode_cdr(entry.cdr, kind))
+
+    def _joint_positions(self) -> dict[str, float]:
+        """As they are told, or as tf has it where they are not."""
+        found = dict(self._positions)
+        for name, joint in self._movable.items():
+            parent, moved = self._edges.get(joint.child, ("", None))
+            if name in found or moved is None or parent != joint.parent or joint.mimic is not None:
+                continue
+            motion = self._tree.pose(joint.child, joint.parent, {}).inverse() @ moved
+            axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+            if joint.type is JointType.PRISMATIC:
+                found[name] = float(motion.translation @ axis)
+            else:
+                *turn, w = motion.quaternion_xyzw
+                found[name] = 2.0 * math.atan2(float(np.dot(turn, axis)), w)
+        return found
+
+    def _world_from(self, frame: str) -> Transform:
+        """Up to the topmost frame that tf tells of, which is the world."""
+        pose, seen = Transform.identity(), {frame}
+        while frame in self._edges:
+            frame, parent_from_child = self._edges[frame]
+            pose = parent_from_child @ pose
+            if frame in seen:
+                return Transform.identity()
+            seen.add(frame)
+        return pose
+
+
+def _refuse() -> NoReturn:
+    raise KbotError("a recording is played: it goes as it went")
+
+
+def _name(frame: str) -> str:
+    return frame.lstrip("/")
+
+
+def _transform(stamped: TransformStamped) -> Transform | None:
+    """None where it is no transform."""
+    moved, turned = stamped.transform.translation, stamped.transform.rotation
+    numbers = (moved.x, moved.y, moved.z, turned.x, turned.y, turned.z, turned.w)
+    if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
+        return None
+    rotation = Transform.from_quaternion_xyzw(numbers[3:])
+    return Transform.from_xyz_rpy(numbers[:3], (0.0, 0.0, 0.0)) @ rotation

@@ -1,0 +1,94 @@
+"""A recording as something to look at: its robot, where time begins and ends, and what it says of frames."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from kbot.messages import TFMessage
+from kbot.record.entry import Entry
+from kbot.record.index import open_index
+from kbot.text import KbotError
+from kbot.wire import decode_cdr, known_type
+
+STRING, TF, JOINT_STATE = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState"
+DESCRIPTION, TF_STATIC = "robot_description", "/tf_static"
+FIRST_SECONDS = 2.0
+"""At the start and at the end of a recording, in which every frame is taken to be told of once."""
+OTHER_CLOCK = 5.0
+"""Seconds between a message's stamp and its recording, from which on they are of different clocks."""
+
+
+class RecordedRun:
+    """Open while it is in use. `description` is a file with the URDF of the recording's robot."""
+
+    def __init__(self, path: str) -> None:
+        """Raises KbotError: no such recording, or it does not hold what is needed to show it."""
+        self.path = path
+        self.index = open_index(path)
+        self.topics = {
+            name: kind
+            for name, type_name in sorted(self.index.topics.items())
+            if (kind := known_type(type_name)) is not None
+        }
+        """Names and types of what can be shown."""
+        self.moves = [name for name, kind in self.index.topics.items() if kind in (TF, JOINT_STATE)]
+        """The topics that tell where the robot is and how its joints stand."""
+        self.description = self._write(self._find_description())
+        if not self.moves:
+            raise KbotError(
+                f"{path} has neither /tf nor /joint_states, so nothing would move: record one of them too"
+            )
+        self.statics = [
+            message
+            for entry in self.index.between((TF_STATIC,), self.index.start - 1, self.index.end)
+            if isinstance(message := self.read(entry), TFMessage)
+        ]
+        self.stamp_offset = self._offset()
+        """Nanoseconds from the recording's clock to that of the stamps in it."""
+
+    @property
+    def seconds(self) -> float:
+        return (self.index.end - self.index.start) * 1e-9
+
+    def read(self, entry: Entry) -> Any:  # noqa: ANN401 - whatever its type says
+        """The message, None where KBot has no such type. Raises KbotError: the bytes are none."""
+        kind = self.topics.get(entry.topic)
+        return None if kind is None else decode_cdr(entry.cdr, kind)
+
+    def samples(self) -> Iterator[Entry]:
+        """What is said of movement at the start and at the end."""
+        span = round(FIRST_SECONDS * 1e9)
+        start, end = self.index.start, self.index.end
+        yield from self.index.between(self.moves, start - 1, min(start + span, end))
+        yield from self.index.between(self.moves, max(start + span, end - span), end)
+
+    def _find_description(self) -> str:
+        for name, type_name in self.index.topics.items():
+            if type_name == STRING and name.endswith(f"/{DESCRIPTION}"):
+                entry = self.index.newest(name, self.index.end)
+                if entry is not None and (text := str(entry.message().data)).strip():
+                    return text
+        raise KbotError(
+            f"{self.path} has no /{DESCRIPTION}, so there is no robot to show: record that topic too"
+        )
+
+    def _write(self, text: str) -> str:
+        folder = tempfile.mkdtemp(prefix="kbot-")
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        file = Path(folder, f"{Path(self.path).stem or 'robot'}.urdf")
+        file.write_text(text, encoding="utf-8")
+        return str(file)
+
+    def _offset(self) -> int:
+        for entry in self.samples():
+            message = self.read(entry)
+            first = message.transforms[:1] if isinstance(message, TFMessage) else (message,)
+            for stamped in first:
+                offset: int = stamped.header.stamp.nanoseconds - entry.nanoseconds
+                return offset if abs(offset) > OTHER_CLOCK * 1e9 else 0
+        return 0
