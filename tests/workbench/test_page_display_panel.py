@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
 from kbot.workbench.displays.files import DisplayFile
@@ -11,6 +12,7 @@ from kbot.workbench.serve import open_session, serving
 
 from .conftest import until
 from .test_display_files import RVIZ1
+from .test_page_access import AXE
 
 OpenPage = Callable[..., Any]
 
@@ -58,6 +60,20 @@ def test_a_display_opens_with_its_settings_and_says_how_it_fares(viewing: str, o
     until(lambda: "not shown" in lamp.get_attribute("aria-label"))
     # of what there is one at most no second can be added
     assert page.locator("[aria-label='Add a display'] option[value=TF]").is_disabled()
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_axe_finds_nothing_in_opened_displays(viewing: str, open_page: OpenPage, theme: str) -> None:
+    if not AXE.is_file():
+        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
+    page = open_page(viewing, color_scheme=theme)
+    for name in ("Global options", "Grid", "RobotModel", "TF", "LaserScan"):
+        head(page, name).click()
+    for summary in page.locator("#displays summary:visible").all():
+        summary.click()
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run('#displays')")["violations"]
+    assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
 
 
 def test_a_number_that_is_being_typed_is_left_alone(viewing: str, open_page: OpenPage) -> None:

@@ -37,8 +37,11 @@ class ForeignFrames:
         self._listen()
         at = {WORLD: Transform.identity(), **links, **{name: pose for name, (_, pose) in own.items()}}
         found = dict(own)
-        edges = {child: edge for child, edge in self._edges.items() if child not in at or edge[0] not in at}
-        edges = _placed(edges, at, found)
+        edges = _placed(
+            {child: edge for child, edge in self._edges.items() if child not in at or edge[0] not in at},
+            at,
+            found,
+        )
         if MAP not in at:
             at[MAP] = Transform.identity()
             found[MAP] = WORLD, at[MAP]
