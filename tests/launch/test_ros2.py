@@ -125,6 +125,7 @@ def test_parameters_are_typed_as_launch_types_them(folder: Path) -> None:
         " ' width:=2']), value_type=str)",
         "__import__('xacro').process_file(__import__('os').path.join(__import__('ament_index_python')"
         ".get_package_share_directory('mine'), 'r.xacro'), mappings={'width': '2'}).toxml()",
+        "Command(['xacro ', PathSubstitution(FindPackageShare('mine')) / 'r.xacro', ' width:=2'])",
     ],
 )
 def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: str) -> None:
@@ -134,6 +135,22 @@ def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: 
     )
     found = stage(clean(python(folder, node)))
     assert (found.path, found.arguments, found.notes) == (str(folder / "r.xacro"), {"width": "2"}, ())
+
+
+def test_a_robot_that_was_parsed_and_then_expanded_is_known_too(folder: Path) -> None:
+    before = (
+        f"import xacro\ndoc = xacro.parse(open({str(folder / 'r.xacro')!r}))\n"
+        "xacro.process_doc(doc, mappings={'width': '2'})"
+    )
+    node = "Node(package='p', executable='e', parameters=[{'robot_description': doc.toxml()}])"
+    found = stage(python(folder, node, before=before))
+    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {"width": "2"})
+
+
+def test_a_robot_whose_hardware_is_run_is_simulated(folder: Path) -> None:
+    assert not stage(python(folder, "Node(package='controller_manager', executable='spawner')")).simulate
+    manager = "Node(package='controller_manager', executable='ros2_control_node')"
+    assert stage(python(folder, manager)).simulate
 
 
 def test_a_robot_read_as_a_file_is_known_too(folder: Path) -> None:

@@ -103,3 +103,11 @@ def test_without_a_spawner_the_robot_is_shown_and_not_simulated(folder: Path) ->
 def test_a_world_s_own_launch_file_names_it(folder: Path) -> None:
     text = '<launch><include file="$(find gazebo_ros)/launch/mud_world.launch"/></launch>'
     assert staged(folder, text).world == "mud.world"
+
+
+@pytest.mark.parametrize("how", ['textfile="$(dirname)/r.xacro"', 'command="cat $(dirname)/r.xacro"'])
+def test_a_robot_that_is_read_as_it_stands_is_the_robot(folder: Path, how: str) -> None:
+    launch = f'<launch><param name="robot_description" {how}/></launch>'
+    assert staged(folder, launch).path == str(folder / "r.xacro")
+    (folder / "r.xacro").write_text('<robot xmlns:xacro="http://x" name="r"><xacro:a/></robot>')
+    assert staged(folder, launch).path is None

@@ -41,11 +41,18 @@ def run(
     if name in ("xacro", "xacro.py"):
         return _xacro(words, packages, origin, note)
     if name == "cat" and len(words) == 2:
-        return read_source(words[1]).text, None
+        text = read_source(words[1]).text
+        return text, description_of(words[1], text)
     if not allowed:
         hint = "KBot runs xacro and cat itself; --allow-commands lets a launch file run anything"
         raise Fault("L040", f"the command '{name}' is not run", hint, words[0])
     return _process(words), None
+
+
+def description_of(path: str, text: str) -> Description | None:
+    """The robot that a file's text is as it stands; xacro would have to be expanded first."""
+    is_robot = "<robot" in text and "xacro:" not in text
+    return Description(path, {}) if is_robot else None
 
 
 def _xacro(

@@ -26,7 +26,6 @@ _SPAWNER_2 = {
     "--fallback_controllers": -1,
 }
 _COMMAND_2 = {"-c": 1, "--controller-manager": 1, "--set-state": 1, "--spin-time": 1}
-_MANAGERS = ("ros2_control_node",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ def read_controllers(
     wishes: dict[str, _Wish] = {}
     shared: list[_File] = []
     for node in nodes:
-        if node.type in _MANAGERS:
+        if runs_hardware(node):
             shared += _files(node.parameter_files, node.origin, notes)
         for wish in _wishes(node, plan.is_ros_2):
             wishes[names.join(wish.manager, wish.name)] = wish
@@ -75,6 +74,11 @@ def read_controllers(
         ros = 2 if plan.is_ros_2 else 1
         spawned.append(SpawnedController(full, settings, wish.is_active, ros, wish.origin))
     return tuple(spawned), notes
+
+
+def runs_hardware(node: Node) -> bool:
+    """Whether a node is the controller manager of ROS 2 for a robot's hardware, true or made up."""
+    return (node.package, node.type) == ("controller_manager", "ros2_control_node")
 
 
 def _wishes(node: Node, is_ros_2: bool) -> Iterator[_Wish]:
@@ -159,7 +163,7 @@ def _settings_2(plan: Plan, full: str, wish: _Wish, files: Iterable[_File]) -> d
         found |= {"type": kind} if kind else {}
         found |= _section(file, full)
     for node in plan.nodes:
-        if node.type in _MANAGERS and (param := plan.params.get(f"{node.full_name}/{wish.name}.type")):
+        if runs_hardware(node) and (param := plan.params.get(f"{node.full_name}/{wish.name}.type")):
             found.setdefault("type", Setting(param.value, param.origin))
     if wish.kind:
         found["type"] = Setting(wish.kind, wish.origin)

@@ -46,8 +46,9 @@ def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
 
 def _included(included: Included) -> GazeboSettings | None:
     given = included.arguments
-    if included.package == "ros_gz_sim":
-        return _gz(given.get("gz_args") or given.get("world_sdf_file") or "", given)
+    if included.package in ("ros_gz_sim", "ros_ign_gazebo"):
+        words = given.get("gz_args") or given.get("ign_args")
+        return _gz(words or given.get("world_sdf_file") or "", given)
     if included.package != "gazebo_ros" or included.name.startswith("gzclient"):
         return None
     world = given.get("world_name") or given.get("world") or included.name.replace("_world.launch", ".world")

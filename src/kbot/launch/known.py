@@ -51,6 +51,8 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "rosbag": {"play": None, "record": Role.RECORDER},
     "rviz2": {"rviz2": Role.VIEWER},
     "ros_gz_sim": {"create": Role.SPAWNER, "gzserver": Role.SIMULATOR},
+    "ros_ign_gazebo": {"create": Role.SPAWNER},
+    "ros_ign_bridge": {"parameter_bridge": Role.CONTROLLER},
     "ros_gz_bridge": {"parameter_bridge": Role.CONTROLLER, "bridge_node": Role.CONTROLLER},
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": Role.TELEOP,
@@ -158,6 +160,7 @@ LAUNCH_FILES_2 = frozenset(
         ("ros_gz_sim", "gz_sim.launch.py"),
         ("ros_gz_sim", "gz_server.launch.py"),
         ("ros_gz_sim", "ros_gz_sim.launch.py"),
+        ("ros_ign_gazebo", "ign_gazebo.launch.py"),
         ("gazebo_ros", "gazebo.launch.py"),
         ("gazebo_ros", "gzserver.launch.py"),
         ("gazebo_ros", "gzclient.launch.py"),

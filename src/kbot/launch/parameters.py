@@ -81,7 +81,8 @@ class Parameters:
             case "value":
                 return convert(text.strip(), type_), None
             case "textfile":
-                return convert(read_source(text).text, type_), None
+                content = read_source(text).text
+                return convert(content, type_), commands.description_of(text, content)
             case "binfile":
                 return _bytes(text), None
         packages, note = self.reporter.packages, self.reporter.finding

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
-from kbot.launch.controllers import read_controllers
+from kbot.launch.controllers import read_controllers, runs_hardware
 from kbot.launch.gazebo import read_gazebo
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
 from kbot.launch.known import ELSEWHERE, NODES, RENAMED, Role, role
@@ -30,7 +30,8 @@ class Stage:
     """What KBot does in the place of a launch's nodes.
 
     path, arguments  the robot file and its xacro arguments; None where no parameter holds a robot
-    simulate         whether it is simulated, in `world`, from `spawn` on, `paused` at first
+    simulate         whether it is simulated, in `world`, from `spawn` on, `paused` at first: because it is
+                     spawned, or its hardware is run
     window           whether the launch wants anything to be seen
     displays         the file that rviz is told to show, empty where it is told none
     joints           what a joint_state_publisher is told
@@ -86,7 +87,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     return Stage(
         path=description.path if description else None,
         arguments=description.arguments if description else {},
-        simulate=bool(spawners),
+        simulate=bool(spawners) or any(runs_hardware(node) for node in plan.nodes),
         world=gazebo.world,
         paused=gazebo.paused and not spawn.unpause,
         window=gazebo.window or bool(viewers),

@@ -109,7 +109,7 @@ def _modules(context: Context) -> dict[str, ModuleType]:
         },
         "ament_index_python": ament,
         "ament_index_python.packages": ament,
-        "xacro": {"process_file": _Xacro(context).process_file, "process": _Xacro(context).process},
+        "xacro": _Xacro(context).functions(),
     }
     modules: dict[str, ModuleType] = {}
     for name, values in contents.items():
@@ -123,10 +123,10 @@ def _modules(context: Context) -> dict[str, ModuleType]:
 
 
 class _Document:
-    """What xacro.process_file gives, as far as launch files use it."""
+    """What xacro.process_file and xacro.parse give, as far as launch files use it."""
 
-    def __init__(self, text: str) -> None:
-        self.text = text
+    def __init__(self, text: str, path: str = "") -> None:
+        self.text, self.path = text, path
 
     def toxml(self, *_: object, **__: object) -> str:
         return self.text
@@ -149,6 +149,20 @@ class _Xacro:
             self.context.note(diagnostic)
         self.context.descriptions[expansion.text] = Description(str(path), arguments)
         return _Document(expansion.text)
+
+    def functions(self) -> dict[str, object]:
+        return {name: getattr(self, name) for name in ("process_file", "process", "parse", "process_doc")}
+
+    def parse(self, source: object, filename: object = None) -> _Document:
+        """A document that is not expanded yet, of an open file or of one that is named."""
+        text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
+        known = self.context.descriptions.get(text)
+        return _Document(text, str(filename) if filename else known.path if known else "")
+
+    def process_doc(
+        self, document: _Document, mappings: Mapping[str, object] | None = None, **more: object
+    ) -> None:
+        document.text = self.process_file(document.path, mappings, **more).text
 
     def process(self, path: object, mappings: Mapping[str, object] | None = None, **more: object) -> str:
         return self.process_file(path, mappings, **more).text

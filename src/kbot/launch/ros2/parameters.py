@@ -107,7 +107,8 @@ def _typed(text: Any, type_: Any) -> Any:  # noqa: ANN401 - whatever YAML can ho
             raise Fault("L031", f"'{text}' is no {wanted}", "", text)
         return value
     try:
-        return load_yaml(text)
+        value = load_yaml(text)
+        return text if isinstance(value, str) else value  # YAML would fold the lines of a description
     except ValueError:
         hint = "say that it is a text: ParameterValue(…, value_type=str)"
         short = text if len(text) < 40 else text[:40] + "…"

@@ -102,6 +102,11 @@ class PathJoinSubstitution(Substitution):
         return PathJoinSubstitution([*self.parts, other])
 
 
+class PathSubstitution(PathJoinSubstitution):
+    def __init__(self, path: object) -> None:
+        super().__init__([path])
+
+
 class FindPackageShare(Substitution):
     def __init__(self, package: object) -> None:
         self.package = as_substitution(package)
