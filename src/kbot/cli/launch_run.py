@@ -21,7 +21,9 @@ from kbot.kinematics.transform import Transform
 from kbot.launch.processes import Processes
 from kbot.model.spawned import with_controllers
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
-from kbot.workbench.serve import serve_session
+from kbot.text import KbotError
+from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.serve import read_displays, serve_session
 
 if TYPE_CHECKING:
     from kbot.bridges.companions import Companions
@@ -69,6 +71,7 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         if teleop is not None and staged.simulate:
             _tell(HELP)
             stack.enter_context(keys(teleop.press))
+        session.display_file = _displays(staged)
         browser = place.browser and staged.window
         serve_session(session, host=place.host, port=place.port, open_browser=browser)
     return processes.status if processes is not None else 0
@@ -76,6 +79,19 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
 
 def _tell(text: str) -> None:
     click.echo(text, err=True)
+
+
+def _displays(staged: Stage) -> DisplayFile:
+    """The displays of the launch's rviz; a file of no use is told of, as rviz would start without it."""
+    if not Path(staged.displays).is_file():
+        if staged.displays:
+            _tell(f"{staged.displays}: there is no such file, so the displays are those of the page")
+        return DisplayFile()
+    try:
+        return read_displays(staged.displays)
+    except KbotError as error:
+        _tell(f"{error}; the displays are those of the page")
+        return DisplayFile()
 
 
 def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
