@@ -26,7 +26,9 @@ f 2 3 4
 
 def scene_of(text: str, path: Path, meshes: MeshStore | None = None) -> Scene:
     robot = load_robot_text(f'<robot name="r">{text}</robot>', path / "r.urdf").require()
-    return build_scene(robot, None, meshes or MeshStore(), 1, frame="world", on_ground=False)
+    return build_scene(
+        robot, None, meshes or MeshStore(), 1, frame="world", on_ground=False, controls={}, others={}
+    )
 
 
 def test_an_inertia_is_shown_as_the_box_that_has_it(tmp_path: Path) -> None:
@@ -110,7 +112,7 @@ def test_a_mesh_that_is_not_there_is_left_out(tmp_path: Path) -> None:
 def test_a_world_is_drawn_but_for_the_level_ground(tmp_path: Path) -> None:
     robot = load_robot_text('<robot name="r"><link name="a"/></robot>', tmp_path / "r.urdf").require()
     world = load_world("boxes")
-    scene = build_scene(robot, world, MeshStore(), 1, frame="world", on_ground=True)
+    scene = build_scene(robot, world, MeshStore(), 1, frame="world", on_ground=True, controls={}, others={})
     assert {body.name for body in scene.bodies} == {b.name for b in world.bodies} - {world.bodies[0].name}
     assert {part.kind for body in scene.bodies for part in body.parts} == {"box", "cylinder"}
 
@@ -118,4 +120,6 @@ def test_a_world_is_drawn_but_for_the_level_ground(tmp_path: Path) -> None:
 def test_every_built_in_world_can_be_drawn(tmp_path: Path) -> None:
     robot = load_robot_text('<robot name="r"><link name="a"/></robot>', tmp_path / "r.urdf").require()
     for name in ("empty", "boxes"):
-        build_scene(robot, load_world(name), MeshStore(), 1, frame="world", on_ground=True)
+        build_scene(
+            robot, load_world(name), MeshStore(), 1, frame="world", on_ground=True, controls={}, others={}
+        )
