@@ -80,9 +80,17 @@ def test_each_parameter_knows_its_line_in_the_yaml_and_the_launch_that_loads_it(
 
 
 def test_the_place_of_a_controller_is_its_word_among_the_arguments(folder):
-    found, _ = spawned(folder, "a.launch", f"<launch>{spawner('shoulder elbow')}</launch>")
-    assert [c.origin.span.text for c in found.values()] == ["shoulder", "elbow"]
-    assert not found["/elbow"].settings
+    found, _ = spawned(folder, "a.launch", f"<launch>{LOAD}{spawner('shoulder states', NS)}</launch>")
+    assert [c.origin.span.text for c in found.values()] == ["shoulder", "states"]
+
+
+@pytest.mark.parametrize(("word", "namespace"), [("sholder", NS), ("shoulder", "")])
+def test_what_has_no_parameters_is_said_at_its_word_with_the_nearest_name(folder, word, namespace):
+    launch = f"<launch>\n{LOAD}\n{spawner(f'/arm/states {word}', namespace)}</launch>"
+    found, (note,) = spawned(folder, "a.launch", launch)
+    assert list(found) == ["/arm/states"]
+    assert (note.code, note.origin.span.line, note.origin.span.text) == ("L064", 3, word)
+    assert "/arm/shoulder" in note.hint
 
 
 @pytest.mark.parametrize(
@@ -96,7 +104,8 @@ def test_the_place_of_a_controller_is_its_word_among_the_arguments(folder):
     ],
 )
 def test_what_is_stopped_or_loaded_is_idle(folder, node, active):
-    found, _ = spawned(folder, "a.launch", f"<launch>{node}</launch>")
+    own = "<param name='shoulder/type' value='t'/>"
+    found, _ = spawned(folder, "a.launch", f"<launch>{LOAD}{own}{node}</launch>")
     assert [c.is_active for c in found.values()] == [active]
     assert next(iter(found)).rpartition("/")[2] == "shoulder"
 

@@ -10,7 +10,7 @@ from kbot.launch.stage import stage
 from kbot.messages import types as msg
 from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
 from kbot.model.load import load_robot_text
-from kbot.model.spawned import spawned_controllers, with_controllers
+from kbot.model.spawned import SpawnedController, spawned_controllers, with_controllers
 from kbot.model.writer import to_urdf
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -120,10 +120,10 @@ def test_one_that_is_only_loaded_commands_nothing(launched):
     assert sim.joint_positions["shoulder"] > 0.1
 
 
-def test_what_has_no_parameters_is_said_at_the_spawner_s_word_with_the_nearest_name(launched):
-    sim = Simulation(launched(arm(EFFORT), POSITION, "shoulder_controller shoulder_controler"))
-    assert findings(sim) == [("W137", "a.launch", 3)]
-    assert "shoulder_controller" in next(d for d in sim.diagnostics if d.code == "W137").hint
+def test_a_controller_of_ros_2_that_no_file_speaks_of_is_said_where_it_is_spawned(urdf):
+    robot = urdf(arm(EFFORT))
+    sim = Simulation(with_controllers(robot, [SpawnedController("/c", {}, True, 2, robot.origin)]))
+    assert findings(sim) == [("W137", "robot.urdf", 1)]
 
 
 @pytest.mark.parametrize(
@@ -276,3 +276,14 @@ def test_a_description_that_was_written_down_runs_the_same(launched):
         simulation.run(0.5)
         states.append(simulation.state_sha256())
     assert states[0] == states[1]
+
+
+def test_a_joint_that_follows_another_is_left_to_it_and_said(launched):
+    mimic = arm(EFFORT).replace('<axis xyz="0 1 0"/></joint>', '<axis xyz="0 1 0"/>MIMIC</joint>')
+    first, second, rest = mimic.split("MIMIC")
+    robot = f'{first}{second}<mimic joint="shoulder"/>{rest}'
+    yaml = one("effort_controllers/JointEffortController", "joint: elbow")
+    sim = Simulation(launched(robot, yaml, "c"))
+    (found,) = [d for d in sim.diagnostics if d.code == "W135"]
+    assert "follows 'shoulder'" in found.message
+    assert not sim.named().control.controllers

@@ -13,6 +13,7 @@ from kbot.launch.words import Options, place_of, read_options
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
 from kbot.text.span import Call
+from kbot.text.suggest import did_you_mean
 
 _SPAWNER_1 = {"--stopped": 0, "--no-timeout": 0} | dict.fromkeys(
     ("--wait-for", "--namespace", "--timeout", "--shutdown-timeout"), 1
@@ -71,9 +72,19 @@ def read_controllers(
                 for name, param in plan.params.items()
                 if name.startswith(f"{full}/")
             }
+            if not settings:
+                notes.append(_unknown(plan, full, wish))
+                continue
         ros = 2 if plan.is_ros_2 else 1
         spawned.append(SpawnedController(full, settings, wish.is_active, ros, wish.origin))
     return tuple(spawned), notes
+
+
+def _unknown(plan: Plan, full: str, wish: _Wish) -> Diagnostic:
+    """A controller of ROS 1 is its parameters; those of ROS 2 may be in the description."""
+    known = [name.removesuffix("/type") for name in plan.params if name.endswith("/type")]
+    what = f"the controller {full} is not loaded: there are no parameters beneath that name"
+    return Diagnostic("L064", Severity.WARNING, what, wish.origin, did_you_mean(full, known))
 
 
 def runs_hardware(node: Node) -> bool:

@@ -117,6 +117,12 @@ class _Reader:
             return
         if found.ros == 1 and not self._is_offered(kind, found, joints):
             return
+        for word in words if found.is_spawned else ():
+            if word in self.robot.joints and word not in joints:
+                mimic = self.robot.joints[word].mimic
+                why = f"follows '{mimic.joint}'" if mimic else "drives the robot or cannot move"
+                what = f"the controller '{found.controller}' does not command '{word}', which {why}"
+                self.findings.info("W135", what, found.place(kind.joints))
         topic = f"{found.controller}/{kind.topic}"
         yield JointController(found.controller, topic, kind.input, joints, interface, found.is_active)
 
@@ -125,7 +131,7 @@ class _Reader:
         lacking = found.lacking(*needed)
         if lacking:
             what = f"the controller '{found.controller}' lacks {', '.join(lacking)}: it is not loaded"
-            self.findings.warning("W137", what, found.place(), f"a {found.kind} does not start without")
+            self.findings.warning("W137", what, found.place(), f"without that no {found.kind} starts")
         return not lacking
 
     def _is_offered(self, kind: Kind, found: Parameters, joints: tuple[str, ...]) -> bool:
