@@ -86,6 +86,8 @@ def test_the_track_closes():
         ("maze:size=-1", "size of 1 to 100"),
         ("maze:cell=nan", "cell is a number"),
         ("maze:seed=-3", "seed"),
+        ("boxes:count=1000000", "a count of 0 to 10000"),
+        ("maze:size=3,size=4", "size is given twice"),
         ("ramp:angle=1e308", "angle is a number of sensible size"),
         ("ramp:angle=-5", "angle above 0"),
         ("corridor:width=0", "width"),

@@ -41,6 +41,8 @@ def build_world(text: str) -> World:
             raise KbotError(f"world '{name}': '{word}' should read parameter=value")
         if key not in types:
             raise KbotError(_unknown(f"world '{name}' has no parameter '{key}'", key, list(types)))
+        if key in values:
+            raise KbotError(f"world '{name}': {key} is given twice")
         values[key] = _number(name, key, value.strip(), types[key])
     return builder(**values)
 

@@ -10,6 +10,8 @@ from kbot.text import KbotError
 from kbot.world.builders import GREEN, ORANGE, WOOD, box, cylinder, floor
 from kbot.world.world import World
 
+MOST_BOXES = 10_000
+
 
 def empty(friction: float = 1.0) -> World:
     """A flat floor without end."""
@@ -18,8 +20,8 @@ def empty(friction: float = 1.0) -> World:
 
 def boxes(count: int = 12, spread: float = 1.6, seed: int = 1) -> World:
     """Boxes and pillars strewn around a free place of 0.45 m about the start."""
-    if count < 0 or spread < 0.6:
-        raise KbotError("world 'boxes' needs a count of 0 or more and a spread of 0.6 m or more")
+    if not 0 <= count <= MOST_BOXES or spread < 0.6:
+        raise KbotError(f"world 'boxes' needs a count of 0 to {MOST_BOXES} and a spread of 0.6 m or more")
     random = np.random.default_rng(seed)
     bodies = [floor()]
     for index in range(count):
