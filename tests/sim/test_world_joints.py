@@ -171,3 +171,13 @@ def test_a_state_with_joints_is_restored_bit_for_bit(sim):
     run.restore(saved)
     run.run(0.4)
     assert run.state_sha256() == once
+
+
+def test_a_plane_that_would_move_is_left_out_at_its_line(sim):
+    """The engine has planes only where nothing moves."""
+    shape = "<collision name='c'><geometry><plane/></geometry></collision>"
+    found = sim(f"<link name='l'>\n{shape}</link>")
+    (warning,) = [d for d in found.diagnostics if d.code == "W106"]
+    assert "'m' cannot be touched: a plane or a height field cannot move" in warning.message
+    assert warning.origin.span.line == 2
+    found.run(0.1)

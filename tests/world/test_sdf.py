@@ -12,6 +12,7 @@ from kbot.world.sdf.files import LIBRARY
 BOX = "<geometry><box><size>1 2 0.1</size></box></geometry>"
 COLLISION = f"<collision name='c'>{BOX}</collision>"
 TURN = "<pose relative_to='{}'>0 0 0 0 0 0</pose>"
+HEAVY = "<model name='m'><link name='l'><inertial>{}</inertial></link></model>"
 NO_MESH = "<collision name='c'><geometry><mesh><uri>no.stl</uri></mesh></geometry></collision>"
 
 
@@ -260,7 +261,19 @@ def test_what_is_not_simulated_is_said_once_at_its_line(world):
         (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above zero"),
         (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
         (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 1e308 1"))), "W204", "3 finite numbers up to 1e+06"),
         (static(link(), pose="1 2 3"), "W204", "6 finite numbers"),
+        (static(link(), pose="1e7 0 0 0 0 0"), "W204", "6 finite numbers up to 1e+06"),
+        ("<gravity>0 0 -1e308</gravity>", "W204", "3 finite numbers up to 10000"),
+        (HEAVY.format("<mass>1e300</mass>"), "W204", "<mass> is a finite number up to 1e+12"),
+        (
+            HEAVY.format("<inertia><ixx>1</ixx><iyy>1</iyy><izz>2.1</izz></inertia>"),
+            "W204", "at most the sum of the other two",
+        ),
+        (
+            HEAVY.format("<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>1.5</ixy></inertia>"),
+            "W204", "each principal moment is above zero",
+        ),
         (static(link()) + static(link()), "W208", "'m' comes twice"),
         (static(link(pose="<pose relative_to='k'>0 0 0 0 0 0</pose>")), "W207", "no frame 'k'"),
         (
@@ -276,6 +289,16 @@ def test_faults_are_said_at_their_line(world, inner, code, message):
     fault = next(d for d in found if d.code == code)
     assert message in fault.message
     assert fault.origin.span.line == 3
+
+
+@pytest.mark.parametrize("tag", ["numbers", "values", "bix"])
+def test_a_shape_that_there_is_not_is_left_out(world, tag):
+    """Whatever it is called: the reader has methods and fields of such names."""
+    found = world(
+        static(f"<link name='l'><collision name='c'><geometry><{tag}/></geometry></collision></link>")
+    )
+    assert [d.code for d in found.diagnostics] == ["W210"]
+    assert f"<{tag}> is left out" in found.diagnostics[0].message
 
 
 def test_all_faults_are_told_in_one_run(world):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mes
 Placed = tuple[Shape, Transform]
 FindFile = Callable[[Element], str | None]
 CONE_SIDES = 32
+SHAPES = (
+    "box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", "mesh", "heightmap", "polyline",
+)  # fmt: skip
 
 
 class Shapes:
@@ -36,7 +40,7 @@ class Shapes:
             return []
         if shape.tag == "empty":
             return []
-        make = getattr(self, f"_{shape.tag}", None)
+        make = getattr(self, f"_{shape.tag}", None) if shape.tag in SHAPES else None
         if make is None:
             self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
             return []
@@ -88,7 +92,7 @@ class Shapes:
 
     def _plane(self, shape: Element) -> list[Placed]:
         written = shape.find("size")
-        size = self._values.sizes(written, shape, "size", 2) if written is not None else None
+        size = self._values.sizes(written, shape, "size", 2, inf) if written is not None else None
         plane = Plane((size[0], size[1])) if size else Plane()
         normal = shape.find("normal")
         values = self._values.numbers(normal, 3) if normal is not None else None

@@ -13,7 +13,7 @@ from kbot.world.pieces import convex_pieces
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import HEAVIEST, Values
 from kbot.world.world import Box, HeightField, Mesh, Part, Plane, Shape
 
 Array = NDArray[np.float64]
@@ -73,14 +73,20 @@ class Links:
         if inertial is None:
             return Mass(1.0, np.zeros(3), np.eye(3))
         pose = self._values.pose(inertial.find("pose"))
-        mass = self._values.number(inertial, "mass", 1.0)
+        mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
         if mass <= 0.0:
             self._values.findings.error("W204", f"a mass of {mass:g} kg is not above zero", inertial.origin)
             mass = 1.0
         inertia = inertial.find("inertia")
-        xx, yy, zz = (self._values.number(inertia, f"i{a}{a}", 1.0) for a in "xyz")
-        xy, xz, yz = (self._values.number(inertia, tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
+        xx, yy, zz = (self._values.number(inertia, f"i{a}{a}", 1.0, HEAVIEST) for a in "xyz")
+        xy, xz, yz = (self._values.number(inertia, tag, 0.0, HEAVIEST) for tag in ("ixy", "ixz", "iyz"))
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if inertia is not None and not _is_a_bodys(tensor):
+            self._values.findings.error(
+                "W204", "no body has this <inertia>: each principal moment is above zero and at most the sum "
+                "of the other two", inertia.origin,
+            )  # fmt: skip
+            tensor = np.eye(3)
         return Mass(mass, np.zeros(3), tensor).seen_from(pose)
 
     def _visual(self, visual: Element, frames: Frames, link: str) -> list[Part]:
@@ -133,6 +139,12 @@ class Links:
         if self._values.number(at, "mu2", friction) != friction:
             self._values.unsupported(collision, "friction differs by direction: mu counts in all of them")
         return min(max(friction, 0.0), MOST_FRICTION)
+
+
+def _is_a_bodys(tensor: Array) -> bool:
+    """Whether principal moments are positive and keep the triangle inequality, as libsdformat asks."""
+    a, b, c = np.linalg.eigvalsh(tensor)
+    return bool(a > 0.0 and c <= (a + b) * (1.0 + 1e-6))
 
 
 def is_ground(shape: Shape, world_from_shape: Transform) -> bool:

@@ -15,7 +15,7 @@ from kbot.world.sdf.entries import Context, Entry
 from kbot.world.sdf.files import Files, fuel_model, model_file, read_xml
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.spherical import georeference
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import STRONGEST_PULL, Values
 from kbot.world.world import World
 
 DEEPEST = 20
@@ -65,7 +65,7 @@ class _Reader:
         for other in list(root.elements("world"))[1:]:
             self.values.unsupported(other, "of several worlds in a file the first is taken")
         gravity = element.find("gravity")
-        pull = self.values.numbers(gravity, 3) if gravity is not None else None
+        pull = self.values.numbers(gravity, 3, STRONGEST_PULL) if gravity is not None else None
         built = self._models(element, context)
         falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -9.81)
         name = element.attributes.get("name", "world")

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from math import isfinite, radians
+from math import inf, isfinite, radians
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.text.numbers import to_float
 from kbot.world.findings import Findings
+
+LARGEST = 1e6
+"""Metres, or radians: beyond, the engine's numbers mean nothing."""
+HEAVIEST = 1e12
+"""Kilograms, or kg m^2."""
+STRONGEST_PULL = 1e4
+"""m/s^2: a thousand times the earth's."""
 
 
 class Values:
@@ -17,25 +24,28 @@ class Values:
         self.findings = findings
         self._told: set[str] = set()
 
-    def numbers(self, element: Element, count: int) -> tuple[float, ...] | None:
-        """`count` finite numbers, None where they are not."""
+    def numbers(self, element: Element, count: int, most: float = inf) -> tuple[float, ...] | None:
+        """`count` finite numbers from `-most` to `most`, None with a finding where they are not."""
         words = element.text.split()
         try:
             values = tuple(to_float(word) for word in words)
         except ValueError:
             values = ()
-        if len(values) == count and all(isfinite(value) for value in values):
+        finite = len(values) == count and all(isfinite(value) for value in values)
+        if finite and all(abs(value) <= most for value in values):
             return values
         what = "a finite number" if count == 1 else f"{count} finite numbers"
+        if finite:
+            what += f" up to {most:g}"
         text = element.text.strip()
         self.findings.error("W204", f"<{element.tag}> is {what}, not '{text}'", element.origin)
         return None
 
-    def number(self, parent: Element | None, tag: str, default: float) -> float:
+    def number(self, parent: Element | None, tag: str, default: float, most: float = inf) -> float:
         element = parent.find(tag) if parent is not None else None
         if element is None:
             return default
-        values = self.numbers(element, 1)
+        values = self.numbers(element, 1, most)
         return values[0] if values else default
 
     def truth(self, parent: Element, tag: str, default: bool) -> bool:
@@ -49,13 +59,13 @@ class Values:
         return default
 
     def sizes(
-        self, element: Element | None, shape: Element, tag: str, count: int
+        self, element: Element | None, shape: Element, tag: str, count: int, most: float = LARGEST
     ) -> tuple[float, ...] | None:
-        """`count` numbers above zero of a shape's child, None with a finding where they are not."""
+        """`count` numbers above zero, in m, of a shape's child, None with a finding where they are not."""
         if element is None:
             self.findings.error("W205", f"<{shape.tag}> has no <{tag}>", shape.origin)
             return None
-        values = self.numbers(element, count)
+        values = self.numbers(element, count, most)
         if values is not None and any(value <= 0.0 for value in values):
             text = element.text.strip()
             self.findings.error(
@@ -69,11 +79,11 @@ class Values:
         if element is None or not element.text.strip():
             return Transform.identity()
         if element.attributes.get("rotation_format") == "quat_xyzw":
-            values = self.numbers(element, 7)
+            values = self.numbers(element, 7, LARGEST)
             if values is None or not any(values[3:]):
                 return Transform.identity()
             return Transform.from_quaternion_xyzw(values[3:], values[:3])
-        values = self.numbers(element, 6)
+        values = self.numbers(element, 6, LARGEST)
         if values is None:
             return Transform.identity()
         turn = values[3:]
