@@ -95,7 +95,7 @@ def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
         page = open_page(address)
         limits = page.locator("[data-joint=turn] .limits span")
         assert limits.all_inner_texts() == ["\u221257.3", "114.6"]
-        page.get_by_role("button", name="Radians and metres").click()
+        page.get_by_role("button", name="rad and m").click()
         assert limits.all_inner_texts() == ["\u22121", "2"]
         page.get_by_label("turn in radians", exact=True).fill("1.5")
         page.keyboard.press("Enter")

@@ -61,6 +61,24 @@ def test_an_address_opens_the_same_view(viewing: str, open_page: OpenPage) -> No
     assert share(lost, "base_link") > 0.02
 
 
+def test_an_address_opens_the_same_kind_of_view(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    view = page.get_by_role("toolbar", name="View")
+    for button in ("Ortho", "Follow"):
+        view.get_by_role("button", name=button).click()
+    until(lambda: page.url.endswith("&flat&still"))
+    view.get_by_role("button", name="Ride").click()
+    until(lambda: page.url.endswith("&flat&ride&still"))
+    other = open_page(page.url)
+    pressed = [
+        other.get_by_role("toolbar", name="View")
+        .get_by_role("button", name=button)
+        .get_attribute("aria-pressed")
+        for button in ("Ortho", "Follow", "Ride")
+    ]
+    assert pressed == ["true", "false", "true"]
+
+
 def test_riding_along_looks_ahead_of_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.press("9")

@@ -19,7 +19,7 @@ export function joints(app: App): HTMLElement {
   const preset = (kind: "zero" | "centre" | "random", label: string): HTMLButtonElement =>
     h("button", { type: "button", title: `All joints: ${label.toLowerCase()}`, onclick: () => app.send({ type: "set_joints", preset: kind }) }, label);
   const presets = h("div", { class: "buttons" }, preset("zero", "Zero"), preset("centre", "Centre"), preset("random", "Random"));
-  const units = toggle("Radians and metres", "Radians and metres instead of degrees and millimetres", app.options.value.radians, (on) => app.setOption("radians", on), "rad");
+  const units = toggle("rad and m", "Radians and metres instead of degrees and millimetres", app.options.value.radians, (on) => app.setOption("radians", on), "rad");
   const search = h("input", { type: "search", placeholder: "Search joints", "aria-label": "Search joints", oninput: () => filter() });
   const nothing = h("p", { class: "nothing" });
   let rows: Row[] = [];

@@ -24,11 +24,14 @@ const CHIPS: readonly Chip[] = [
   { name: "names", image: "tag", label: "Names", key: "5", display: "TF", property: "names" },
   { name: "grid", image: "grid", label: "Grid", key: "6", display: "Grid" },
   { name: "trail", image: "path", label: "Path", key: "7", display: "Trail" },
-  { name: "follow", image: "follow", label: "Follow", key: "8", option: "follow" },
-  { name: "ride", image: "drive", label: "Ride", key: "9", option: "ride" },
   { name: "scan", image: "scan", label: "Scan", key: "0", display: "LaserScan" },
 ];
 const FLAT: Chip = { name: "flat", image: "box", label: "Ortho", key: "o", option: "flat" };
+/** How one looks at what drives. */
+const ALONG: readonly Chip[] = [
+  { name: "follow", image: "follow", label: "Follow", key: "8", option: "follow" },
+  { name: "ride", image: "drive", label: "Ride", key: "9", option: "ride" },
+];
 const FOR_DRIVING = ["trail", "follow", "ride"];
 
 function isOn(app: App, chip: Chip): boolean {
@@ -42,7 +45,7 @@ function turn(app: App, chip: Chip, on: boolean): void {
 
 /** A key that turns something on or off. */
 export function press(app: App, key: string): void {
-  const chip = [...CHIPS, FLAT].find((one) => one.key === key);
+  const chip = [...CHIPS, FLAT, ...ALONG].find((one) => one.key === key);
   if (chip !== undefined) turn(app, chip, !isOn(app, chip));
 }
 
@@ -58,8 +61,9 @@ function button(app: App, chip: Chip, title: string, ...content: (Node | string)
 /** What is shown, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
   const buttons = CHIPS.map((chip) => button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)));
+  const along = ALONG.map((chip) => button(app, chip, chip.name === "ride" ? "As the robot sees (9)" : "Along with the robot (8)", chip.label));
   const hide = (): void => {
-    for (const one of buttons) {
+    for (const one of [...buttons, ...along]) {
       const name = one.dataset["option"] ?? "";
       if (name === "scan") one.hidden = app.topics.first(["sensor_msgs/msg/LaserScan"]) === "";
       else one.hidden = FOR_DRIVING.includes(name) && app.about.value?.mode !== "sim";
@@ -82,6 +86,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
       look("Side", 270, 6),
       look("Top", 270, 89.9),
       flat,
+      ...along,
       saveMenu(app, view),
     ),
   );

@@ -1,14 +1,16 @@
-/** Where one looks from and at, in metres. */
+/** Where one looks from and at, in metres, and how: without perspective, as the robot sees, along with it. */
 export interface SavedView {
   eye: number[];
   target: number[];
   orthographic: boolean;
+  ride: boolean;
+  follow: boolean;
 }
 
 /** A view as the part of an address after the hash. */
 export function viewHash(view: SavedView): string {
   const text = (numbers: number[]): string => numbers.map((value) => Number(value.toPrecision(5))).join(",");
-  return `#eye=${text(view.eye)}&at=${text(view.target)}${view.orthographic ? "&flat" : ""}`;
+  return `#eye=${text(view.eye)}&at=${text(view.target)}${view.orthographic ? "&flat" : ""}${view.ride ? "&ride" : ""}${view.follow ? "" : "&still"}`;
 }
 
 /** The view that an address has, null when it has none that can be used. */
@@ -17,7 +19,7 @@ export function readView(hash: string): SavedView | null {
   const [eye, target] = [triple(values.get("eye")), triple(values.get("at"))];
   if (eye === null || target === null) return null;
   if (Math.hypot(...eye.map((value, i) => value - target[i]!)) < 1e-6) return null;
-  return { eye, target, orthographic: values.has("flat") };
+  return { eye, target, orthographic: values.has("flat"), ride: values.has("ride"), follow: !values.has("still") };
 }
 
 function triple(text: string | null): number[] | null {

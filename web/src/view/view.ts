@@ -36,6 +36,8 @@ export class View implements Picture {
   private readonly world = new Group();
   private readonly lastSeen = new Vector3();
   private placed = false;
+  /** How one looked last: without perspective, as the robot sees, along with it. */
+  private kind = "";
 
   constructor(
     readonly app: App,
@@ -143,7 +145,7 @@ export class View implements Picture {
   private openAddress(): boolean {
     const view = readView(location.hash);
     if (view === null) return false;
-    this.app.setOption("flat", view.orthographic);
+    this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow });
     this.stage.camera.position.fromArray(view.eye);
     this.stage.lookAt(new Vector3().fromArray(view.target));
     return true;
@@ -152,8 +154,9 @@ export class View implements Picture {
   /** Puts the view into the page's address, so that a link to it opens the same. */
   private writeAddress(): void {
     if (location.protocol === "about:") return; // within another page, which has the address
-    const { camera, controls, isOrthographic } = this.stage;
-    const hash = viewHash({ eye: camera.position.toArray(), target: controls.target.toArray(), orthographic: isOrthographic });
+    const { camera, controls } = this.stage;
+    const { flat, ride, follow } = this.app.options.value;
+    const hash = viewHash({ eye: camera.position.toArray(), target: controls.target.toArray(), orthographic: flat, ride, follow });
     history.replaceState(null, "", hash);
   }
 
@@ -287,6 +290,9 @@ export class View implements Picture {
     const options = this.app.options.value;
     this.stage.controls.enabled = !options.ride;
     this.stage.setOrthographic(options.flat && !options.ride);
+    const kind = `${options.flat} ${options.ride} ${options.follow}`;
+    if (this.kind !== "" && kind !== this.kind && this.placed) this.writeAddress();
+    this.kind = kind;
     this.stage.invalidate();
   }
 }
