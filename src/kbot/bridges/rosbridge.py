@@ -53,6 +53,7 @@ class _Subscription:
     def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int, exact: bool) -> None:
         self._wire, self.topic, self._throttle = wire, topic, throttle
         self._is_ros1, self._exact = is_ros1, exact
+        self._head = f'{{"op": "publish", "topic": {json.dumps(topic)}, "msg": '
         self._last: int | None = None
 
     def send(self, packet: Packet) -> None:
@@ -60,8 +61,7 @@ class _Subscription:
         if self._last is not None and 0 <= now - self._last < self._throttle:
             return
         self._last = now
-        message = to_plain(packet.message, ros1=self._is_ros1, exact=self._exact)
-        self._wire.put(json.dumps({"op": "publish", "topic": self.topic, "msg": message}))
+        self._wire.put(self._head + packet.json(ros1=self._is_ros1, exact=self._exact) + "}")
 
 
 class _Talk(JsonTalk):

@@ -24,6 +24,8 @@ LARGEST_MESSAGE = 1 << 22
 QUEUE = 512
 """Messages that wait for a slow client; of more the newest are kept."""
 MOST_CLIENTS = 64
+AT_ONCE = 1 << 16
+"""Bytes that are given to the system at once; a larger message goes alone."""
 TRIES = 20
 """Ports that are tried from the usual one on."""
 
@@ -65,7 +67,20 @@ class Wire:
             await self._wake.wait()
             self._wake.clear()
             while self._kept or self._waiting:
-                await connection.send(self._kept.popleft() if self._kept else self._waiting.popleft())
+                async with connection.send_context():
+                    self._write(connection)
+
+    def _write(self, connection: ServerConnection) -> None:
+        """Many small messages in one call of the system, which costs more than they do."""
+        size = 0
+        while (self._kept or self._waiting) and size < AT_ONCE:
+            data = self._kept.popleft() if self._kept else self._waiting.popleft()
+            if isinstance(data, str):
+                connection.protocol.send_text(data.encode())
+            else:
+                connection.protocol.send_binary(data)
+            size += len(data)
+        connection.transport.write(b"".join(connection.protocol.data_to_send()))
 
 
 class WebSocketBridge:

@@ -10,6 +10,7 @@ import os
 import secrets
 import struct
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -72,12 +73,16 @@ class ZenohBridge:
         self._session.close()
 
     def _send(self) -> None:
+        look_at = 0.0
         while not self._closed.is_set():
             if self._changed.is_set():
                 self._changed.clear()
                 self._declare()
-            for outgoing in self._outgoing.values():
-                outgoing.open_if_heard()
+                look_at = 0.0
+            if time.monotonic() >= look_at:
+                for outgoing in self._outgoing.values():
+                    outgoing.open_if_heard()
+                look_at = time.monotonic() + LOOK_SECONDS
             self._wake.wait(LOOK_SECONDS)
             self._wake.clear()
             while self._waiting and not self._closed.is_set():

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
+from kbot.wire.plain import to_plain
 from kbot.wire.types import ros1_definition, ros2_definition, ros_name
 
 
 class Packet:
     """A message on its way out. What it is encoded to is kept, so that all who carry it share the bytes."""
 
-    __slots__ = ("_cdr", "_ros1", "message", "nanoseconds", "topic")
+    __slots__ = ("_cdr", "_json", "_ros1", "message", "nanoseconds", "topic")
 
     def __init__(self, topic: str, message: object, nanoseconds: int) -> None:
         """`nanoseconds`: when it was published, by the simulation's clock."""
@@ -22,6 +24,7 @@ class Packet:
         self.nanoseconds = nanoseconds
         self._cdr: bytes | None = None
         self._ros1: bytes | None = None
+        self._json: dict[tuple[bool, bool], str] = {}
 
     @property
     def type_name(self) -> str:
@@ -39,6 +42,13 @@ class Packet:
         if self._ros1 is None:
             self._ros1 = encode_ros1(self.message)
         return self._ros1
+
+    def json(self, *, ros1: bool = False, exact: bool = False) -> str:
+        """As `to_plain` spells it."""
+        key = ros1, exact
+        if key not in self._json:
+            self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
+        return self._json[key]
 
     @property
     def ros1_definition(self) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -23,20 +23,63 @@ ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
 def to_plain(message: object, *, ros1: bool = False, exact: bool = False) -> Plain:
     """A message's fields by name; numbers that JSON lacks are None unless `exact`, bytes Base64. With
     `ros1`, times are spelled `secs` and `nsecs`."""
-    if isinstance(message, Time) and ros1:
-        return {"secs": message.sec, "nsecs": message.nanosec}
-    if dataclasses.is_dataclass(message) and not isinstance(message, type):
-        fields = dataclasses.fields(message)
-        return {f.name: to_plain(getattr(message, f.name), ros1=ros1, exact=exact) for f in fields}
-    if isinstance(message, tuple | list):
-        return [to_plain(item, ros1=ros1, exact=exact) for item in message]
-    if isinstance(message, bytes):
-        return base64.b64encode(message).decode()
-    if isinstance(message, np.ndarray):
-        return message.tolist() if exact else [to_plain(item) for item in message.tolist()]
-    if isinstance(message, float) and not exact and not math.isfinite(message):
-        return None
-    return message
+    return _reader(type(message), ros1, exact)(message)
+
+
+@cache
+def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
+    """What makes values of a kind plain; it is said once, not looked at again for each message."""
+    if kind is Time and ros1:
+        return lambda time: {"secs": time.sec, "nsecs": time.nanosec}
+    if dataclasses.is_dataclass(kind):
+        hints = get_type_hints(kind)
+        parts = [(f.name, _part(hints[f.name], ros1, exact)) for f in dataclasses.fields(kind)]
+        return lambda message: {name: part(getattr(message, name)) for name, part in parts}
+    if issubclass(kind, tuple | list):
+        return lambda items: [_reader(type(item), ros1, exact)(item) for item in items]
+    if issubclass(kind, bytes):
+        return lambda data: base64.b64encode(data).decode()
+    if issubclass(kind, np.ndarray):
+        return _same_list if exact else _finite_list
+    return _finite if issubclass(kind, float) and not exact else _same
+
+
+def _part(hint: Any, ros1: bool, exact: bool) -> Callable[[Any], Plain]:  # noqa: ANN401
+    """A field's by what is written of its type; a value may still be of another, as an int among floats."""
+    if dataclasses.is_dataclass(hint) and isinstance(hint, type):
+        return _reader(hint, ros1, exact)
+    if hint is float:
+        return _same if exact else _finite
+    if hint in (int, bool, str):
+        return _same
+    if hint == tuple[float, ...]:
+        return list if exact else _finite_items
+    if hint == tuple[str, ...]:
+        return list
+    return lambda value: _reader(type(value), ros1, exact)(value)
+
+
+def _same(value: Plain) -> Plain:
+    return value
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _finite_items(values: Iterable[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]
+
+
+def _same_list(array: Any) -> Plain:  # noqa: ANN401
+    return array.tolist()
+
+
+def _finite_list(array: Any) -> Plain:  # noqa: ANN401
+    values = array.tolist()
+    if array.dtype.kind != "f" or np.isfinite(array).all():
+        return values
+    return _finite_items(values) if array.ndim == 1 else [_finite_list(row) for row in array]
 
 
 def from_plain(value: Plain, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type

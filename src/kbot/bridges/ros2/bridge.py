@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections import deque
 from typing import Any
 
@@ -102,11 +103,15 @@ class Ros2Bridge:
         self._wake.set()
 
     def _send(self) -> None:
+        look_at = 0.0
         while not self._closed.is_set():
             if self._changed.is_set():
                 self._changed.clear()
                 self._make_endpoints()
-            self._open_what_is_heard()
+                look_at = 0.0
+            if time.monotonic() >= look_at:  # not at every message: DDS takes its time to tell
+                self._open_what_is_heard()
+                look_at = time.monotonic() + LOOK_SECONDS
             self._wake.wait(LOOK_SECONDS)
             self._wake.clear()
             while self._waiting and not self._closed.is_set():
