@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from kbot.kinematics.transform import Transform
@@ -58,14 +59,27 @@ class ForeignFrames:
 
     def _hear(self, message: TFMessage) -> None:
         for transform in message.transforms:
-            child = transform.child_frame_id.lstrip("/")
-            self._edges[child] = transform.header.frame_id.lstrip("/"), _read(transform)
+            parent_from_child = read_transform(transform)
+            if parent_from_child is not None:
+                self._edges[plain(transform.child_frame_id)] = (
+                    plain(transform.header.frame_id),
+                    parent_from_child,
+                )
 
 
-def _read(stamped: TransformStamped) -> Transform:
+def plain(frame: str) -> str:
+    """A frame's name as ROS 2 has it: without the slash that old ROS puts before it."""
+    return frame.lstrip("/")
+
+
+def read_transform(stamped: TransformStamped) -> Transform | None:
+    """`parent_from_child`; None where the numbers are none, as a quaternion of zeros."""
     moved, turned = stamped.transform.translation, stamped.transform.rotation
-    rotation = Transform.from_quaternion_xyzw((turned.x, turned.y, turned.z, turned.w))
-    return Transform.from_xyz_rpy((moved.x, moved.y, moved.z), (0.0, 0.0, 0.0)) @ rotation
+    numbers = (moved.x, moved.y, moved.z, turned.x, turned.y, turned.z, turned.w)
+    if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
+        return None
+    rotation = Transform.from_quaternion_xyzw(numbers[3:])
+    return Transform.from_xyz_rpy(numbers[:3], (0.0, 0.0, 0.0)) @ rotation
 
 
 def _placed(edges: Edges, at: dict[str, Transform], found: dict[str, tuple[str, Transform]]) -> Edges:

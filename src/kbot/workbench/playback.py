@@ -12,12 +12,11 @@ import numpy as np
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, JointState, Odometry, Publisher, TFMessage
-from kbot.messages.types import TransformStamped
 from kbot.model import JointType, Robot
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
 from kbot.workbench.description import Description
-from kbot.workbench.foreign_frames import WORLD, ForeignFrames
+from kbot.workbench.foreign_frames import WORLD, ForeignFrames, plain, read_transform
 from kbot.workbench.motion import Moment
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.recorded_run import TF_STATIC, RecordedRun
@@ -26,8 +25,8 @@ from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
 from kbot.world import World
 
-FIRST_LOOK, LAST_LOOK = 1.0, 64.0
-"""Seconds before a moment in which all frames and joints are looked for, at first and at most."""
+LOOKS = 1.0, 4.0
+"""Seconds before a moment in which all frames and joints are looked for, at first and then."""
 
 
 def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
@@ -72,8 +71,9 @@ class Playback:
         self._listen()
         self._known: set[str] = set()
         """All frames and joints that the recording is known to tell of."""
-        for entry in run.samples():
-            self._known |= self._told_of(run.read(entry))
+        self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
+        for _, _, message in self._samples:
+            self._known |= _told_of(message)
         self.seek(0.0)
 
     @property
@@ -211,9 +211,9 @@ class Playback:
 
     def _hear_tf(self, message: TFMessage) -> None:
         for stamped in message.transforms:
-            transform = _transform(stamped)
+            transform = read_transform(stamped)
             if transform is not None:
-                self._edges[_name(stamped.child_frame_id)] = _name(stamped.header.frame_id), transform
+                self._edges[plain(stamped.child_frame_id)] = plain(stamped.header.frame_id), transform
 
     def _hear_joints(self, message: JointState) -> None:
         for name, position in zip(message.name, message.position, strict=False):
@@ -228,23 +228,23 @@ class Playback:
         if all(map(math.isfinite, numbers)):
             self._odometry = numbers[:3], numbers[3:]
 
-    def _told_of(self, message: object) -> set[str]:
-        if isinstance(message, TFMessage):
-            return {stamped.child_frame_id for stamped in message.transforms}
-        return set(message.name) if isinstance(message, JointState) else set()
-
     def _say_moves(self, now: int) -> None:
         """Say the newest of every frame and joint: each may come in a message, and at a rate, of its own."""
-        seconds, found = FIRST_LOOK, list[tuple[str, Any]]()
-        while seconds <= LAST_LOOK:
+        found: list[tuple[str, Any]] = []
+        missing = self._known
+        for seconds in LOOKS:
             after = max(now - round(seconds * 1e9), self._run.index.start - 1)
             entries = self._run.index.between(self._run.moves, after, now)
             found = [(entry.topic, self._run.read(entry)) for entry in entries if entry.topic != TF_STATIC]
-            told: set[str] = set().union(*(self._told_of(message) for _, message in found))
-            if self._known <= told or after < self._run.index.start:
+            missing = self._known.difference(*(_told_of(message) for _, message in found))
+            if not missing:
                 break
-            seconds *= 4
-        for topic, message in found:
+        rare = [
+            (topic, message)
+            for at, topic, message in self._samples
+            if at <= now and _told_of(message) & missing
+        ]
+        for topic, message in (*rare, *found):
             self._publishers[topic][0].publish(message)
 
     def _sayer(self, topic: str) -> Callable[[], None]:
@@ -293,15 +293,8 @@ def _refuse() -> NoReturn:
     raise KbotError("a recording is played: it goes as it went")
 
 
-def _name(frame: str) -> str:
-    return frame.lstrip("/")
-
-
-def _transform(stamped: TransformStamped) -> Transform | None:
-    """None where it is no transform."""
-    moved, turned = stamped.transform.translation, stamped.transform.rotation
-    numbers = (moved.x, moved.y, moved.z, turned.x, turned.y, turned.z, turned.w)
-    if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
-        return None
-    rotation = Transform.from_quaternion_xyzw(numbers[3:])
-    return Transform.from_xyz_rpy(numbers[:3], (0.0, 0.0, 0.0)) @ rotation
+def _told_of(message: object) -> set[str]:
+    """Its frames or joints."""
+    if isinstance(message, TFMessage):
+        return {stamped.child_frame_id for stamped in message.transforms}
+    return set(message.name) if isinstance(message, JointState) else set()
