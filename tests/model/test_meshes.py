@@ -1,6 +1,8 @@
 """Mesh files written by hand or by trimesh, read back."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -120,3 +122,21 @@ def test_a_file_that_changes_is_read_again(box, tmp_path):
     before = load_mesh(str(path)).vertices.max()
     box.export(str(path))
     assert load_mesh(str(path)).vertices.max() == pytest.approx(2 * before)
+
+
+def test_a_texture_that_is_gone_is_no_traceback_on_stderr(tmp_path):
+    texture = (
+        '<newparam sid="f"><surface type="2D"><init_from>i</init_from></surface></newparam>'
+        '<newparam sid="t"><sampler2D><source>f</source></sampler2D></newparam>'
+        '<technique sid="common"><lambert>'
+        '<emission><texture texture="t" texcoord="UV"/></emission>'
+    )
+    images = '<library_images><image id="i"><init_from>gone.png</init_from></image></library_images>'
+    text = COLLADA.replace('<technique sid="common"><lambert>\n', texture)
+    assert texture in text
+    (tmp_path / "a.dae").write_text(text.replace("<library_effects>", f"{images}<library_effects>"))
+    program = (
+        f"from kbot.model.meshes import load_mesh; print(load_mesh({str(tmp_path / 'a.dae')!r}) is not None)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert (done.stdout.strip(), done.stderr) == ("True", "")

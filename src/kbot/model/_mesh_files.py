@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
 from trimesh.resolvers import Resolver
+
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
+"""What it says of textures that it does not find would go to stderr otherwise, with tracebacks."""
 
 MOST_BYTES = 256 * 1024 * 1024
 
