@@ -43,7 +43,7 @@ def test_axe_finds_nothing(
 def test_everything_is_reached_by_the_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     reached = set()
-    for _ in range(120):
+    for _ in range(180):
         page.keyboard.press("Tab")
         reached.add(
             page.evaluate(
