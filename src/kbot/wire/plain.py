@@ -23,7 +23,8 @@ ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
 def to_plain(message: object, *, ros1: bool = False, exact: bool = False) -> Plain:
     """A message's fields by name; numbers that JSON lacks are None unless `exact`, bytes Base64. With
     `ros1`, times are spelled `secs` and `nsecs`."""
-    return _reader(type(message), ros1, exact)(message)
+    kind: type = type(message)
+    return _reader(kind, ros1, exact)(message)
 
 
 @cache
@@ -36,7 +37,7 @@ def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
         parts = [(f.name, _part(hints[f.name], ros1, exact)) for f in dataclasses.fields(kind)]
         return lambda message: {name: part(getattr(message, name)) for name, part in parts}
     if issubclass(kind, tuple | list):
-        return lambda items: [_reader(type(item), ros1, exact)(item) for item in items]
+        return lambda items: [to_plain(item, ros1=ros1, exact=exact) for item in items]
     if issubclass(kind, bytes):
         return lambda data: base64.b64encode(data).decode()
     if issubclass(kind, np.ndarray):
@@ -56,7 +57,7 @@ def _part(hint: Any, ros1: bool, exact: bool) -> Callable[[Any], Plain]:  # noqa
         return list if exact else _finite_items
     if hint == tuple[str, ...]:
         return list
-    return lambda value: _reader(type(value), ros1, exact)(value)
+    return lambda value: to_plain(value, ros1=ros1, exact=exact)
 
 
 def _same(value: Plain) -> Plain:
