@@ -17,10 +17,13 @@ from kbot.text import KbotError
 class Index(Protocol):
     """A recording that is open, to be asked by time in nanoseconds of its clock."""
 
-    topics: Mapping[str, str]
-    """Names and types, as ROS 2 writes them."""
     start: int
     end: int
+
+    @property
+    def topics(self) -> Mapping[str, str]:
+        """Names and types, as ROS 2 writes them."""
+        ...
 
     def newest(self, topic: str, nanoseconds: int) -> Entry | None:
         """What a topic said last until a time; None where it said nothing yet. Raises KbotError: damaged."""

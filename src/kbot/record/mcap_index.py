@@ -34,7 +34,7 @@ class McapIndex:
         try:
             with Path(path).open("rb") as stream:
                 summary = make_reader(stream).get_summary()
-        except (*unreadable(), OSError) as error:
+        except faults() as error:
             raise NoIndex(f"{path} has no index: {error}") from None
         if summary is None or not summary.chunk_indexes:
             raise NoIndex(f"{path} has no index")
@@ -112,10 +112,15 @@ class McapIndex:
             with Path(self._path).open("rb") as stream:
                 stream.seek(index.chunk_start_offset + RECORD_HEAD)
                 records = breakup_chunk(Chunk.read(ReadDataStream(stream)), validate_crc=True)
-        except (*unreadable(), OSError) as error:
+        except faults() as error:
             raise KbotError(f"{self._path} is damaged: {error}") from None
         return [self._entry(r) for r in records if isinstance(r, Message) and r.channel_id in self._channels]
 
     def _entry(self, record: Message) -> Entry:
         topic, type_name, encoding = self._channels[record.channel_id]
         return Entry(topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1")
+
+
+def faults() -> tuple[type[Exception], ...]:
+    """What reading a file at any place raises where it is broken, or gone."""
+    return (*unreadable(), OSError)

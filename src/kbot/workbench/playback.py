@@ -117,9 +117,8 @@ class Playback:
         self._edges.clear()
         self._positions.clear()
         self._frames.forget()
-        statics, _ = self._publishers.get(TF_STATIC, (None, None))
-        for message in self._run.statics if statics is not None else ():
-            statics.publish(message)
+        for message in self._run.statics:
+            self._publishers[TF_STATIC][0].publish(message)
         self._say_moves(now)
         for topic, (publisher, _) in self._publishers.items():
             if publisher.is_heard:

@@ -1,0 +1,198 @@
+"""Going back in time in the page, by mouse, touch and keys; bookmarks; recording; recordings played."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.record import Recording
+from kbot.workbench.playback import played_session
+from kbot.workbench.protocol import Seek
+from kbot.workbench.serve import serving
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+
+@pytest.fixture
+def page(driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path) -> Any:
+    """A page of a robot that has driven for a while, and stands now."""
+    address, session = driving
+    session.recording.folder = str(tmp_path)
+    page = open_page(address)
+    page.keyboard.down("w")
+    until(lambda: session.state().odometry[0] > 0.3)
+    page.keyboard.up("w")
+    until(lambda: page.evaluate("kbot.time") > 2.0)
+    page.session = session
+    return page
+
+
+def slider(page: Any) -> Any:
+    return page.get_by_role("slider", name="Moment on show")
+
+
+def drag(page: Any, part: float) -> None:
+    """Pull the thumb from where it is to a part of the line."""
+    box = slider(page).bounding_box()
+    at = box["y"] + box["height"] / 2
+    now, low, high = (float(slider(page).evaluate(f"s => s.{n}")) for n in ("valueAsNumber", "min", "max"))
+    page.mouse.move(box["x"] + 6 + (box["width"] - 12) * (now - low) / max(high - low, 1e-9), at)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * part, at, steps=6)
+    page.mouse.up()
+
+
+def shown_x(page: Any) -> float:
+    return float(page.evaluate("kbot.poses()[0]"))
+
+
+def is_past(page: Any) -> bool:
+    return bool(page.evaluate("document.documentElement.dataset.time === 'past'"))
+
+
+def test_the_robot_stands_where_it_stood(page: Any) -> None:
+    now = shown_x(page)
+    assert now > 0.3
+    drag(page, 0.05)
+    until(lambda: is_past(page) and shown_x(page) < 0.1)
+    then = page.evaluate("kbot.time")
+    assert then < page.session.state().time - 1
+    assert page.get_by_role("status").filter(has_text="live").count() == 1  # the connection is
+    assert "ago" in slider(page).get_attribute("aria-valuetext")
+    assert page.get_by_label("Simulated time in seconds").inner_text() == f"{then:.2f} s"
+    reading = float(page.inner_text("[data-reading=x]").replace("\u2212", "-"))
+    assert reading == pytest.approx(shown_x(page), abs=2e-3)
+    page.session.paused = False
+    before = page.session.state().time
+    until(lambda: page.session.state().time > before + 0.5)
+    assert page.evaluate("kbot.time") == then  # the simulation went on, and the picture did not
+    page.get_by_role("button", name="Live").click()
+    until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
+    assert shown_x(page) == pytest.approx(now, abs=0.1)
+    assert slider(page).get_attribute("aria-valuetext") == "live"
+
+
+def test_time_goes_back_by_keys(page: Any) -> None:
+    slider(page).focus()
+    for _ in range(10):
+        page.keyboard.press("PageDown")
+    until(lambda: is_past(page) and shown_x(page) < 0.25)
+    page.keyboard.press("Home")
+    until(lambda: shown_x(page) < 0.05)
+    first = page.evaluate("kbot.time")
+    page.keyboard.press("ArrowRight")
+    until(lambda: first < page.evaluate("kbot.time") < first + 0.2)
+    page.keyboard.press("End")
+    until(lambda: not is_past(page))
+
+
+def test_who_looks_back_sees_whether_time_waits(page: Any) -> None:
+    drag(page, 0.3)
+    until(lambda: is_past(page))
+    page.keyboard.press("p")
+    until(lambda: page.get_by_role("button", name="Go on").is_visible())
+    assert page.session.paused
+    assert is_past(page)
+
+
+def test_who_drives_sees_what_is(page: Any) -> None:
+    drag(page, 0.3)
+    until(lambda: is_past(page))
+    page.keyboard.down("w")
+    until(lambda: not is_past(page) and shown_x(page) > 0.4)
+    page.keyboard.up("w")
+
+
+def test_each_tab_looks_where_it_wants(page: Any, driving: tuple[str, Session], open_page: OpenPage) -> None:
+    other = open_page(driving[0])
+    drag(page, 0.05)
+    until(lambda: is_past(page))
+    assert not is_past(other)
+    assert shown_x(other) > 0.3
+    drag(other, 0.05)  # a page that came later sees what was before it
+    until(lambda: is_past(other) and shown_x(other) < 0.15)
+
+
+def test_bookmarks_are_set_named_and_gone_to(page: Any) -> None:
+    drag(page, 0.2)
+    until(lambda: is_past(page))
+    first = page.evaluate("kbot.time")
+    page.keyboard.press("k")
+    drag(page, 0.6)
+    until(lambda: page.evaluate("kbot.time") > first + 0.3)
+    second = page.evaluate("kbot.time")
+    page.get_by_role("button", name="Bookmark this moment").click()
+    page.keyboard.press("[")
+    until(lambda: page.evaluate("kbot.time") == first)
+    page.keyboard.press("]")
+    until(lambda: page.evaluate("kbot.time") == second)
+    page.keyboard.press("]")
+    until(lambda: not is_past(page))
+    page.get_by_role("button", name="2 bookmarks").click()
+    note = page.get_by_label(f"Note at {first:.2f} s")
+    note.fill("it starts")
+    note.press("Enter")
+    page.get_by_role("button", name=f"Go to it starts at {first:.2f} s").click()
+    until(lambda: page.evaluate("kbot.time") == first)
+    page.get_by_role("button", name="Remove it starts").click()
+    until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
+
+
+def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
+    page.get_by_role("button", name="Record", exact=True).click()
+    name = until(lambda: page.locator(".recording .name").inner_text())
+    until(lambda: page.locator(".recording .size").inner_text() > "0:00.9")
+    page.get_by_role("button", name="End the recording").click()
+    until(lambda: page.locator(".notice").get_by_text(f"Recorded to {tmp_path / name}.").is_visible())
+    summary = Recording(str(tmp_path / name)).summary()
+    assert summary.broken == ""
+    assert summary.seconds > 0.9
+    assert {"/robot_description", "/odom", "/joint_states", "/tf"} <= summary.topics.keys()
+    played = played_session(str(tmp_path / name))
+    played.obey(Seek(1e6), 1)
+    assert played.state().poses[0] == pytest.approx(page.session.state().odometry[0], abs=0.05)
+
+
+def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> None:
+    page.get_by_role("button", name="Record", exact=True).click()
+    until(lambda: page.locator(".recording .name").count())
+    page.keyboard.down("w")
+    until(lambda: page.session.state().odometry[0] > 0.8)
+    page.keyboard.up("w")
+    path = page.session.recording.view().file
+    page.get_by_role("button", name="End the recording").click()
+    until(lambda: page.session.recording.view() is None)
+    session = played_session(path)
+    with serving(session) as address:
+        player = open_page(address)
+        until(lambda: shown_x(player) > 0.6)
+        player.keyboard.press("p")
+        until(lambda: session.paused)
+        drag(player, 0.02)
+        until(lambda: shown_x(player) < 0.45)
+        assert " of " in slider(player).get_attribute("aria-valuetext")
+        player.get_by_role("button", name="Loop").click()
+        until(lambda: session.timeline().loop)
+        assert player.get_by_role("button", name="Record", exact=True).count() == 0
+        player.get_by_label("Speed", exact=True).select_option("10")
+        player.get_by_role("button", name="Go on").click()
+        until(lambda: shown_x(player) > 0.6)
+        until(lambda: shown_x(player) < 0.5)  # it began again
+        player.close()
+
+
+def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0], viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    until(lambda: page.evaluate("kbot.time") > 3.0)
+    box = slider(page).bounding_box()
+    assert box["height"] >= 40
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390
+    page.touchscreen.tap(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2)
+    until(lambda: is_past(page))
+    page.get_by_role("button", name="Live").tap()
+    until(lambda: not is_past(page))
