@@ -51,6 +51,12 @@ def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
         yield address, session
 
 
+@pytest.fixture
+def keeps_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulated time does not fall behind, however slow the machine is: sessions are told how much passes."""
+    monkeypatch.setattr("kbot.workbench.driving.BUSY_SECONDS", float("inf"))
+
+
 @pytest.fixture(scope="module")
 def browser(chromium: str) -> Iterator[Any]:
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

@@ -1,10 +1,10 @@
 """What a screenshot shows: a PNG as an array, and where a colour is in it."""
 
-import struct
-import zlib
+from io import BytesIO
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 
 def screenshot(page: Any) -> np.ndarray:
@@ -14,43 +14,9 @@ def screenshot(page: Any) -> np.ndarray:
 
 
 def decode_png(data: bytes) -> np.ndarray:
-    """An 8-bit RGB or RGBA PNG without interlacing, as browsers write them; (height, width, 3)."""
-    at, packed, width, height, channels = 8, b"", 0, 0, 0
-    while at < len(data):
-        (length,) = struct.unpack(">I", data[at : at + 4])
-        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
-        if kind == b"IHDR":
-            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
-            assert depth == 8
-            channels = {2: 3, 6: 4}[colour]
-        elif kind == b"IDAT":
-            packed += body
-        at += length + 12
-    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + width * channels)
-    image = np.zeros((height, width * channels), np.uint8)
-    above = np.zeros(width * channels, np.uint8)
-    for row in range(height):
-        above = image[row] = _unfilter(int(rows[row, 0]), rows[row, 1:], above, channels)
-    return image.reshape(height, width, channels)[..., :3]
-
-
-def _unfilter(kind: int, line: np.ndarray, above: np.ndarray, step: int) -> np.ndarray:
-    if kind == 0:
-        return line
-    if kind == 2:
-        return line + above
-    out, up, raw = [0] * step + line.tolist(), [0] * step + above.tolist(), line.tolist()
-    for i, value in enumerate(raw, start=step):
-        left, top, corner = out[i - step], up[i], up[i - step]
-        if kind == 1:
-            guess = left
-        elif kind == 3:
-            guess = (left + top) // 2
-        else:
-            away = [abs(top - corner), abs(left - corner), abs(left + top - 2 * corner)]
-            guess = (left, top, corner)[away.index(min(away))]
-        out[i] = (value + guess) & 255
-    return np.array(out[step:], np.uint8)
+    """Its pixels without their opacity, (height, width, 3) in 0..255."""
+    with Image.open(BytesIO(data)) as image:
+        return np.asarray(image.convert("RGB"))
 
 
 def blue(image: np.ndarray) -> np.ndarray:

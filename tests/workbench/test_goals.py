@@ -9,6 +9,8 @@ from kbot.messages import String
 from kbot.workbench.protocol import Drive, Publish, Stop
 from kbot.workbench.serve import open_session
 
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
 
 def _goal(x: float, y: float) -> Publish:
     pose = {"position": {"x": x, "y": y, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}

@@ -24,6 +24,8 @@ from kbot.workbench.playback import played_session
 from kbot.workbench.protocol import Drive, Pause, Reset, Seek, SetLoop
 from kbot.workbench.session import Session
 
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
 TILTED = """<robot name="arm"><link name="base"/><link name="arm"/><link name="slide"/>
 <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/>
 <origin xyz="0 0 0.5" rpy="0.3 0 0"/><axis xyz="0 0 2"/>

@@ -20,6 +20,8 @@ from kbot.workbench.protocol import Drive, SetWorld
 from kbot.workbench.serve import open_session
 from kbot.workbench.topics import TopicRelay
 
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
 LIDAR = {"lidar": "true"}
 
 

@@ -7,6 +7,8 @@ from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
 
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
 
 def test_a_run_is_the_same_bit_for_bit_with_a_page_that_watches():
     """Time passes in the uneven pieces that a page's wall clock gives, and all is read after each."""

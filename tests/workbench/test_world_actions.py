@@ -10,6 +10,8 @@ from kbot.workbench.serve import open_session
 from kbot.workbench.session import Session
 from kbot.workbench.world_actions import MOST_MODELS
 
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
 
 @pytest.fixture
 def session() -> Session:
