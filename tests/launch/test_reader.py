@@ -142,6 +142,19 @@ def test_a_file_that_includes_itself_ends_with_one_error(folder: Path) -> None:
     assert [d.code for d in plan.diagnostics] == ["L070"]
 
 
+def test_files_that_include_each_other_ever_more_often_come_to_an_end(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kbot.launch.reader._MOST_FILES", 100)
+    for level in range(30):
+        twice = f'<include file="$(dirname)/{level + 1}.launch"/>' * 2
+        (folder / f"{level}.launch").write_text(f"<launch>{twice}</launch>")
+    (folder / "30.launch").write_text("<launch/>")
+    plan = plan_of(folder, '<include file="$(dirname)/0.launch"/>')
+    assert {d.code for d in plan.diagnostics} == {"L070"}
+    assert len(plan.files) == 100
+
+
 def test_remaps_and_environment_reach_later_nodes_of_their_scope(folder: Path) -> None:
     plan = clean(
         plan_of(

@@ -420,3 +420,16 @@ def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
         "/left/map_server/deep.rate": 2.5,
         "/told/has": False,
     }
+
+
+def test_files_that_include_each_other_ever_more_often_come_to_an_end(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kbot.launch.ros2.carry.MOST_FILES", 100)
+    for level in range(30):
+        twice = f'<include file="$(dirname)/{level + 1}.launch.xml"/>' * 2
+        (folder / f"{level}.launch.xml").write_text(f"<launch>{twice}</launch>")
+    (folder / "30.launch.xml").write_text("<launch/>")
+    plan = read(folder, "a.launch.xml", '<launch><include file="$(dirname)/0.launch.xml"/></launch>')
+    assert {d.code for d in plan.diagnostics} == {"L070"}
+    assert len(plan.files) == 100

@@ -75,17 +75,27 @@ class Renamed:
     new_package: str
     new_type: str
     since: str
+    missing: str
+    """What a user of a ROS sees when roslaunch goes on without the node."""
 
 
 RENAMED: Mapping[tuple[str, str], Renamed] = {
     ("robot_state_publisher", "state_publisher"): Renamed(
-        "robot_state_publisher", "robot_state_publisher", "robot_state_publisher 1.15 (Noetic)"
+        "robot_state_publisher",
+        "robot_state_publisher",
+        "robot_state_publisher 1.15 (Noetic)",
+        "no transforms come, and in rviz the robot falls together at the origin",
     ),
-    ("rviz", "rviz.sh"): Renamed("rviz", "rviz", "rviz 1.12"),
-    ("gazebo", "spawn_model"): Renamed("gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)"),
-    ("gazebo", "gazebo"): Renamed("gazebo_ros", "gazebo", "gazebo_ros 2.0 (Hydro)"),
+    ("rviz", "rviz.sh"): Renamed("rviz", "rviz", "rviz 1.12", "no window opens"),
+    ("gazebo", "spawn_model"): Renamed(
+        "gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)", "the world stays without the robot"
+    ),
+    ("gazebo", "gazebo"): Renamed("gazebo_ros", "gazebo", "gazebo_ros 2.0 (Hydro)", "nothing is simulated"),
     ("joint_state_publisher", "joint_state_publisher_gui"): Renamed(
-        "joint_state_publisher_gui", "joint_state_publisher_gui", "joint_state_publisher 1.15 (Noetic)"
+        "joint_state_publisher_gui",
+        "joint_state_publisher_gui",
+        "joint_state_publisher 1.15 (Noetic)",
+        "there are no sliders, and joints that move have no transforms",
     ),
 }
 

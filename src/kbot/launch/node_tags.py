@@ -131,14 +131,13 @@ def _review(node: Node, reporter: Reporter) -> None:
         new = renamed.new_type
         package = f" in {renamed.new_package}" if renamed.new_package != node.package else ""
         message = f"the node {node.package}/{node.type} is gone: it is {new}{package} since {renamed.since}"
+        hint = f"roslaunch cannot start it and runs the others: {renamed.missing}"
         edits = []
         for key, value in (("pkg", renamed.new_package), ("type", new)):
             if node.spans[key].span.text != value:
                 edits.append(Edit(node.spans[key].span, value))
         fix = Fix(f'write type="{new}"{package}', tuple(edits), safe=True)
-        reporter.finding(
-            Diagnostic("L053", Severity.ERROR, message, origin, "a ROS goes on without it", fix=fix)
-        )
+        reporter.finding(Diagnostic("L053", Severity.ERROR, message, origin, hint, fix=fix))
     elif node.package in NODES and node.type not in NODES[node.package]:
         hint = did_you_mean(node.type, NODES[node.package])
         if hint:

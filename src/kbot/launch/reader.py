@@ -17,6 +17,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
 _MAX_INCLUDES = 64
+_MOST_FILES = 5000
 
 
 def read_launch(
@@ -211,8 +212,10 @@ class _Reader:
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
             return
-        if inner.call and sum(1 for _ in inner.call.chain()) > _MAX_INCLUDES:
-            message = f"{file} is included more than {_MAX_INCLUDES} levels deep"
+        is_deep = inner.call is not None and sum(1 for _ in inner.call.chain()) > _MAX_INCLUDES
+        if is_deep or len(self.files) >= _MOST_FILES:
+            bound = f"more than {_MAX_INCLUDES} levels deep" if is_deep else f"after {_MOST_FILES:,} others"
+            message = f"{file} is included {bound}"
             self.reporter.problem("L070", message, context.origin(element), "does it include itself?")
             return
         try:

@@ -22,6 +22,7 @@ from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 MAX_INCLUDES = 64
+MOST_FILES = 5000
 Load = Callable[[Source, "Carrier"], list[object]]
 
 
@@ -203,9 +204,10 @@ class Carrier:
                 raise Fault("L012", message, "install the package, or leave the include out")
             self.included.append(Included(package, name, passed, context.namespace, origin))
             return
-        if self.depth > MAX_INCLUDES:
-            message = f"{path} is included more than {MAX_INCLUDES} levels deep"
-            raise Fault("L070", message, "does it include itself?")
+        is_deep = self.depth > MAX_INCLUDES
+        if is_deep or len(self.files) >= MOST_FILES:
+            bound = f"more than {MAX_INCLUDES} levels deep" if is_deep else f"after {MOST_FILES:,} others"
+            raise Fault("L070", f"{path} is included {bound}", "does it include itself?")
         self.read(read_source(path))
 
     def _node(self, action: act.Node, origin: Origin) -> None:
