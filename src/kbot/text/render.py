@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import textwrap
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any
 
 from kbot.text.diagnostic import Diagnostic, Severity
@@ -152,7 +153,8 @@ def _clean(text: str) -> str:
     return "".join(c if c.isprintable() else " " if c in "\n\r\t" else ascii(c)[1:-1] for c in text)
 
 
-def _laid_out(raw: str) -> tuple[str, list[int]]:
+@lru_cache(maxsize=4)  # many findings may be of one long line
+def _laid_out(raw: str) -> tuple[str, Sequence[int]]:
     """A line as it is shown, and where each of its characters (and its end) begins there."""
     shown, starts, at = [], [], 0
     for character in raw:

@@ -49,7 +49,13 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
             P005 nested too deeply, P006 too many elements and comments.
     """
     if not source.text.strip():
-        raise _error(source, "P002", "the file is empty", 0, "a robot starts with <robot name='…'>")
+        raise _error(
+            source,
+            "P002",
+            "the file is empty",
+            0,
+            "a robot starts with <robot name='…'>, a launch file with <launch>",
+        )
     document = Document(source)
     parser = expat.ParserCreate("UTF-8")
     parser.buffer_text = True
