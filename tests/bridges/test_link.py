@@ -99,3 +99,36 @@ def test_hidden_topics_are_neither_told_of_nor_delivered() -> None:
     assert {"/tf", "/cmd_vel"} <= link.topics.keys()
     assert not link.topics.keys() & {"/goal_pose", "/odom"}
     assert (goals, got) == ([], [])
+
+
+def test_a_receiver_is_woken_once_for_all_messages_of_a_moment() -> None:
+    sim, link, _ = linked()
+    happened: list[str] = []
+
+    def wake() -> None:
+        happened.append("woken")
+
+    def receive(packet: Packet) -> None:
+        happened.append(packet.topic)
+        link.stir(wake)
+
+    for topic in ("/odom", "/tf", "/joint_states"):
+        link.open(topic, receive)
+    sim.run(0.02)
+    happened.clear()
+    sim.run(0.02)
+    assert sorted(happened[:3]) == ["/joint_states", "/odom", "/tf"]
+    assert happened[3:] == ["woken"]
+
+
+def test_what_is_said_outside_of_time_wakes_with_the_next_errand_or_at_once() -> None:
+    sim, link, _ = linked()
+    woken: list[int] = []
+    sim.pause_physics()
+    link.stir(lambda: woken.append(1))
+    assert woken == []
+    sim.run_errands()
+    assert woken == [1]
+    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), gathers=False)
+    link.stir(lambda: woken.append(2))
+    assert woken == [1, 2]

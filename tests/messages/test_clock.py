@@ -63,3 +63,17 @@ def test_a_rate_that_is_none_is_refused(rate):
 def test_time_is_split_and_joined_exactly():
     time = Time.from_nanoseconds(3_000_000_007)
     assert (time.sec, time.nanosec, time.nanoseconds) == (3, 7, 3_000_000_007)
+
+
+def test_afterwards_is_once_and_after_all_that_was_due() -> None:
+    clock, called = Clock(), list[str]()
+
+    def due() -> None:
+        called.append("due")
+        if len(called) == 1:
+            clock.afterwards(lambda: called.append("afterwards"))
+
+    clock.every(10.0, due)
+    clock.advance_to(200_000_000)
+    clock.advance_to(300_000_000)
+    assert called == ["due", "due", "afterwards", "due"]

@@ -91,6 +91,8 @@ class Link:
         self._feed: Feed | None = None
         self._simulation: Live | None = None
         self._seen = -1
+        self._gathers = self._waits = False
+        self._stirred: dict[Callable[[], None], None] = {}
 
     def open(self, topic: str, receiver: Receiver) -> None:
         """Hear a topic from the next period on, also over a change of simulation. `receiver` is called on
@@ -144,18 +146,42 @@ class Link:
             self._told.add(text)
         self._tell(text)
 
-    def attach(self, simulation: Live, feed: Feed) -> None:
-        """Serve this simulation from now on, instead of the one before."""
+    def stir(self, wake: Callable[[], None]) -> None:
+        """For receivers: call `wake` once, when all messages of this moment have been received. Threads that
+        wake for each of them would fight the simulation for Python's lock."""
+        if not self._gathers or self._simulation is None:
+            wake()
+            return
+        self._stirred[wake] = None
+        if not self._waits:
+            self._waits = True
+            self._simulation.clock.afterwards(self._end_moment)
+
+    def _end_moment(self) -> None:
+        self._waits = False
+        self._wake_all()
+
+    def _wake_all(self) -> None:
+        stirred, self._stirred = self._stirred, {}
+        for wake in stirred:
+            wake()
+
+    def attach(self, simulation: Live, feed: Feed, *, gathers: bool = True) -> None:
+        """Serve this simulation from now on, instead of the one before. It `gathers` messages of one moment
+        where time moves on by itself after them."""
         self.detach()
+        self._gathers, self._waits = gathers, False
         self._simulation, self._feed, self._seen = simulation, feed, -1
         for topic, receiver in self._wanted:
             self._try_open(topic, receiver)
         self._timer = simulation.clock.every(SERVE_RATE, self.serve)
         simulation.errands.append(self.work)
         self.serve()
+        self._wake_all()
 
     def detach(self) -> None:
         """Leave the simulation."""
+        self._wake_all()
         if self._feed is not None:
             self._timer.cancel()
             for topic, receiver in self._wanted:
@@ -201,6 +227,7 @@ class Link:
         """Answer what peers called, between two steps, and say whether they did; while the simulation is
         paused serve them too."""
         simulation = self._simulation
+        self._wake_all()
         if simulation is None or not (simulation.paused or self._calls):
             return False
         if simulation.paused:
@@ -216,6 +243,7 @@ class Link:
                 future.set_result(service.answer(cast("Simulation", simulation), request))
             except KbotError as error:
                 future.set_exception(error)
+        self._wake_all()
         return called > 0
 
     def _look(self, simulation: Live, feed: Feed) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections import deque
 from collections.abc import Callable
 
@@ -24,8 +23,6 @@ class Outlets:
         self._sinks: dict[str, list[Sink]] = {}
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
-        self._lock = threading.Lock()
-        self._is_due = False
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
         """Hand out on this loop from now on."""
@@ -52,17 +49,16 @@ class Outlets:
     def _receive(self, packet: Packet) -> None:
         """On the simulation's thread."""
         self._prepare(packet)
-        with self._lock:
-            self._waiting.append(packet)
-            is_due, self._is_due = self._is_due, True
-        if not is_due and self._loop is not None and not self._loop.is_closed():
+        self._waiting.append(packet)
+        self._link.stir(self._wake)
+
+    def _wake(self) -> None:
+        if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._hand_out)
 
     def _hand_out(self) -> None:
-        with self._lock:
-            packets, self._waiting = self._waiting, deque(maxlen=WAITING)
-            self._is_due = False
-        for packet in packets:
+        for _ in range(len(self._waiting)):
+            packet = self._waiting.popleft()
             topic = self._link.topics.get(packet.topic)
             if topic is not None and topic.is_latched:
                 self._last[packet.topic] = packet

@@ -109,7 +109,7 @@ class ZenohBridge:
         """On the simulation's thread."""
         packet.cdr  # noqa: B018 - encoded here, once for all bridges
         self._waiting.append(packet)
-        self._wake.set()
+        self._link.stir(self._wake.set)
 
     def _hear(self, topic: Topic) -> list[Any]:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)

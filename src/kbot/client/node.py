@@ -60,7 +60,8 @@ class Node:
         self._publishers: dict[str, Publisher[Any]] = {}
         kind = transport or wanted_transport(os.environ)
         self._transport = open_transport(kind, self._link, self._arguments)
-        self._link.attach(self._wall, Feed(self._wall.bus, lambda: self._clock.nanoseconds))
+        feed = Feed(self._wall.bus, lambda: self._clock.nanoseconds)
+        self._link.attach(self._wall, feed, gathers=False)
         self._has_time = not self._transport.uses_sim_time
         if self._transport.uses_sim_time:
             self._wall.bus.subscribe("/clock", ClockMessage, self._tick)

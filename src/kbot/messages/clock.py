@@ -35,6 +35,7 @@ class Clock:
     def __init__(self) -> None:
         self._now = 0
         self._timers: list[Timer] = []
+        self._afterwards: list[Callable[[], None]] = []
         self.next_due: int = NEVER
         """Nanoseconds at which the next timer is due, NEVER when there is none."""
 
@@ -64,6 +65,10 @@ class Clock:
         self.next_due = min(self.next_due, timer.due)
         return timer
 
+    def afterwards(self, callback: Callable[[], None]) -> None:
+        """Call back once, when time moves on next and all that was due has been called."""
+        self._afterwards.append(callback)
+
     def advance_to(self, nanoseconds: int) -> None:
         """Move time on and call the timers that are due, each as often as its period passed."""
         self._now = nanoseconds
@@ -74,6 +79,10 @@ class Clock:
                 timer.callback()
             self._timers = [t for t in self._timers if not t.cancelled]
             self._find_next()
+        if self._afterwards:
+            afterwards, self._afterwards = self._afterwards, []
+            for callback in afterwards:
+                callback()
 
     def set(self, nanoseconds: int) -> None:
         """Jump to a time without calling anyone; each timer's next call is its next whole period."""

@@ -72,6 +72,7 @@ class Outgoing(TopicEnd):
             self._subscribers.append(subscriber)
             if self._last is not None:
                 subscriber.put(self._last)
+                subscriber.wake()
 
     def _remove(self, subscriber: _Subscriber) -> None:
         with self._lock:
@@ -87,6 +88,7 @@ class Outgoing(TopicEnd):
                 self._last = data
             for subscriber in self._subscribers:
                 subscriber.put(data)
+                self._link.stir(subscriber.wake)
 
 
 class _Subscriber:
@@ -100,6 +102,10 @@ class _Subscriber:
     def put(self, data: bytes) -> None:
         with self._wake:
             self._queue.append(data)
+
+    def wake(self) -> None:
+        """Let what was put be sent."""
+        with self._wake:
             self._wake.notify()
 
     def close(self) -> None:

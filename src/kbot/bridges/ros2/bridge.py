@@ -100,7 +100,7 @@ class Ros2Bridge:
         """On the simulation's thread."""
         packet.cdr  # noqa: B018 - encoded here, once for all bridges
         self._waiting.append(packet)
-        self._wake.set()
+        self._link.stir(self._wake.set)
 
     def _send(self) -> None:
         look_at = 0.0
