@@ -93,7 +93,7 @@ class Models(Disturbed):
         Raises:
             KbotError: there is no such model, or it has to stay.
         """
-        if name in self.robots:
+        if isinstance(name, str) and name in self.robots:
             self._delete_robot(name)
         else:
             self._delete_thing(name)
