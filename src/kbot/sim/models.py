@@ -93,7 +93,9 @@ class Models(Disturbed):
         Raises:
             KbotError: there is no such model, or it has to stay.
         """
-        if isinstance(name, str) and name in self.robots:
+        if not isinstance(name, str):
+            raise KbotError(f"{shortened(name)} is no model's name")
+        if name in self.robots:
             self._delete_robot(name)
         else:
             self._delete_thing(name)
@@ -104,7 +106,7 @@ class Models(Disturbed):
         gone = {body.name for body in bodies if name in (body.name, body.model)}
         if not gone:
             known = (*self.robots, *(body.name for body in bodies))
-            hint = did_you_mean(str(name), known) or f"there are {', '.join(known)}"
+            hint = did_you_mean(name, known) or f"there are {', '.join(known)}"
             raise KbotError(f"there is no model {shortened(name)}: {hint}")
         if any(body.name in gone and _is_ground(body) for body in bodies):
             raise KbotError(f"'{name}' is ground to drive on: it stays")
