@@ -1,6 +1,7 @@
 """Recordings hold all that was said, change nothing in the run, and survive what can go wrong."""
 
 import os
+import random
 import resource
 import signal
 import subprocess
@@ -192,10 +193,28 @@ def test_any_cut_of_the_file_reads_up_to_there(runs: dict[str, Path], tmp_path: 
     assert set(counts) == {0, 1, whole}
 
 
-def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path) -> None:
-    (tmp_path / "cut.mcap").write_bytes(b"\x89MC")
-    with pytest.raises(KbotError, match="is no MCAP file"):
+@pytest.mark.parametrize("length", [0, 3, 12])
+def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path, length: int) -> None:
+    (tmp_path / "cut.mcap").write_bytes((b"\x89MCAP0\r\n\x01" + bytes([90]) * 20)[:length])
+    with pytest.raises(KbotError, match="is no MCAP file: it ends before its first record"):
         Recording(str(tmp_path / "cut.mcap")).summary()
+
+
+def test_a_bag_with_wrong_bytes_in_it_is_read_or_refused_in_words(
+    tmp_path: Path, runs: dict[str, Path]
+) -> None:
+    good = runs["bag"].read_bytes()
+    dice, refused = random.Random(1), 0
+    for _ in range(30):
+        bad = bytearray(good)
+        for _ in range(40):
+            bad[dice.randrange(20, len(bad))] = dice.randrange(256)
+        (tmp_path / "bad.bag").write_bytes(bad)
+        try:
+            Recording(str(tmp_path / "bad.bag")).summary()
+        except KbotError as error:
+            refused += "bad.bag cannot be read as bag of ROS 1: " in str(error)
+    assert refused > 20
 
 
 def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:

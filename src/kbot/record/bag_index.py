@@ -6,11 +6,11 @@ import weakref
 from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from sqlite3 import Error as SqliteError
 
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import MessageDefinitionFormat
 
+from kbot.record.bag_reader import UNREADABLE
 from kbot.record.entry import Entry, Types
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
@@ -29,7 +29,7 @@ class BagIndex:
         try:
             self._reader = AnyReader([Path(path)], default_typestore=ros2_types())
             self._reader.open()
-        except (AnyReaderError, OSError, SqliteError) as error:
+        except UNREADABLE as error:
             mend = f"{'rosbag' if self._is_ros1 else 'ros2 bag'} reindex {path}"
             raise KbotError(f"{path} cannot be read: {error} (to mend it: {mend})") from None
         self._closing = weakref.finalize(self, self._reader.close)
@@ -64,5 +64,5 @@ class BagIndex:
                 yield Entry(
                     connection.topic, connection.msgtype, at, bytes(data), self._types, is_ros1=self._is_ros1
                 )
-        except (AnyReaderError, OSError, SqliteError) as error:
+        except UNREADABLE as error:
             raise KbotError(f"{self._path} is damaged: {error}") from None

@@ -41,7 +41,9 @@ class McapSource:
                     return
                 except faults as error:
                     if not started:
-                        raise KbotError(f"{self._path} is no MCAP file: {error}") from None
+                        told = str(error) if isinstance(error, McapError) else ""
+                        why = told or "it ends before its first record"
+                        raise KbotError(f"{self._path} is no MCAP file: {why}") from None
                     raise BrokenOff("it was not closed: what follows its last whole chunk is lost") from None
                 started = True
                 match record:

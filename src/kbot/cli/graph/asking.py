@@ -51,7 +51,9 @@ def read_yaml(text: str, what: str) -> Any:  # noqa: ANN401
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
-        fail(f"{what} is to be YAML, as in '{{linear: {{x: 0.2}}}}': {' '.join(str(error).split())}")
+        mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
+        place = f" (at character {mark.index + 1})" if mark is not None else ""
+        fail(f"{what} is to be YAML, as in '{{linear: {{x: 0.2}}}}': {problem}{place}")
 
 
 def to_yaml(value: object, *, full: bool = True) -> str:
