@@ -72,13 +72,15 @@ def test_a_method_either_does_it_or_says_why_not_and_does_nothing(running, data)
         if parameter.default is parameter.empty or data.draw(st.booleans()):
             given_[parameter.name] = data.draw(st.one_of(choices))
     saved, before = running.state(), everything(running)
+    bodies = {body.name for body in running.world.bodies}
     if is_refused(lambda: getattr(running, name)(**given_)):
         assert everything(running) == before
     else:
         running.step(3)
         assert np.isfinite(running.state().vector).all()
-        for robot in list(running.robots)[1:]:
-            running.delete_model(robot)
+        things = [body.name for body in running.world.bodies if body.name not in bodies]
+        for model in [*list(running.robots)[1:], *things]:
+            running.delete_model(model)
         running.unpause_physics()
         running.restore(saved)
 

@@ -66,6 +66,8 @@ class Models(Disturbed):
                 a robot stands there.
         """
         taken = {*self.robots, *(body.name for body in self.world.bodies)}
+        if not isinstance(kind, str):
+            raise KbotError(f"{shortened(kind)} is no thing's kind")
         if name is None:
             name = next(free for n in count(1) if (free := f"{kind}_{n}") not in taken)
         if not (isinstance(name, str) and _NAME.fullmatch(name)):
