@@ -17,6 +17,9 @@ OpenPage = Callable[..., Any]
 WORLD = Header(frame_id="world")
 FROM_ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
 
+ASIDE = "document.querySelectorAll('.toolbar, .tools').forEach((e) => (e.style.display = 'none'))"
+"""Takes away what lies over a small picture."""
+
 
 class Show:
     """One page, whose simulation is paused at its start, with nothing shown but what a test adds."""
@@ -104,7 +107,8 @@ def showing(
     for topic, kind in topics.items():
         bus.advertise(topic, kind)
     with serving(session) as address:
-        page = open_page(address, color_scheme="dark", viewport={"width": 1600, "height": 760})
+        page = open_page(address, color_scheme="dark", viewport={"width": 1180, "height": 480})
+        page.evaluate(ASIDE)
         show = Show(page, bus)
         for kind in ("Grid", "RobotModel", "World", "LaserScan"):
             page.get_by_label(f"Show {kind}", exact=True).uncheck()

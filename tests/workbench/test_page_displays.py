@@ -137,12 +137,8 @@ def test_a_path_is_a_line_through_its_poses(open_page: OpenPage) -> None:
 def arrows_from(show: Show, colour: str, at: tuple[float, float], length: float, yaw: float) -> None:
     """Check by pixels that an arrow goes from a place so far in a direction, and no farther."""
     rgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
-    image = np.array(
-        [
-            show.colours((at[0] + np.cos(yaw) * d, at[1] + np.sin(yaw) * d, 0.0))[0]
-            for d in (0.3 * length, 0.6 * length, 0.9 * length, 1.08 * length, -0.1 * length)
-        ]
-    )
+    along = np.array([0.3, 0.6, 0.9, 1.08, -0.1]) * length
+    image = show.colours(*[(at[0] + np.cos(yaw) * d, at[1] + np.sin(yaw) * d, 0.0) for d in along])
     hue = (image * rgb).sum(axis=1) / np.linalg.norm(image, axis=1) / np.linalg.norm(rgb)
     lit = image.max(axis=1) > 90
     assert (hue[:3] > 0.93).all(), hue
@@ -450,7 +446,7 @@ def test_inertia_is_a_box_or_an_ellipsoid_and_parts_can_be_faded(open_page: Open
 
 def violet(show: Show) -> np.ndarray:
     """Where an inertia is."""
-    r, g, b = (screenshot(show.page)[..., i].astype(int) for i in range(3))
+    r, g, b = np.moveaxis(screenshot(show.page).astype(int), 2, 0)
     result: np.ndarray = (b > 70) & (b > 1.35 * g) & (r > 1.1 * g)
     return result
 
