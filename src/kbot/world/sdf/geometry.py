@@ -42,7 +42,10 @@ class Shapes:
             return []
         make = getattr(self, f"_{shape.tag}", None) if shape.tag in SHAPES else None
         if make is None:
-            self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
+            if (
+                shape.tag == "image" or ":" in shape.tag
+            ):  # any other is no name of SDF's: that is told already
+                self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
             return []
         try:
             placed: list[Placed] = make(shape)

@@ -136,6 +136,10 @@ class Links:
         for tag in ("surface", "friction", "ode"):
             at = at.find(tag) if at is not None else None
         friction = self._values.number(at, "mu", 1.0)
+        written = at.find("mu") if at is not None else None
+        if friction < 0.0 and written is not None:
+            message = f"<mu> is a friction from 0 on, not {friction:g}"
+            self._values.findings.warning("W204", message, written.origin, "0 is taken")
         if self._values.number(at, "mu2", friction) != friction:
             self._values.unsupported(collision, "friction differs by direction: mu counts in all of them")
         return min(max(friction, 0.0), MOST_FRICTION)

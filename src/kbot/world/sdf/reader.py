@@ -16,6 +16,7 @@ from kbot.world.sdf.files import Files, fuel_model, model_file, read_xml
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import STRONGEST_PULL, Values
+from kbot.world.sdf.vocabulary import check_names
 from kbot.world.world import World
 
 DEEPEST = 20
@@ -48,11 +49,14 @@ class _Reader:
         self.values = Values(findings)
         self.files = Files(self.values)
         self.names: set[str] = set()
+        self.checked: set[str] = set()
+        """Files whose tags and attributes were looked at."""
 
     def world(self, path: str) -> World:
         root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._no_sdf(root))
+        check_names(root, self.findings)
         context = Context(path, (str(Path(path).absolute()),), _version(root))
         element = root.find("world")
         if element is None:
@@ -66,6 +70,8 @@ class _Reader:
             self.values.unsupported(other, "of several worlds in a file the first is taken")
         gravity = element.find("gravity")
         pull = self.values.numbers(gravity, 3, STRONGEST_PULL) if gravity is not None else None
+        for physics in element.elements("physics"):
+            self.values.require_positive(physics.find("max_step_size"))
         built = self._models(element, context)
         falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -9.81)
         name = element.attributes.get("name", "world")
@@ -135,6 +141,9 @@ class _Reader:
             elif root.find("light") is None:
                 self.findings.error("W201", f"{file} has no <model>", include.origin)
             return None
+        if absolute not in self.checked:
+            self.checked.add(absolute)
+            check_names(root, self.findings)
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
         return self._entry(model, include, include, inner)
 

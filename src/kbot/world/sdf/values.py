@@ -48,6 +48,13 @@ class Values:
         values = self.numbers(element, 1, most)
         return values[0] if values else default
 
+    def require_positive(self, element: Element | None) -> None:
+        """Warn of a number that is not above zero, where it is not used but should be one."""
+        values = self.numbers(element, 1) if element is not None else None
+        if element is not None and values is not None and values[0] <= 0.0:
+            message = f"<{element.tag}> is above zero, not {values[0]:g}"
+            self.findings.warning("W204", message, element.origin, "it is left out")
+
     def truth(self, parent: Element, tag: str, default: bool) -> bool:
         element = parent.find(tag)
         if element is None:
