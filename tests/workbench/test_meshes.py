@@ -127,3 +127,99 @@ def test_a_mesh_that_goes_missing_later_is_told_again(
         while not caplog.messages and time.monotonic() < end:
             time.sleep(0.02)
     assert any("bxo.stl" in message and "r.urdf:1" in message for message in caplog.messages)
+
+
+def shown_meshes(description: Path, mesh: str, package_path: tuple[str, ...] = ()) -> tuple[int, list[str]]:
+    """How many of the description's two parts the page can draw, and the codes of what is found."""
+    description.parent.mkdir(parents=True, exist_ok=True)
+    description.write_text(URDF.format(mesh=mesh))
+    session = open_session(str(description), simulate=False, package_path=package_path)
+    (link,) = session.scene.links
+    codes = [found.code for found in session.findings().findings]
+    assert all(session.meshes.packed(shape.mesh) for shape in (*link.visuals, *link.collisions))
+    return len(link.visuals) + len(link.collisions), codes
+
+
+def make_package(folder: Path, name: str) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"<package><name>{name}</name></package>")
+    (folder / "meshes").mkdir()
+    trimesh.creation.box((1, 1, 1)).export(folder / "meshes" / "box.stl")
+    return folder
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Path:
+    """A mesh of no package."""
+    folder = tmp_path / "far" / "away"
+    folder.mkdir(parents=True)
+    trimesh.creation.box((1, 1, 1)).export(folder / "secret.stl")
+    return folder / "secret.stl"
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    return make_package(tmp_path / "ws" / "robot", "robot")
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        "file://{elsewhere}",
+        "{elsewhere}",
+        "../../../far/away/secret.stl",
+        "package://robot/../../far/away/secret.stl",
+        "package://robot/%2e%2e/%2e%2e/far/away/secret.stl",
+        "file://{own}/meshes/../../../far/away/secret.stl",
+        "package://robot/meshes/linked.stl",
+    ],
+)
+def test_a_mesh_from_elsewhere_is_not_sent_to_the_page(own: Path, elsewhere: Path, mesh: str) -> None:
+    (own / "meshes" / "linked.stl").symlink_to(elsewhere)
+    shown, codes = shown_meshes(own / "urdf" / "r.urdf", mesh.format(own=own, elsewhere=elsewhere))
+    assert shown == 0
+    assert codes.count("F008") == 1
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        "package://robot/meshes/box.stl",
+        "file://{own}/meshes/box.stl",
+        "{own}/meshes/box.stl",
+        "../meshes/box.stl",
+    ],
+)
+def test_a_mesh_of_the_own_package_is_shown_however_it_is_named(own: Path, mesh: str) -> None:
+    shown, codes = shown_meshes(own / "urdf" / "r.urdf", mesh.format(own=own))
+    assert shown == 2
+    assert "F008" not in codes
+
+
+def test_a_mesh_of_a_package_on_the_path_is_shown(own: Path, tmp_path: Path) -> None:
+    parts = make_package(tmp_path / "other" / "place" / "parts", "parts")
+    file = own / "urdf" / "r.urdf"
+    assert shown_meshes(file, f"file://{parts}/meshes/box.stl")[0] == 0
+    assert shown_meshes(file, f"file://{parts}/meshes/box.stl", (str(parts),))[0] == 2
+
+
+def test_a_package_that_is_installed_by_links_to_its_source_is_shown(own: Path, tmp_path: Path) -> None:
+    source = make_package(tmp_path / "src" / "deep" / "parts", "parts")
+    share = tmp_path / "install" / "share" / "parts"
+    (share / "meshes").mkdir(parents=True)
+    (share / "package.xml").symlink_to(source / "package.xml")
+    (share / "meshes" / "box.stl").symlink_to(source / "meshes" / "box.stl")
+    shown, codes = shown_meshes(
+        own / "urdf" / "r.urdf", "package://parts/meshes/box.stl", (str(share.parents[1]),)
+    )
+    assert shown == 2
+    assert "F008" not in codes
+
+
+def test_a_mesh_from_elsewhere_is_not_in_a_saved_model(own: Path, elsewhere: Path) -> None:
+    file = own / "urdf" / "r.urdf"
+    file.parent.mkdir()
+    file.write_text(URDF.format(mesh=f"file://{elsewhere}"))
+    robot, _ = open_session(str(file), simulate=False).standing()
+    (visual,) = robot.links["a"].visuals
+    assert visual.geometry.path is None  # type: ignore[union-attr]

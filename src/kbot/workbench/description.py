@@ -14,7 +14,8 @@ from kbot.workbench.overrides import Overrides
 class Reading:
     """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
 
-    `files` are all that it was read from, the description itself first.
+    `files` are all that it was read from, the description itself first; `outside` the mesh files that it
+    names and that are not for the page.
     """
 
     robot: Robot | None
@@ -22,6 +23,7 @@ class Reading:
     document: Element | None
     findings: tuple[Diagnostic, ...]
     files: tuple[str, ...]
+    outside: frozenset[str] = frozenset()
 
     def require(self) -> Robot:
         """The robot.
@@ -58,6 +60,7 @@ class Description:
         """Expand, read and check the file as it is now. Never raises for faults of the description."""
         from kbot.checks import check_file
         from kbot.model.load import load_robot
+        from kbot.workbench.mesh_roots import MeshRoots, confine
         from kbot.xacro.packages import Packages
 
         packages = Packages(self.package_path, around=self.path)
@@ -70,8 +73,12 @@ class Description:
 
             findings = (*findings, *declared_sensors(loaded.robot).diagnostics)
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
-        robot = None if loaded.robot is None else self._alter(loaded.robot)
-        return Reading(robot, usable, loaded.expansion.document, tuple(findings), tuple(files))
+        document = loaded.expansion.document
+        if loaded.robot is None:
+            return Reading(None, usable, document, tuple(findings), tuple(files))
+        confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
+        findings = (*findings, *confined.findings)
+        return Reading(confined.robot, usable, document, findings, tuple(files), confined.outside)
 
 
 def _has_sensors(robot: Robot) -> bool:

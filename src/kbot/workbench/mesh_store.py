@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.model.meshes import MeshPart, Texture, load_mesh
+from kbot.text import KbotError
 from kbot.workbench.simplify import MOST_TRIANGLES, simplify, triangle_count
 
 
@@ -36,13 +37,17 @@ class MeshStore:
         self._files: dict[str, tuple[Sequence[MeshPart], str]] = {}
         self.lightened: dict[str, Lightened] = {}
         """The very large mesh files by their path."""
+        self.refused: frozenset[str] = frozenset()
+        """Files that are not for the page."""
 
     def add_file(self, path: str) -> str:
         """The id of a mesh file's triangles, of fewer ones where they are very many.
 
         Raises:
-            KbotError: the file cannot be read.
+            KbotError: the file cannot be read, or is not for the page.
         """
+        if path in self.refused:
+            raise KbotError(f"the mesh {path} lies outside the description's folders and all packages")
         parts = load_mesh(path).parts
         known, mesh = self._files.get(path, ((), ""))
         if known is parts:  # as long as the file does not change

@@ -111,6 +111,7 @@ class Session:
         """Tells every page."""
         self._shown = self._latest = reader.read()
         self._robot = self._shown.require()
+        self.meshes.refused = self._shown.outside
         self._motion = make_motion(self._robot)
         for_page = MarkerMeshes(self.meshes, self._shown.files[0])
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
@@ -152,6 +153,7 @@ class Session:
                 self.recording.end()
                 self.topics.attach(self._motion.bus)
                 self._robot, self._shown = reading.robot, reading
+                self.meshes.refused = reading.outside
                 self._revision += 1
                 self.scene = self._build_scene()
                 messages.append(self.scene)

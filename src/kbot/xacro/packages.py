@@ -84,7 +84,7 @@ class Packages:
             PackageNotFound: there is none of the name.
         """
         taken = os.path.abspath(self.find(name))  # noqa: PTH100 - keeps symbolic links
-        folders = [f for f in _package_folders(str(Path.cwd())) if _package_name(f) == name]
+        folders = [f for f in _package_folders(str(Path.cwd())) if package_name(f) == name]
         return tuple(f for f in folders if f != taken) if taken in folders else ()
 
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
@@ -138,7 +138,7 @@ class Packages:
                 return found
         for root in (*_split("ROS_PACKAGE_PATH"), *self._workspaces(), SHIPPED):
             direct = os.path.join(root, name)  # noqa: PTH118
-            if os.path.isfile(os.path.join(direct, "package.xml")) and _package_name(direct) == name:  # noqa: PTH113, PTH118
+            if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:  # noqa: PTH113, PTH118
                 return direct
             found = self._crawl(root).get(name)
             if found:
@@ -177,7 +177,7 @@ class Packages:
         if known is None:
             known = self._crawled[root] = {}
             for folder in _package_folders(root):
-                known.setdefault(_package_name(folder), folder)
+                known.setdefault(package_name(folder), folder)
         return known
 
 
@@ -193,7 +193,8 @@ def _installed(prefix: str, name: str) -> str | None:
     return str(folder) if marker.is_file() or (folder / "package.xml").is_file() else None
 
 
-def _package_name(folder: str) -> str:
+def package_name(folder: str) -> str:
+    """The name that a package's folder gives itself."""
     manifest = Path(folder) / "package.xml"
     try:
         check_regular(manifest)
