@@ -414,3 +414,13 @@ def test_a_file_that_is_not_there_is_made_when_it_is_saved(tmp_path: Path) -> No
         DisplayFile().save("file", {})
     with pytest.raises(KbotError, match="settings of displays are in"):
         DisplayFile("robot.urdf")
+
+
+def test_a_frame_held_still_goes_before_the_files_own(tmp_path: Path) -> None:
+    path = tmp_path / "seen.rviz"
+    path.write_text(RVIZ1)
+    for file, others in ((DisplayFile(str(path)), True), (DisplayFile(), False)):
+        file.hold("base_link")
+        assert file.greeting is not None
+        assert file.greeting.setup["globals"]["frame"] == "base_link"
+        assert ("displays" in file.greeting.setup) == others

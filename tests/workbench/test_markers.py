@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from kbot.launch.stage import display_config
+from kbot.launch.stage import display_config, fixed_frame
 from kbot.messages import Header, Time
 from kbot.messages.control import Duration
 from kbot.messages.visualization import (
@@ -67,6 +67,21 @@ def test_meshes_are_read_from_packages_and_nowhere_else(tmp_path: Path) -> None:
     assert told("package://things/none.stl") == ""
 
 
+def test_meshes_are_read_from_packages_of_the_package_path(tmp_path: Path) -> None:
+    package = tmp_path / "elsewhere" / "things"
+    package.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>things</name></package>")
+    trimesh.creation.box((1.0, 1.0, 1.0)).export(package / "box.stl")
+    robot = tmp_path / "robots" / "robot.urdf"
+    robot.parent.mkdir()
+    marker = Marker(type=MESH_RESOURCE, mesh_resource="package://things/box.stl")
+    for paths, is_found in (((str(package),), True), ((), False)):
+        meshes = MeshStore()
+        told = MarkerMeshes(meshes, str(robot), paths)(marker)
+        assert isinstance(told, Marker)
+        assert (meshes.packed(told.mesh_resource) is not None) == is_found
+
+
 @pytest.mark.parametrize(
     ("arguments", "file"),
     [
@@ -79,3 +94,9 @@ def test_meshes_are_read_from_packages_and_nowhere_else(tmp_path: Path) -> None:
 )
 def test_a_launch_names_the_displays_as_it_does_for_rviz(arguments: str, file: str) -> None:
     assert display_config(arguments) == file
+
+
+@pytest.mark.parametrize("arguments", ["-f odom", "-d a.rviz -f odom", "--fixed-frame=odom -d a.rviz"])
+def test_a_launch_names_the_fixed_frame_as_it_does_for_rviz(arguments: str) -> None:
+    assert fixed_frame(arguments) == "odom"
+    assert fixed_frame("-d a.rviz") == ""

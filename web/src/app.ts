@@ -86,11 +86,11 @@ export class App {
   /** Takes over a file's settings: what was changed here since outlives a lost connection. */
   private takeDisplays({ name, file, setup, notes }: DisplayFile): void {
     this.displayFile.set({ name, file, notes });
-    if (!this.awaitsDisplays || !("displays" in setup)) return;
+    if (!this.awaitsDisplays || !("globals" in setup)) return;
     this.awaitsDisplays = false;
-    const { view, ...settings } = setup as unknown as Setup & { view?: LookingFrom };
+    const { view, ...settings } = { displays: this.displays.setup.displays, ...setup } as unknown as Setup & { view?: LookingFrom };
     // what a file on the server says is asked for anew by each page, and is not this browser's own
-    this.displays.replace(settings, file === "");
+    this.displays.replace(settings, file === "" && name !== "");
     if (view !== undefined) this.asked.set(view);
   }
 

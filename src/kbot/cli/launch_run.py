@@ -72,6 +72,8 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
             _tell(HELP)
             stack.enter_context(keys(teleop.press))
         session.display_file = _displays(staged)
+        if staged.fixed_frame:
+            session.display_file.hold(staged.fixed_frame)
         browser = place.browser and staged.window
         serve_session(session, host=place.host, port=place.port, open_browser=browser)
     return processes.status if processes is not None else 0

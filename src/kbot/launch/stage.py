@@ -34,6 +34,7 @@ class Stage:
                      spawned, or its hardware is run
     window           whether the launch wants anything to be seen
     displays         the file that rviz is told to show, empty where it is told none
+    fixed_frame      the frame that rviz is told to hold still, empty where it is told none
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
     controllers      those that are spawned
@@ -48,6 +49,7 @@ class Stage:
     paused: bool
     window: bool
     displays: str
+    fixed_frame: str
     spawn: Spawn
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
@@ -92,6 +94,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         paused=gazebo.paused and not spawn.unpause,
         window=gazebo.window or bool(viewers),
         displays=next((file for node in viewers if (file := display_config(node.args))), ""),
+        fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),
         spawn=spawn,
         joints=joints,
         transforms=tuple(t for t in transforms if t is not None),
@@ -106,11 +109,20 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
 
 def display_config(arguments: str) -> str:
     """The file that rviz is told to show by `-d` or `--display-config`, empty where it is told none."""
+    return _option(arguments, "-d", "--display-config")
+
+
+def fixed_frame(arguments: str) -> str:
+    """The frame that rviz is told to hold still by `-f` or `--fixed-frame`, empty where it is told none."""
+    return _option(arguments, "-f", "--fixed-frame")
+
+
+def _option(arguments: str, short: str, long: str) -> str:
     words = arguments.split()
     for at, word in enumerate(words):
-        if word in ("-d", "--display-config") and at + 1 < len(words):
+        if word in (short, long) and at + 1 < len(words):
             return words[at + 1]
-        if word.startswith("--display-config="):
+        if word.startswith(f"{long}="):
             return word.partition("=")[2]
     return ""
 

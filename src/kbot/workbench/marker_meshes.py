@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
 from kbot.messages.visualization import MESH_RESOURCE, Marker, MarkerArray
@@ -14,10 +15,10 @@ from kbot.xacro.packages import PackageNotFound, Packages
 class MarkerMeshes:
     """Puts a mesh's id in the place of its `package://` address; of what cannot be read, nothing."""
 
-    def __init__(self, meshes: MeshStore, around: str) -> None:
+    def __init__(self, meshes: MeshStore, around: str, package_path: Sequence[str] = ()) -> None:
         """Packages are looked for as those of the description `around` which they are."""
         self._meshes = meshes
-        self._packages = Packages(around=around)
+        self._packages = Packages(package_path, around)
         self._ids: dict[str, str] = {}
 
     def __call__(self, message: object) -> object:

@@ -69,6 +69,7 @@ class Reader(Protocol):
     """Reads the description as it is now."""
 
     overrides: Overrides
+    package_path: tuple[str, ...]
 
     def read(self) -> Reading: ...
 
@@ -113,7 +114,7 @@ class Session:
         self._robot = self._shown.require()
         self.meshes.refused = self._shown.outside
         self._motion = make_motion(self._robot)
-        for_page = MarkerMeshes(self.meshes, self._shown.files[0])
+        for_page = MarkerMeshes(self.meshes, self._shown.files[0], reader.package_path)
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
         self._revision = 1
         self._ownership = Ownership(self._shown.document)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,12 @@ class DisplayFile:
             self._rviz = found.document
             return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
         return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
+
+    def hold(self, frame: str) -> None:
+        """Make a frame the fixed one, whatever the file says."""
+        told = self.greeting or Displays("", "", {}, ())
+        options = {**told.setup.get("globals", {}), "frame": frame}
+        self.greeting = replace(told, setup={**told.setup, "globals": options})
 
     def save(self, kind: str, setup: Mapping[str, Any]) -> DisplaysText | DisplaysSaved:
         """Write a page's settings: `file` to the file, `kbot` or `rviz` as a text.
