@@ -1,4 +1,4 @@
-"""Debian's rviz opens a configuration that KBot wrote: every display it knows, without a word of complaint."""
+"""Debian's rviz opens a configuration that KBot wrote with every display that both have."""
 
 import sys
 from collections.abc import Iterator

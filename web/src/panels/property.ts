@@ -51,9 +51,10 @@ function numberField(property: Property, label: string, change: (value: Value) =
     step: "any",
     min: property.low,
     max: property.high,
+    placeholder: property.zero,
     "aria-label": label,
     onchange: () => {
-      const value = field.valueAsNumber;
+      const value = field.value === "" && property.zero !== "" ? 0 : field.valueAsNumber;
       if (Number.isFinite(value)) change(Math.min(property.high, Math.max(property.low, value)));
       field.value = shown; // what is empty, or no number, sets nothing
     },
@@ -61,7 +62,7 @@ function numberField(property: Property, label: string, change: (value: Value) =
   return [
     field,
     (value) => {
-      shown = String(Number(Number(value).toPrecision(6)));
+      shown = value === 0 && property.zero !== "" ? "" : String(Number(Number(value).toPrecision(6)));
       if (document.activeElement !== field) field.value = shown;
     },
   ];

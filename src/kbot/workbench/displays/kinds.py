@@ -25,7 +25,7 @@ _COVARIANCE = (
 )
 _SHAPE = (
     choice("shape", "Shape", ("arrow", "axes"), "Shape"),
-    number("length", "Length", 0.0, 0.0, 100.0, "m", "Shaft Length"),
+    number("length", "Length", 0.0, 0.0, 100.0, "m", "Shaft Length", zero="auto"),
 )
 _POINTS = (
     number("size", "Size", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
@@ -46,8 +46,8 @@ KINDS = (
         "Grid",
         "Lines on the floor, or anywhere",
         (
-            number("cell", "Cell size", 0.0, 0.0, 100.0, "m", "Cell Size"),
-            number("count", "Cells", 0.0, 0.0, 1000.0, rviz="Plane Cell Count"),
+            number("cell", "Cell size", 0.0, 0.0, 100.0, "m", "Cell Size", zero="auto"),
+            number("count", "Cells", 0.0, 0.0, 1000.0, rviz="Plane Cell Count", zero="auto"),
             number("normal_count", "Cells upwards", 0.0, 0.0, 100.0, rviz="Normal Cell Count"),
             choice("plane", "Plane", ("XY", "XZ", "YZ"), "Plane"),
             frame("frame", "Frame", "Reference Frame"),
@@ -85,7 +85,7 @@ KINDS = (
             switch("axes", "Axes", False, "Show Axes"),
             switch("names", "Names", False, "Show Names"),
             switch("arrows", "Arrows", False, "Show Arrows"),
-            number("length", "Length", 0.0, 0.0, 100.0, "m"),
+            number("length", "Length", 0.0, 0.0, 100.0, "m", zero="auto"),
             text("filter", "Filter", "Filter (whitelist)"),
         ),
         single=True,
@@ -213,7 +213,7 @@ KINDS = (
         "Where the robot is touched, and the forces there",
         (
             replace(TOPIC, initial="/contacts"),
-            number("scale", "m for the robot's weight", 0.0, 0.0, 100.0),
+            number("scale", "m for the robot's weight", 0.0, 0.0, 100.0, zero="auto"),
             colour("colour", "Colour", "#ffd60a"),
         ),
         topics=("visualization_msgs/msg/MarkerArray",),
@@ -242,8 +242,8 @@ KINDS = (
         "The axes of one frame",
         (
             frame("frame", "Frame", "Reference Frame"),
-            number("length", "Length", 0.0, 0.0, 100.0, "m", "Length"),
-            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius"),
+            number("length", "Length", 0.0, 0.0, 100.0, "m", "Length", zero="auto"),
+            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius", zero="auto"),
         ),
         rviz=("Axes",),
     ),
@@ -252,7 +252,7 @@ KINDS = (
         "A point, as one that was clicked",
         (
             TOPIC,
-            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius"),
+            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius", zero="auto"),
             colour("colour", "Colour", "#cc29cc", "Color"),
             opacity(),
         ),

@@ -11,10 +11,11 @@ ValueKind = Literal["switch", "number", "colour", "choice", "text", "topic", "fr
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """`initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them;
-    a colour is `#rrggbb`; a choice is one of `options`. A topic that is empty is the first of the display's
-    type, a frame that is empty the fixed frame. `rviz` is the name in rviz's files, where it has one; a part
-    after a slash lies beneath the part before."""
+    """`initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them,
+    and `zero` in the place of a 0 that stands for something; a colour is `#rrggbb`; a choice is one of
+    `options`. A topic that is empty is the first of the display's type, a frame that is empty the fixed
+    frame. `rviz` is the name in rviz's files, where it has one; a part after a slash lies beneath the part
+    before."""
 
     name: str
     label: str
@@ -23,6 +24,7 @@ class Property:
     low: float = 0.0
     high: float = 1e6
     unit: str = ""
+    zero: str = ""
     options: tuple[str, ...] = ()
     rviz: str = ""
 
@@ -54,8 +56,9 @@ def number(
     high: float,
     unit: str = "",
     rviz: str = "",
+    zero: str = "",
 ) -> Property:
-    return Property(name, label, "number", initial, low, high, unit, rviz=rviz)
+    return Property(name, label, "number", initial, low, high, unit, zero, rviz=rviz)
 
 
 def colour(name: str, label: str, initial: str, rviz: str = "") -> Property:
