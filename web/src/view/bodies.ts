@@ -1,4 +1,4 @@
-import { Box3, BufferGeometry, Group, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
+import { Box3, BufferGeometry, Group, Line3, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
 
 import type { BodyView, Scene, Shape, State } from "../protocol";
 import { Batch } from "./batches";
@@ -30,6 +30,8 @@ interface Body {
   parts: Part[];
   /** Around all parts, in the body's frame. */
   around: Sphere;
+  /** The same where the body stands. */
+  place: Sphere;
   faded: boolean;
 }
 
@@ -68,14 +70,19 @@ export class Bodies {
   /** Lets the eye see the robot through what stands between them; floors and ramps beneath it stay. */
   clearTheWay(eye: Vector3, robot: Vector3, radius: number): void {
     const wanted = new Set<Body>();
-    const around = new Sphere();
+    const line = new Line3(eye, robot);
+    const nearest = new Vector3();
+    const near = this.bodies.filter(({ place }) => {
+      const reach = place.radius + radius;
+      return line.closestPointToPoint(place.center, true, nearest).distanceToSquared(place.center) < reach * reach;
+    });
     for (const [x, y] of [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]] as const) {
       const goal = new Vector3(robot.x + x * radius * 0.6, robot.y + y * radius * 0.6, robot.z);
       const way = goal.sub(eye);
       this.ray.set(eye, way.clone().normalize());
       this.ray.far = Math.max(0, way.length() - radius);
-      for (const body of this.bodies) {
-        if (wanted.has(body) || !this.ray.ray.intersectsSphere(around.copy(body.around).applyMatrix4(body.object.matrix))) continue;
+      for (const body of near) {
+        if (wanted.has(body) || !this.ray.ray.intersectsSphere(body.place)) continue;
         if (this.ray.intersectObjects(body.parts.map((part) => part.probe), false).length > 0) wanted.add(body);
       }
     }
@@ -85,9 +92,8 @@ export class Bodies {
   /** The nearest body that a ray in the world meets, those left out that are seen through. */
   nearest(ray: Raycaster): { number: number; point: Vector3; distance: number } | null {
     if (!this.group.visible) return null;
-    const around = new Sphere();
     const met = this.bodies.flatMap((body) => {
-      if (body.faded || !ray.ray.intersectsSphere(around.copy(body.around).applyMatrix4(body.object.matrix))) return [];
+      if (body.faded || !ray.ray.intersectsSphere(body.place)) return [];
       const [hit] = ray.intersectObjects(body.parts.map((part) => part.probe), false);
       return hit === undefined ? [] : [{ number: body.number, point: hit.point, distance: hit.distance }];
     });
@@ -115,7 +121,7 @@ export class Bodies {
   }
 
   private body(view: BodyView, number: number): Body {
-    const body: Body = { number, object: new Object3D(), parts: [], around: new Sphere(new Vector3(), -1), faded: false };
+    const body: Body = { number, object: new Object3D(), parts: [], around: new Sphere(new Vector3(), -1), place: new Sphere(new Vector3(), -1), faded: false };
     place(body.object, view.position, view.quaternion);
     if (view.moving) this.moving.push(body);
     for (const shape of view.parts) {
@@ -173,6 +179,7 @@ export class Bodies {
   }
 
   private put(body: Body): void {
+    body.place.copy(body.around).applyMatrix4(body.object.matrix);
     for (const part of body.parts) {
       const { matrixWorld } = part.probe;
       part.probe.matrix.multiplyMatrices(body.object.matrix, part.local);

@@ -1,26 +1,22 @@
-import { Color, DoubleSide, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2, Vector3 } from "three";
+import { CircleGeometry, Color, DoubleSide, Mesh, ShaderMaterial, ShadowMaterial, Vector2, Vector3 } from "three";
 
 import type { Theme } from "../options";
 import { AXES, PALETTES, type Palette } from "./palette";
 
 const VERTEX = /* glsl */ `
   varying vec2 place;
-  varying float depth;
   void main() {
     vec4 world = modelMatrix * vec4(position, 1.0);
     place = world.xy;
-    vec4 seen = viewMatrix * world;
-    depth = -seen.z;
-    gl_Position = projectionMatrix * seen;
+    gl_Position = projectionMatrix * viewMatrix * world;
   }`;
 
 const FRAGMENT = /* glsl */ `
-  uniform vec3 floorColour, line, major, xAxis, yAxis;
+  uniform vec3 floorColour, background, line, major, xAxis, yAxis;
   uniform vec2 centre;
   uniform vec3 under;
   uniform float cell, reach, lines, shade;
   varying vec2 place;
-  varying float depth;
   float ruled(vec2 at, vec2 wide) {
     vec2 near = abs(fract(at - 0.5) - 0.5) / wide;
     vec2 faded = clamp(1.0 - near, 0.0, 1.0) * (1.0 - smoothstep(0.25, 0.6, wide));
@@ -28,7 +24,6 @@ const FRAGMENT = /* glsl */ `
   }
   void main() {
     float away = distance(place, centre) / reach;
-    if (away > 1.0) discard;
     vec2 wide = fwidth(place);
     float fade = 1.0 - smoothstep(0.25, 1.0, away);
     vec3 colour = floorColour;
@@ -40,14 +35,17 @@ const FRAGMENT = /* glsl */ `
     colour = mix(colour, xAxis, onAxis.y);
     colour = mix(colour, yAxis, onAxis.x);
     colour *= 1.0 - shade * (1.0 - smoothstep(0.15, 1.0, distance(place, under.xy) / under.z));
-    gl_FragColor = vec4(colour, fade);
+    gl_FragColor = vec4(mix(background, colour, fade), 1.0);
     #include <colorspace_fragment>
   }`;
 
+/** After the solid things, so that what they hide of the floor is not painted. */
+const LAST_OF_OPAQUE = 1;
+
 /** The floor: a lit patch with a grid, around wherever the view is. */
 export class Ground {
-  readonly floor: Mesh<PlaneGeometry, ShaderMaterial>;
-  readonly shadow: Mesh<PlaneGeometry, ShadowMaterial>;
+  readonly floor: Mesh<CircleGeometry, ShaderMaterial>;
+  readonly shadow: Mesh<CircleGeometry, ShadowMaterial>;
   private palette: Palette = PALETTES.dark;
   private asked = { cell: 0, colour: "" };
   private ruler: object | null = null;
@@ -60,6 +58,7 @@ export class Ground {
       fragmentShader: FRAGMENT,
       uniforms: {
         floorColour: { value: new Color() },
+        background: { value: new Color() },
         line: { value: new Color() },
         major: { value: new Color() },
         xAxis: { value: new Color(AXES.x) },
@@ -71,7 +70,7 @@ export class Ground {
         under: { value: new Vector3(0, 0, 1) },
         shade: { value: 0 },
       },
-      transparent: true,
+      // it fades by colour: blending every sample of the picture costs a software renderer more than the rest
       depthWrite: false,
       side: DoubleSide,
       // beneath all that lies on it: paths, maps, markers
@@ -79,10 +78,10 @@ export class Ground {
       polygonOffsetFactor: 1,
       polygonOffsetUnits: 64,
     });
-    const plane = new PlaneGeometry(2, 2);
-    this.floor = new Mesh(plane, material);
-    this.floor.renderOrder = -2;
-    this.shadow = new Mesh(plane, new ShadowMaterial({ depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
+    const disc = new CircleGeometry(1, 64);
+    this.floor = new Mesh(disc, material);
+    this.floor.renderOrder = LAST_OF_OPAQUE;
+    this.shadow = new Mesh(disc, new ShadowMaterial({ depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
     this.shadow.receiveShadow = true;
     this.shadow.renderOrder = -1;
   }
@@ -94,6 +93,11 @@ export class Ground {
     this.palette = palette;
     this.paintLines();
     this.shadow.material.opacity = palette.shadow;
+  }
+
+  /** The colour into which the floor fades. */
+  setBackground(colour: number | string): void {
+    (this.floor.material.uniforms["background"]!.value as Color).set(colour);
   }
 
   /** Grid lines suited to a robot of this radius, at this height. */

@@ -34,6 +34,8 @@ export class Stage {
   readonly controls: OrbitControls;
   readonly isSoftware: boolean;
   readonly hasShadows: boolean;
+  /** Width and height of the picture in CSS pixels, known without asking for the layout. */
+  readonly size = new Vector2();
   frames = 0;
   /** Whether there is anything to draw yet; before, a frame would only delay the first true one. */
   isReady = false;
@@ -234,8 +236,9 @@ export class Stage {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.holder;
-    const { x, y } = this.renderer.getSize(new Vector2());
+    const { x, y } = this.size;
     if (width === 0 || height === 0 || (width === x && height === y)) return; // a new size costs a new buffer
+    this.size.set(width, height);
     const { zoom } = this.orthographic;
     this.fitCamera();
     this.orthographic.zoom = zoom;

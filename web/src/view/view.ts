@@ -246,7 +246,7 @@ export class View implements Picture {
   /** How large a sprite is made to cover one CSS pixel: by the picture's angle, or in metres without perspective. */
   get perPixel(): number {
     const { heightSeen, isOrthographic, distance } = this.stage;
-    return (isOrthographic ? heightSeen : heightSeen / distance) / Math.max(1, this.holder.clientHeight);
+    return (isOrthographic ? heightSeen : heightSeen / distance) / Math.max(1, this.stage.size.y);
   }
 
   private paint(): void {
@@ -272,7 +272,9 @@ export class View implements Picture {
   private showGlobals(): void {
     const { displays } = this.app;
     const background = String(displays.global("background"));
-    this.stage.setBackground(background || PALETTES[this.app.theme.value].background);
+    const colour = background || PALETTES[this.app.theme.value].background;
+    this.stage.setBackground(colour);
+    this.ground.setBackground(colour);
     this.stage.setLight(Number(displays.global("light")));
     this.ground.showFloor(displays.global("floor") === true);
     const before = this.centre();
