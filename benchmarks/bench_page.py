@@ -31,7 +31,7 @@ ROUNDS = 3
 BARE = """
 import * as THREE from "three";
 const renderer = new THREE.WebGLRenderer({ antialias: true });
-renderer.setSize(706, 673);
+renderer.setSize(714, 672);
 document.body.append(renderer.domElement);
 const scene = new THREE.Scene();
 scene.background = new THREE.Color(0x0f1318);
@@ -42,11 +42,13 @@ const material = new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0.
 const boxes = new THREE.InstancedMesh(new THREE.BoxGeometry(0.1, 0.1, 0.1), material, COUNT);
 const place = new THREE.Matrix4();
 for (let i = 0; i < COUNT; i += 1) {
+  const isStart = Math.abs((i % 40) - 20) < 3 && Math.abs(Math.floor(i / 40) - 12) < 3;
+  place.makeScale(isStart ? 0 : 1, isStart ? 0 : 1, isStart ? 0 : 1); // no box where the robot starts
   boxes.setMatrixAt(i, place.setPosition((i % 40) * 0.2 - 4, Math.floor(i / 40) * 0.2 - 2.5, 0.05));
 }
 for (let i = 0; i < COUNT; i += 1) boxes.setColorAt(i, new THREE.Color(0.5, 0.4, 0.3));
 scene.add(boxes);
-const camera = new THREE.PerspectiveCamera(32, 706 / 673, 0.01, 100);
+const camera = new THREE.PerspectiveCamera(32, 714 / 672, 0.01, 100);
 camera.up.set(0, 0, 1);
 window.frames_drawn = 0;
 const draw = (now) => {
@@ -95,7 +97,12 @@ def boxes_world() -> str:
         for i in range(BOXES)
         if not (abs(i % 40 - 20) < 3 and abs(i // 40 - 12) < 3)  # the robot starts there
     )
-    return f'<?xml version="1.0"?><sdf version="1.9"><world name="many">{boxes}</world></sdf>'
+    plane = "<geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>"
+    ground = (
+        f"<model name='ground'><static>true</static><link name='l'><collision name='c'>{plane}</collision>"
+        f"<visual name='v'>{plane}</visual></link></model>"
+    )
+    return f'<?xml version="1.0"?><sdf version="1.9"><world name="many">{ground}{boxes}</world></sdf>'
 
 
 def frames(browser: Browser, words: list[str], seconds: float) -> tuple[float, float]:
