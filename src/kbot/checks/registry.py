@@ -96,6 +96,7 @@ _FAMILIES = (
     "stability",
     "controllers",
     "drive_sizes",
+    "skid_steer",
     "sensors",
 )
 
