@@ -14,6 +14,36 @@ from .conftest import until
 
 OpenPage = Callable[..., Any]
 
+KEEP_SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocket {
+  constructor(...words) { super(...words); sockets.push(this);
+    this.addEventListener('message', ({ data }) => {
+      if (typeof data !== 'string') return;
+      if (data.includes('"odometry"')) window.lastState = JSON.parse(data);
+      if (data.includes('"covariance"')) window.lastOdometry = JSON.parse(data); }); } };"""
+
+HEAR = """async (count) => {
+  const say = (data) => sockets.at(-1).dispatchEvent(new MessageEvent('message', { data }));
+  const state = lastState, odometry = lastOdometry;
+  for (let i = 0; i < count; i += 1) {
+    state.time += 1 / 60;
+    state.positions = state.positions.map((position) => position + 0.01);
+    for (let at = 0; at < state.poses.length; at += 7) {
+      state.poses[at] = Math.cos(state.time * 2);
+      state.poses[at + 1] = Math.sin(state.time * 2);
+    }
+    say(JSON.stringify(state));
+    odometry.time = state.time;
+    say(JSON.stringify(odometry));
+    if (i % 20 === 0) say(JSON.stringify({ type: 'refused', reason: `no ${state.time}` }));
+    if (i % 300 === 0) await new Promise((resolve) => setTimeout(resolve));
+  }
+  await kbot.drawn();
+}"""
+"""What a page hears in some minutes, at once: states, a topic, refusals."""
+
+STATES_BETWEEN_CLEARINGS = 721
+"""The plots' last minute grows by these, 3600 and a fifth, before the oldest are forgotten."""
+
 
 def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 960, "height": 560})
@@ -73,3 +103,35 @@ def test_a_page_does_not_grow_as_the_description_changes(
     before = change(5)
     after = change(25)
     assert after == before
+
+
+def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], browser: Any) -> None:
+    context = browser.new_context(viewport={"width": 640, "height": 400})
+    context.add_init_script(KEEP_SOCKETS)
+    page = context.new_page()
+    page.goto(driving[0])
+    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+    page.get_by_role("button", name="Topics and log", exact=True).click()
+    page.locator("[data-topic='/odom'] .head").click()
+    page.get_by_role("button", name="twist.twist.linear.x", exact=True).click()
+    until(lambda: page.locator("#plots canvas").count() == 1)
+    until(lambda: page.evaluate("!!window.lastOdometry && !!window.lastState"))
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    tools = context.new_cdp_session(page)
+
+    def held() -> tuple[int, dict[str, int]]:
+        """Bytes of the page's objects, and counts of what its document holds."""
+        for _ in range(2):
+            tools.send("HeapProfiler.collectGarbage")
+        heap = tools.send("Runtime.getHeapUsage")["usedSize"]
+        return heap, tools.send("Memory.getDOMCounters")
+
+    page.evaluate(HEAR, 12 * STATES_BETWEEN_CLEARINGS)  # the trail, of 8000 points, is full as well
+    heap, document = held()
+    page.evaluate(HEAR, 6 * STATES_BETWEEN_CLEARINGS)
+    later_heap, later_document = held()
+    assert later_heap - heap < 200_000  # 46 bytes for each state
+    assert later_document["nodes"] <= document["nodes"] + 20
+    assert later_document["jsEventListeners"] <= document["jsEventListeners"]
+    context.close()
