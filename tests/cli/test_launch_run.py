@@ -244,3 +244,26 @@ def test_programs_run_without_a_robot_until_all_have_ended(
     )
     assert (done.returncode, done.stderr) == (0, "/say ended\n")
     assert "/say {'speed': 0.4} ('on',)" in done.stdout
+
+
+@pytest.mark.parametrize("said", ["", "so it was"])
+def test_only_logs_that_say_something_outlive_a_launch(
+    package: Path, monkeypatch: pytest.MonkeyPatch, said: str
+) -> None:
+    scratch = package.parent / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("KBOT_TRANSPORT", "local")
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    node = program(package, "say.py", f"print({said!r}, end='')").format('output="log"')
+    (package / "launch" / "own.launch").write_text(f"<launch>{node}</launch>")
+    done = subprocess.run(
+        [sys.executable, "-m", "kbot", "launch", "launch/own.launch"],
+        cwd=package,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert [log.read_text() for log in scratch.rglob("*.log")] == ([said] if said else [])
+    assert bool(list(scratch.glob("kbot-launch-*"))) == bool(said)

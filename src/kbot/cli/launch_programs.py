@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import _thread
 import os
+import shutil
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,19 +35,19 @@ def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
     from kbot.client import wanted_transport
 
     kind = wanted_transport(os.environ)
-    built = processes_of(plan, programs, {})
-    if kind == "ros1":
-        _tell_master(plan)
-    elif kind == "local":
-        pairs = zip(built, programs, strict=True)
-        built = [replace(p, command=[*p.command, *_words(plan, program.node)]) for p, program in pairs]
-    processes = Processes(built, _tell, _thread.interrupt_main)
-    try:
-        with suppress(KeyboardInterrupt):
-            while not processes.are_over:
-                time.sleep(_LOOK_SECONDS)
-    finally:
-        processes.close()
+    with processes_of(plan, programs, {}) as built:
+        if kind == "ros1":
+            _tell_master(plan)
+        elif kind == "local":
+            pairs = zip(built, programs, strict=True)
+            built = [replace(p, command=[*p.command, *_words(plan, program.node)]) for p, program in pairs]
+        processes = Processes(built, _tell, _thread.interrupt_main)
+        try:
+            with suppress(KeyboardInterrupt):
+                while not processes.are_over:
+                    time.sleep(_LOOK_SECONDS)
+        finally:
+            processes.close()
     return processes.status
 
 
@@ -78,12 +79,18 @@ def _own(plan: Plan, node: Node) -> dict[str, Any]:
     return {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
 
 
-def processes_of(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> list[Process]:
-    """What is to be started; `told` is its environment where nothing else says otherwise."""
-    logs = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
-    if any(program.node.output == "log" for program in programs):
-        _tell(f'Nodes with output="log" write to {logs}')
-    return [_process(plan, program, logs, told) for program in programs]
+@contextmanager
+def processes_of(plan: Plan, programs: Sequence[Program], told: Mapping[str, str]) -> Iterator[list[Process]]:
+    """What is to be started; `told` is its environment where nothing else says otherwise. Of the folder of
+    their logs and parameters, logs with something in them are all that stays."""
+    folder = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
+    try:
+        if any(program.node.output == "log" for program in programs):
+            _tell(f'Nodes with output="log" write to {folder}')
+        yield [_process(plan, program, folder, told) for program in programs]
+    finally:
+        if not any(log.stat().st_size for log in folder.glob("*.log")):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) -> Process:

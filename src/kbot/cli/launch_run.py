@@ -66,7 +66,8 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         processes = None
         if staged.programs:
             told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
-            processes = Processes(processes_of(plan, staged.programs, told), _tell, _thread.interrupt_main)
+            built = stack.enter_context(processes_of(plan, staged.programs, told))
+            processes = Processes(built, _tell, _thread.interrupt_main)
             stack.callback(processes.close)
         if teleop is not None and staged.simulate:
             _tell(HELP)
