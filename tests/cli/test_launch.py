@@ -45,6 +45,16 @@ def test_a_dry_run_says_what_stands_in_for_what(launch: Path, capsys: pytest.Cap
     assert f"robot: {launch.parent / 'r.xacro'} width:=3" in out
 
 
+def test_a_folder_alone_is_answered_with_its_launch_files(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["launch", str(launch.parent)]) == 2
+    assert said(capsys)[1].rstrip().endswith(f"is a folder: write kbot launch FILE, one of {launch}")
+    launch.unlink()
+    assert run(["launch", str(launch.parent)]) == 2
+    assert "there is no launch file in it" in said(capsys)[1]
+
+
 def test_a_package_and_a_file_name_are_a_launch_file(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

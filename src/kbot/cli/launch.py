@@ -23,6 +23,9 @@ from kbot.xacro import PackageNotFound, Packages
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
 
+_NAMED = 10
+"""Launch files of a folder that are named."""
+
 
 @click.command(
     "launch",
@@ -136,6 +139,8 @@ def _find(named: list[str], packages: Packages) -> str:
         raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
     package = SHIPPED_PACKAGE if named[0] == SHIPPED_NAME else named[0]
     if len(named) == 1:
+        if Path(named[0]).is_dir():
+            raise KbotError(f"{named[0]} is a folder: {_in_folder(Path(named[0]))}")
         if Path(named[0]).exists() or not re.fullmatch(r"\w+", named[0]):
             return named[0]
         raise KbotError(f"{named[0]} is no file: {_as_package(package, packages)}")
@@ -150,6 +155,14 @@ def _find(named: list[str], packages: Packages) -> str:
     if len(found) > 1:
         raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
     return str(found[0])
+
+
+def _in_folder(folder: Path) -> str:
+    """What to write where a folder was named."""
+    files = sorted(str(file) for file in folder.rglob("*") if _is_launch_file(file))
+    if not files:
+        return "there is no launch file in it"
+    return f"write kbot launch FILE, one of {', '.join(files[:_NAMED])}{', ...' if files[_NAMED:] else ''}"
 
 
 def _as_package(package: str, packages: Packages) -> str:
