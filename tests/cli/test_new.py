@@ -99,6 +99,8 @@ def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixtur
         (("My-Robot",), ": my_robot\n"),
         (("1robot",), ": robot\n"),
         (("r",), "is no name"),
+        (("con",), "on Windows it is a device: con_robot"),
+        (("lpt1",), "on Windows it is a device"),
         (("a__b",), "is no name"),
         (("../robot",), "is no name"),
         (("robot", "--length", "0"), "--length is above 0"),

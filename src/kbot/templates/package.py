@@ -20,6 +20,8 @@ GAP = 0.01
 """Between the body and a wheel, in m."""
 _LONGEST = 100.0
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
+"""Names that are no file's on Windows, with any suffix or none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,9 @@ class Sizes:
 
 
 def check_name(name: str) -> None:
-    """Raises KbotError: ROS takes no package of this name (REP 144)."""
+    """Raises KbotError: ROS takes no package of this name (REP 144), or Windows no folder."""
+    if _DEVICE.fullmatch(name):
+        raise KbotError(f"'{name}' is no name of a package: on Windows it is a device: {name}_robot")
     if _NAME.fullmatch(name) and len(name) > 1:
         return
     near = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_")
