@@ -136,7 +136,10 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     assert answer["sim_time"] == running.simulation.time
     capsys.readouterr()
     assert run(("service", "call", "/gazebo/delete_model", "{model_name: ghost}")) == 1
-    assert "'ghost'" in yaml.safe_load(capsys.readouterr().out)["status_message"]
+    failed = capsys.readouterr()
+    assert failed.err.startswith("/gazebo/delete_model failed: ")
+    assert yaml.safe_load(failed.out)["status_message"] in failed.err
+    assert "'ghost'" in failed.err
     assert "did you mean '/gazebo/pause_physics'" in told(
         capsys, "service", "call", "/gazebo/pause_phsics", status=2
     )
@@ -146,6 +149,7 @@ def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys
     told(capsys, "param", "set", "/arm/gain", "2.5")
     told(capsys, "param", "set", "names", "[a, b]")
     assert running.link.parameters["/arm/gain"] == 2.5
+    assert "as in 0.5 or '[a, b]': " in told(capsys, "param", "set", "names", "[a", status=2)
     assert told(capsys, "param", "get", "/robot_description") == "<robot/>\n"
     assert "/arm/gain" in told(capsys, "param", "list").splitlines()
     file = tmp_path / "params.yaml"

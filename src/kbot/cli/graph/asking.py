@@ -44,8 +44,8 @@ def full_name(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def read_yaml(text: str, what: str) -> Any:  # noqa: ANN401
-    """A value as it is written on a command line. Raises KbotError: it is no YAML."""
+def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401
+    """A value as it is written on a command line, as `example` is. Raises KbotError: it is no YAML."""
     import yaml
 
     try:
@@ -53,7 +53,7 @@ def read_yaml(text: str, what: str) -> Any:  # noqa: ANN401
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
         place = f" (at character {mark.index + 1})" if mark is not None else ""
-        fail(f"{what} is to be YAML, as in '{{linear: {{x: 0.2}}}}': {problem}{place}")
+        fail(f"{what} is to be YAML, as in {example}: {problem}{place}")
 
 
 def to_yaml(value: object, *, full: bool = True) -> str:

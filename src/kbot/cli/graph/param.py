@@ -59,7 +59,7 @@ def get(name: str, as_json: bool, at: str) -> None:
 def set_(name: str, value: str, at: str) -> None:
     """Set a parameter to a value in YAML."""
     with ask(at) as graph:
-        _set(graph, full_name(name), read_yaml(value, "VALUE"))
+        _set(graph, full_name(name), read_yaml(value, "VALUE", "0.5 or '[a, b]'"))
 
 
 @command.command("delete", epilog=examples("kbot param delete /speed"))
@@ -103,7 +103,7 @@ def load(file: str, namespace: str, at: str) -> None:
         text = Path(file).read_text(encoding="utf-8")
     except UnicodeDecodeError:
         fail(f"{file} is no text in UTF-8")
-    values = read_yaml(text, file)
+    values = read_yaml(text, file, "gain: 0.5")
     if not isinstance(values, dict):
         fail(f"{file} is to hold parameters by name")
     with ask(at) as graph:

@@ -73,13 +73,17 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     rest = words[1:] if words and "/" in words[0] and not words[0].lstrip().startswith(("{", "[")) else words
     if len(rest) > 1:
         fail(f"VALUES are one word of YAML, quoted: '{' '.join(rest)}'")
-    values = read_yaml(rest[0], "VALUES") if rest else {}
+    values = read_yaml(rest[0], "VALUES", "'{model_name: kbot}'") if rest else {}
     if not isinstance(values, dict | None):
         fail("VALUES are fields by name, as in '{model_name: kbot}'")
     with ask(at) as graph:
         answer = graph.call(full_name(service), **(values or {}))
+    failed = answer.get("success") is False
+    if failed:
+        reason = answer.get("status_message") or answer.get("message") or "it gives no reason"
+        click.echo(f"{full_name(service)} failed: {reason}", err=True)
     if as_json:
         print_json(answer)
     elif answer:
         click.echo(to_yaml(answer))
-    return int(answer.get("success") is False)
+    return int(failed)

@@ -141,7 +141,7 @@ def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate:
     rest = words[bool(kind) :]
     if len(rest) > 1:
         fail(f"VALUES are one word of YAML, quoted: '{' '.join(rest)}'")
-    message = read_yaml(rest[0], "VALUES") if rest else {}
+    message = read_yaml(rest[0], "VALUES", "'{linear: {x: 0.2}}'") if rest else {}
     with ask(at) as graph:
         name = full_name(topic)
         known = graph.type_of(name)
