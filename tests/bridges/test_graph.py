@@ -117,6 +117,8 @@ def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said
     assert running.simulation.named().controller.wanted == (0.3, 0.0)
     assert "what the simulation says" in told(capsys, "topic", "pub", "--once", "/odom", status=2)
     assert "no field 'linaer'" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linaer: {}}", status=2)
+    error = told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: {x: .nan}}", status=2)
+    assert "two finite numbers" in error
     assert "is to be YAML" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: [", status=2)
 
 

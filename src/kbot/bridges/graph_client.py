@@ -76,6 +76,18 @@ class GraphClient:
             self._send({"op": "advertise", "topic": topic, "type": type_name})
         self._send({"op": "publish", "topic": topic, "msg": message})
 
+    def say(self, topic: str, message: Values, type_name: str) -> None:
+        """Publish, and wait until it is heard. Raises KbotError: it was refused."""
+        self._calls += 1
+        number = str(self._calls)
+        self._send({"op": "advertise", "topic": topic, "type": type_name})
+        self._send({"op": "set_level", "level": "info"})
+        self._send({"op": "publish", "topic": topic, "msg": message, "id": number})
+        while True:
+            said = self._receive(ANSWER_SECONDS)
+            if said.get("op") == "status" and said.get("id") == number:
+                return
+
     def advertise(self, topic: str, type_name: str) -> None:
         """Say which type `publish` will have. Raises KbotError: nobody hears it there."""
         self._send({"op": "advertise", "topic": topic, "type": type_name})
@@ -117,6 +129,6 @@ class GraphClient:
             raise KbotError(f"the KBot does not answer within {timeout:g} s") from None
         except (OSError, WebSocketException):
             raise KbotError("the KBot is gone") from None
-        if said.get("op") == "status":
+        if said.get("op") == "status" and said.get("level") == "error":
             raise KbotError(str(said.get("msg")))
         return said

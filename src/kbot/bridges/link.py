@@ -84,7 +84,7 @@ class Link:
         self._tell, self._told = tell, set[str]()
         self._lock = threading.Lock()
         self._jobs: deque[tuple[bool, str, Receiver]] = deque()
-        self._mail: dict[str, deque[object]] = {}
+        self._mail: dict[str, deque[tuple[object, Callable[[str], None]]]] = {}
         self._calls: deque[tuple[Service, object, Future[Any]]] = deque()
         self._wanted: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []
@@ -105,10 +105,11 @@ class Link:
         with self._lock:
             self._jobs.append((False, topic, receiver))
 
-    def send(self, topic: str, message: object) -> None:
-        """Say something on a topic that is an input, in the next period. Of a flood the newest counts."""
+    def send(self, topic: str, message: object, told: Callable[[str], None] = lambda reason: None) -> None:
+        """Say something on a topic that is an input, in the next period. Of a flood the newest counts. `told`
+        is given the reason why it was refused, empty where it was taken, on the simulation's thread."""
         with self._lock:
-            self._mail.setdefault(topic, deque(maxlen=WAITING)).append(message)
+            self._mail.setdefault(topic, deque(maxlen=WAITING)).append((message, told))
 
     def call(self, service: str, request: object) -> Future[Any]:
         """Ask a service; its response comes between two steps, or the KbotError that it raised.
@@ -220,8 +221,8 @@ class Link:
                 self._wanted.remove((topic, receiver))
                 feed.close(topic, receiver)
         for topic, messages in mail.items():
-            for message in messages:
-                self._deliver(simulation, topic, message)
+            for message, told in messages:
+                told(self._deliver(simulation, topic, message))
 
     def work(self) -> bool:
         """Answer what peers called, between two steps, and say whether they did; while the simulation is
@@ -264,13 +265,16 @@ class Link:
         if self._feed is not None and topic not in self._hidden and topic in self._feed.offered():
             self._feed.open(topic, receiver)
 
-    def _deliver(self, simulation: Live, topic: str, message: object) -> None:
+    def _deliver(self, simulation: Live, topic: str, message: object) -> str:
+        """The reason why it was refused, if it was."""
         known = self.topics.get(topic)
         if known is None or not known.is_input:
-            return
+            return f"{topic} is not heard any more"
         if isinstance(message, TwistStamped) and known.message_type is Twist:
             message = message.twist
         try:
             simulation.bus.publish(topic, message)
         except KbotError as error:
             self.tell(f"{topic}: a message from outside was refused: {error}")
+            return f"{topic}: {error}"
+        return ""

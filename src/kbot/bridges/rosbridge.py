@@ -69,6 +69,7 @@ class _Talk(JsonTalk):
         self._bridge, self._wire = bridge, wire
         self._subscriptions: dict[tuple[str, str], _Subscription] = {}
         self._types: dict[str, type] = {}
+        self._tells_all = False
 
     def close(self) -> None:
         for subscription in self._subscriptions.values():
@@ -118,7 +119,21 @@ class _Talk(JsonTalk):
     def _publish(self, request: Request) -> None:
         topic = self._input(str(request["topic"]))
         kind = self._types.get(topic.name, topic.message_type)
-        self._bridge.link.send(topic.name, from_plain(request["msg"], kind))
+        message, number = from_plain(request["msg"], kind), request.get("id")
+        if number is None:
+            self._bridge.link.send(topic.name, message)
+            return
+
+        def tell(refusal: str) -> None:
+            if refusal or self._tells_all:
+                level, text = ("error", refusal) if refusal else ("info", "taken")
+                status = json.dumps({"op": "status", "level": level, "msg": text, "id": number})
+                self._bridge.later(lambda: self._wire.put(status))
+
+        self._bridge.link.send(topic.name, message, tell)
+
+    def _set_level(self, request: Request) -> None:
+        self._tells_all = request["level"] == "info"
 
     def _call_service(self, request: Request) -> None:
         service, number = str(request["service"]), request.get("id")
@@ -166,5 +181,5 @@ class _Talk(JsonTalk):
         "unadvertise": _unadvertise,
         "publish": _publish,
         "call_service": _call_service,
-        "set_level": lambda talk, request: None,
+        "set_level": _set_level,
     }

@@ -147,9 +147,11 @@ def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate:
         known = graph.type_of(name)
         due = time.monotonic()
         for number in itertools.count(1):
-            graph.publish(name, message or {}, kind or known)
-            graph.settle()
-            if number == 1:
+            if number > 1:
+                graph.publish(name, message or {})
+                graph.settle()
+            else:
+                graph.say(name, message or {}, kind or known)
                 click.echo(f"publishing on {name}: {to_line(message or {})}", err=True)
             if once or number == times:
                 return
