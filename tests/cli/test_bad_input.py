@@ -1,5 +1,6 @@
 """Everything a user can get wrong, given to every verb: one clear message, the right status, no traceback."""
 
+import json
 import os
 import signal
 import socket
@@ -264,13 +265,20 @@ def test_closed_streams(words: str, status: int, files: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
-def test_ctrl_c_while_modules_are_imported(files: Path) -> None:
+@pytest.mark.parametrize(
+    "interrupt",
+    [
+        "raise KeyboardInterrupt",
+        "raise ImportError('initialization failed') from KeyboardInterrupt()",  # as pybind11 has it
+    ],
+)
+def test_ctrl_c_while_modules_are_imported(interrupt: str, files: Path) -> None:
     interrupted = (
         "import builtins, sys\n"
         "from kbot.cli.start import main\n"
         "whole = builtins.__import__\n"
         "def interrupting(name, *rest, **more):\n"
-        "    if name == 'click': raise KeyboardInterrupt\n"
+        f"    if name == 'click': {interrupt}\n"
         "    return whole(name, *rest, **more)\n"
         "builtins.__import__ = interrupting\n"
         "sys.argv = ['kbot', 'info', 'box.urdf']\n"
@@ -279,6 +287,25 @@ def test_ctrl_c_while_modules_are_imported(files: Path) -> None:
     command = [sys.executable, "-c", interrupted]
     done = subprocess.run(command, cwd=files, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
+def test_ctrl_c_in_a_run_without_a_page_reports_what_was_simulated(files: Path) -> None:
+    (files / "drive.py").write_text(
+        "import os, signal\n"
+        "def drive(sim):\n"
+        "    sim.cmd_vel(0.2, 0.0)\n"
+        "    sim.run(2.0)\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    sim.run(1e6)\n"
+    )
+    words = ("--headless", "--script", "drive.py", "--json", "--plot", "way.png")
+    done = kbot("sim", "kbot", *words, cwd=files)
+    assert done.returncode == 130
+    assert 2.0 <= json.loads(done.stdout)["simulated_s"] < 1e6
+    assert "interrupted at" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (files / "way.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 DURATION = 10.0
+INTERRUPTED = 130
+"""The exit status after Ctrl-C, as a shell has it."""
 
 
 @click.command(
@@ -247,18 +249,21 @@ def _run(
 
     odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
+    interrupted = False
     with Progress(simulation, seconds if script is None else None) as progress:
-        if in_real_time or seconds is None:
-            from kbot.bridges.pacing import run_in_real_time
+        try:
+            if in_real_time or seconds is None:
+                from kbot.bridges.pacing import run_in_real_time
 
-            run_in_real_time(simulation, seconds)
-        elif script is None:
-            simulation.run(seconds)
-        else:
-            try:
+                run_in_real_time(simulation, seconds)
+            elif script is None:
+                simulation.run(seconds)
+            else:
                 run_script(script, simulation)
-            except ScriptFailed as failure:
-                failed = failure
+        except ScriptFailed as failure:
+            failed = failure
+        except KeyboardInterrupt:  # what was simulated until then is reported
+            interrupted = True
     odometer.close()
     result = make_report(simulation, odometer.distance, progress.wall)
     if as_json:
@@ -267,10 +272,14 @@ def _run(
         click.echo(result.to_text())
     if failed is not None:
         sys.stderr.write(f"{failed}\n")
+    if interrupted:
+        click.echo(f"interrupted at {simulation.time:.3f} s", err=True)
     if plot is not None:  # after the report, which is not lost where no picture can be written
         from kbot.sim.plot import draw
 
         write_bytes(
             plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
         )
+    if interrupted:
+        return INTERRUPTED
     return 1 if failed is not None else 0

@@ -26,6 +26,18 @@ def main() -> None:
         full()
     except KeyboardInterrupt:  # also while modules are still being imported
         sys.exit(130)
+    except ImportError as error:
+        if not _comes_from_ctrl_c(error):
+            raise
+        sys.exit(130)
+
+
+def _comes_from_ctrl_c(error: BaseException) -> bool:
+    """Whether Ctrl-C is what an error came from: modules of pybind11 say so when their import is cut off."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause is not None
 
 
 def _open_what_is_closed() -> None:
