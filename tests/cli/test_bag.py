@@ -40,7 +40,7 @@ def test_info_of_a_broken_file_says_so(
     (tmp_path / "cut.mcap").write_bytes(Path(recording).read_bytes()[:-50])
     assert run(["bag", "info", str(tmp_path / "cut.mcap")]) == 1
     assert "402 messages" in (text := capsys.readouterr().out)
-    assert "breaks off" in text
+    assert "It is not whole: it was not closed" in text
 
 
 def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_path: Path) -> None:

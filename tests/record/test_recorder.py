@@ -193,6 +193,24 @@ def test_any_cut_of_the_file_reads_up_to_there(runs: dict[str, Path], tmp_path: 
     assert set(counts) == {0, 1, whole}
 
 
+def test_a_wrong_byte_in_a_chunk_loses_that_chunk_alone(runs: dict[str, Path], tmp_path: Path) -> None:
+    """The first chunk holds the description, and the definitions of what the second one has."""
+    data = bytearray(runs["mcap"].read_bytes())
+    with runs["mcap"].open("rb") as stream:
+        first, second = (index for index in mcap.reader.make_reader(stream).get_summary().chunk_indexes)
+    whole = Recording(str(runs["mcap"])).summary()
+    file = tmp_path / "wrong.mcap"
+    for index, count in ((first, whole.count - 1), (second, 1)):
+        at = index.chunk_start_offset + index.chunk_length - 10
+        data[at] ^= 1
+        file.write_bytes(data)
+        data[at] ^= 1
+        found = Recording(str(file)).summary()
+        assert found.broken == "it is damaged: 1 of its 2 chunks cannot be read"
+        assert found.count == count
+        assert found.notes == whole.notes
+
+
 @pytest.mark.parametrize("length", [0, 3, 12])
 def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path, length: int) -> None:
     (tmp_path / "cut.mcap").write_bytes((b"\x89MCAP0\r\n\x01" + bytes([90]) * 20)[:length])

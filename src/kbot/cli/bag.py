@@ -70,7 +70,7 @@ def info(recording: str, as_json: bool) -> int:
     for name, values in found.notes.items():
         lines.append(f"{name}: " + ", ".join(f"{key} {value}" for key, value in values.items()))
     if found.broken:
-        lines.append(f"It breaks off: {found.broken}.")
+        lines.append(f"It is not whole: {found.broken}.")
     click.echo("\n".join(lines))
     return int(bool(found.broken))
 

@@ -15,14 +15,12 @@ from mcap.stream_reader import breakup_chunk
 
 from kbot.record.entry import Entry, Types
 from kbot.record.index import NoIndex
-from kbot.record.mcap_reader import CARRIED, full_name, unreadable
+from kbot.record.mcap_reader import CARRIED, RECORD_HEAD, full_name, unreadable
 from kbot.text import KbotError
 
 KEPT_CHUNKS = 8
 ALLOWED_DISORDER = 100_000_000
 """Nanoseconds that a message may be written after a later one; more is a clock that was set back."""
-RECORD_HEAD = 1 + 8
-"""Bytes of a record's opcode and length, which stand before it."""
 
 
 class McapIndex:
