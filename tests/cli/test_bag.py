@@ -96,7 +96,7 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["info", "text.mcap"], "text.mcap is no MCAP file"),
         (["info", "text.bag"], "cannot be read as bag of ROS 1"),
         (["info", "text.txt"], "is no recording"),
-        (["info", "."], "cannot be read as rosbag2"),
+        (["info", "."], "a folder of rosbag2 has a metadata.yaml in it"),
         (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
         (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),

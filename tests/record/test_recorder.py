@@ -3,6 +3,7 @@
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -233,6 +234,32 @@ def test_a_bag_with_wrong_bytes_in_it_is_read_or_refused_in_words(
         except KbotError as error:
             refused += "bad.bag cannot be read as bag of ROS 1: " in str(error)
     assert refused > 20
+
+
+def test_a_bag_that_was_cut_off_is_told_from_one_that_was_never_closed(
+    tmp_path: Path, runs: dict[str, Path]
+) -> None:
+    """`index_pos` of the bag's header is where the index begins; 0 until it is written."""
+    whole = runs["bag"].read_bytes()
+    at = whole.index(b"index_pos=") + len(b"index_pos=")
+    index = int.from_bytes(whole[at : at + 8], "little")
+    file = tmp_path / "cut.bag"
+    told = f"it ends after 9,000 bytes, before its index at {index:,}; .* rosbag reindex {file}"
+    for data, said in (
+        (whole[:9000], told),
+        (whole[:at] + bytes(8) + whole[at + 8 :], f"it was not closed, so that its {len(whole):,} bytes"),
+    ):
+        file.write_bytes(data)
+        with pytest.raises(KbotError, match=said):
+            Recording(str(file)).summary()
+
+
+def test_a_folder_without_its_metadata_is_told_what_is_missing(tmp_path: Path, runs: dict[str, Path]) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(runs["ros2"], folder)
+    (folder / "metadata.yaml").unlink()
+    with pytest.raises(KbotError, match=f"has no metadata.yaml.* ros2 bag reindex {folder}"):
+        Recording(str(folder)).summary()
 
 
 def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:

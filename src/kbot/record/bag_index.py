@@ -10,7 +10,7 @@ from pathlib import Path
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import MessageDefinitionFormat
 
-from kbot.record.bag_reader import UNREADABLE
+from kbot.record.bag_reader import UNREADABLE, unread
 from kbot.record.entry import Entry, Types
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
@@ -30,8 +30,7 @@ class BagIndex:
             self._reader = AnyReader([Path(path)], default_typestore=ros2_types())
             self._reader.open()
         except UNREADABLE as error:
-            mend = f"{'rosbag' if self._is_ros1 else 'ros2 bag'} reindex {path}"
-            raise KbotError(f"{path} cannot be read: {error} (to mend it: {mend})") from None
+            raise unread(Path(path), error) from None
         self._closing = weakref.finalize(self, self._reader.close)
         self._types = Types()
         for connection in self._reader.connections:

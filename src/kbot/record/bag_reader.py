@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from os import SEEK_END
 from pathlib import Path
 from sqlite3 import Error as SqliteError
 from struct import error as StructError
@@ -10,6 +11,7 @@ from struct import error as StructError
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag1 import ReaderError as Ros1Error
+from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
 from kbot.record.entry import Entry, Types
@@ -45,7 +47,33 @@ class BagSource:
                         connection.topic, connection.msgtype, at, bytes(data), types, is_ros1=self._is_ros1
                     )
         except UNREADABLE as error:
-            mend = f"rosbag reindex {self._path}" if self._is_ros1 else f"ros2 bag reindex {self._path}"
-            raise KbotError(
-                f"{self._path} cannot be read as {self.kind}: {error} (to mend it: {mend})"
-            ) from None
+            raise unread(self._path, error) from None
+
+
+def unread(path: Path, error: Exception) -> KbotError:
+    """What is to be said of a bag whose reading raised this."""
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return KbotError(
+                f"{path} cannot be read as rosbag2: {error} (to mend it: ros2 bag reindex {path})"
+            )
+        if any(file.suffix in (".db3", ".mcap") for file in path.iterdir()):
+            mend = f"a machine with ROS 2 writes it anew: ros2 bag reindex {path}"
+            return KbotError(f"{path} has no metadata.yaml, which a folder of rosbag2 needs; {mend}")
+        return KbotError(f"{path} is no recording: a folder of rosbag2 has a metadata.yaml in it")
+    mend = f"a machine with ROS 1 mends what is whole: rosbag reindex {path}"
+    return KbotError(f"{path} cannot be read as bag of ROS 1: {_missing_index(path) or error}; {mend}")
+
+
+def _missing_index(path: Path) -> str:
+    """In words: that a bag of ROS 1 ends before its index, empty where it does not."""
+    try:
+        with path.open("rb") as stream:
+            stream.readline()
+            index = Header.read(stream, RecordType.BAGHEADER).get_uint64("index_pos")
+            size = stream.seek(0, SEEK_END)
+    except UNREADABLE:
+        return ""
+    if index == 0:
+        return f"it was not closed, so that its {size:,} bytes have no index"
+    return f"it ends after {size:,} bytes, before its index at {index:,}" if size <= index else ""
