@@ -274,7 +274,8 @@ class Session:
                 self.rate = 0.0
             case Advance(seconds=seconds):
                 self.paused = True
-                self._motion.advance(seconds)
+                while seconds > 1e-6 and (done := self._motion.advance(seconds)) > 0.0:
+                    seconds -= done  # a slow machine does it in several goes
             case Reset():
                 self._motion.reset()
                 self._resets += 1
