@@ -1,0 +1,118 @@
+"""What 20 tabs of a running simulation cost the server, and how late one of them is.
+
+    python benchmarks/bench_tabs.py [--seconds S]
+
+One tab is a real page in Chromium, the others are sockets that hear and drop what a page is sent, odometry
+with it. The share of a core is the server's beyond what the simulation takes with no tab open. The lag is the
+real page's, beside the others: from a question that it sends to the answer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import statistics
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from bench_first_picture import ARGUMENTS, chromium
+from bench_page import kbot, share_of_core
+from websockets.asyncio.client import connect
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+TABS = (1, 20)
+QUESTIONS = 15
+
+KEEP_SOCKET = (
+    "window.WebSocket = class extends WebSocket { constructor(...a) { super(...a); window.line = this; } };"
+)
+ASK = """(text) => new Promise((resolve) => {
+  const start = performance.now();
+  const hear = ({ data }) => {
+    if (typeof data !== 'string' || !data.includes(text)) return;
+    line.removeEventListener('message', hear);
+    resolve(performance.now() - start);
+  };
+  line.addEventListener('message', hear);
+  line.send(JSON.stringify({ type: 'open_source', file: text })); })"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--seconds", type=float, default=5.0)
+    seconds = parser.parse_args().seconds
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright, kbot(["sim", "kbot"]) as (address, process):
+        browser = playwright.chromium.launch(executable_path=chromium(), args=list(ARGUMENTS))
+        time.sleep(1.0)
+        alone = share_of_core(process.pid, seconds)
+        with opened_page(browser, address) as shown:
+            for tabs in TABS:
+                with sockets(address, tabs - 1):
+                    time.sleep(1.0)
+                    share = share_of_core(process.pid, seconds) - alone
+                    late = lag(shown)
+                print(
+                    f"{tabs:2} tabs: {share:6.1%} of a core for the server, lag {late:.0f} ms (bound 100 ms)"
+                )
+        browser.close()
+
+
+@contextmanager
+def opened_page(browser: Browser, address: str) -> Iterator[Page]:
+    """The page, whose socket may be asked."""
+    shown = browser.new_page(viewport={"width": 1280, "height": 720})
+    shown.add_init_script(KEEP_SOCKET)
+    shown.goto(address)
+    while not shown.evaluate("!!window.kbot && kbot.frames > 0 && window.line?.readyState === 1"):
+        time.sleep(0.01)
+    yield shown
+    shown.close()
+
+
+def lag(shown: Page) -> float:
+    """Milliseconds from a question to its answer, the median of some."""
+    return statistics.median(float(shown.evaluate(ASK, f"question {i}.")) for i in range(QUESTIONS))
+
+
+@contextmanager
+def sockets(address: str, count: int) -> Iterator[None]:
+    """So many sockets on a thread of their own, each hearing what a page hears."""
+    loop = asyncio.new_event_loop()
+    opened = threading.Barrier(2)
+
+    async def hear() -> None:
+        async with connect(address.replace("http:", "ws:") + "ws", max_size=None) as socket:
+            await socket.send(json.dumps({"type": "subscribe", "topic": "/odom"}))
+            async for _ in socket:
+                pass
+
+    async def all_of_them() -> None:
+        tabs = [asyncio.create_task(hear()) for _ in range(count)]
+        opened.wait()
+        await asyncio.Event().wait() if not tabs else await asyncio.gather(*tabs)
+
+    running = loop.create_task(all_of_them())
+
+    def run() -> None:
+        with suppress(asyncio.CancelledError):
+            loop.run_until_complete(running)
+        loop.close()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    opened.wait()
+    yield
+    loop.call_soon_threadsafe(running.cancel)
+    thread.join()
+
+
+if __name__ == "__main__":
+    main()
