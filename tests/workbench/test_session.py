@@ -149,6 +149,13 @@ def test_time_passes_as_it_is_told(xacro: Path) -> None:
     assert (state.time, state.resets) == (0.0, 1)
 
 
+def test_a_slow_machine_steps_all_of_what_is_asked_for(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = open_session(str(xacro), simulate=True)
+    monkeypatch.setattr("kbot.workbench.driving.BUSY_SECONDS", 0.0)
+    session.obey(Advance(0.5), 1)
+    assert session.state().time == pytest.approx(0.5, abs=1e-9)
+
+
 def test_who_drives_is_known_and_only_the_driver_lets_go(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
     session.obey(Drive(0.2, 0.0), 1)
