@@ -96,7 +96,10 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["info", "text.mcap"], "text.mcap is no MCAP file"),
         (["info", "text.bag"], "cannot be read as bag of ROS 1"),
         (["info", "text.txt"], "is no recording"),
-        (["info", "."], "a folder of rosbag2 has a metadata.yaml in it"),
+        (
+            ["info", "."],
+            ". has no metadata.yaml, as a folder of rosbag2 has; a file in it can be read: text.mcap",
+        ),
         (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
         (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),

@@ -260,6 +260,9 @@ def test_a_folder_without_its_metadata_is_told_what_is_missing(tmp_path: Path, r
     (folder / "metadata.yaml").unlink()
     with pytest.raises(KbotError, match=f"has no metadata.yaml.* ros2 bag reindex {folder}"):
         Recording(str(folder)).summary()
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(KbotError, match="empty has no metadata.yaml, as a folder of rosbag2 has$"):
+        Recording(str(tmp_path / "empty")).summary()
 
 
 def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:

@@ -57,10 +57,12 @@ def unread(path: Path, error: Exception) -> KbotError:
             return KbotError(
                 f"{path} cannot be read as rosbag2: {error} (to mend it: ros2 bag reindex {path})"
             )
-        if any(file.suffix in (".db3", ".mcap") for file in path.iterdir()):
-            mend = f"a machine with ROS 2 writes it anew: ros2 bag reindex {path}"
-            return KbotError(f"{path} has no metadata.yaml, which a folder of rosbag2 needs; {mend}")
-        return KbotError(f"{path} is no recording: a folder of rosbag2 has a metadata.yaml in it")
+        mend = ""
+        if list(path.glob("*.db3")):
+            mend = f"; a machine with ROS 2 writes it anew: ros2 bag reindex {path}"
+        elif files := sorted(path.glob("*.mcap")):
+            mend = f"; a file in it can be read: {files[0]}"
+        return KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{mend}")
     mend = f"a machine with ROS 1 mends what is whole: rosbag reindex {path}"
     return KbotError(f"{path} cannot be read as bag of ROS 1: {_missing_index(path) or error}; {mend}")
 
