@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
+import kbot
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.displays.kinds import KINDS
@@ -177,8 +178,26 @@ def test_what_is_not_shown_is_named() -> None:
     lidar = 1 + lines.index("- Class: rviz/LaserScan")
     assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: no such display here" in notes
     assert f"Front lidar (LaserScan), line {lidar}: not used: Style" in notes
-    assert "Robot Description" in notes
-    assert "Panels" in notes
+    assert "Robot Description" not in notes
+    assert "Panels" not in notes
+    other = RVIZ1.replace("Robot Description: robot_description", "Robot Description: /r2/robot_description")
+    other = other.replace("- Class: rviz/Displays", "- Class: moveit_rviz_plugin/Panel")
+    notes = "\n".join(read_rviz(other, "robot.rviz").notes)
+    assert "not used: Robot Description" in notes
+    assert "moveit_rviz_plugin/Panel of Panels: kept in the file" in notes
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "templates/robot/config/view.rviz",
+        "templates/robot/config/view_ros2.rviz",
+        "robots/kbot_description/config/kbot.rviz",
+    ],
+)
+def test_our_own_files_of_rviz_are_used_whole(name: str) -> None:
+    file = Path(kbot.__file__).parent / name
+    assert read_rviz(file.read_text(), name).notes == ()
 
 
 def test_the_orbit_of_rviz_is_an_eye_and_a_target() -> None:

@@ -15,6 +15,7 @@ from kbot.text import KbotError
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
+from kbot.workbench.displays.rviz_standard import is_the_robot, plugins
 from kbot.workbench.displays.rviz_values import read_value, write_value
 from kbot.workbench.displays.rviz_view import read_view, write_view
 from kbot.workbench.displays.settings import Display, Settings, properties_of
@@ -27,7 +28,6 @@ OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Fram
 """Fields of a display that are no settings of how it looks, or that are read otherwise."""
 TOPIC_NAMES = {"Image": "Image Topic", "Marker": "Marker Topic"}
 """What rviz 1 calls the topic where it is not `Topic`."""
-IN_RVIZ = ("Panels", "Window Geometry", "Tools", "Transformation", "Preferences")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +67,9 @@ def read_rviz(text: str, file: str) -> RvizFile:
             if value is not NOTHING:
                 options[property.name] = value
     view = read_view(fields["Views"], notes) if "Views" in fields else None
-    own = [name for name in IN_RVIZ if name in document.fields or name in fields]
-    if own:
-        notes.append(f"{', '.join(own)}: rviz's own, kept in the file")
+    for holder, part in ((document.fields, "Panels"), (fields, "Tools")):
+        if part in holder:
+            notes += [f"{name} of {part}: kept in the file" for name in plugins(holder[part].plain)]
     return RvizFile(Settings(options, tuple(displays), view), tuple(notes), document.plain)
 
 
@@ -164,7 +164,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
             values[property.name] = value
     values.update(_special(kind, fields, read))
     values.update(_links(kind, fields.get("Links")))
-    ignored = sorted(fields.keys() - OWN - read)
+    ignored = sorted(name for name in fields.keys() - OWN - read if not is_the_robot(name, fields[name]))
     if ignored:
         notes.append(f"{name} ({kind.name}), line {entry.line}: not used: {', '.join(ignored)}")
     enabled = fields["Enabled"].value if "Enabled" in fields else True
