@@ -5,6 +5,7 @@ import random
 import resource
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import textwrap
@@ -157,6 +158,48 @@ def test_a_full_disk_is_told_of_by_sqlite_too(tmp_path: Path, bytes_free: int, s
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
+    assert (tmp_path / "run").exists() == (bytes_free == 60_000)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills by signal")
+@pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
+def test_a_recording_that_cannot_begin_is_not_in_the_way_of_the_next(tmp_path: Path, name: str) -> None:
+    program = f"""
+        import resource, signal, sys
+        from kbot.cli.main import run
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        words = ["sim", "kbot", "--headless", "--duration", "0.1", "--record", {str(tmp_path / name)!r}]
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+        first = run(words)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        print(first, run(words), file=sys.stderr)
+    """
+    with (tmp_path / "said").open("w") as out:
+        done = subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(program)], stdout=out, stderr=subprocess.PIPE, text=True,
+            check=True,
+        )  # fmt: skip
+    assert done.stderr.endswith("2 0\n"), done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills by signal")
+def test_what_sqlite_has_recorded_a_second_before_the_disk_is_full_is_kept(tmp_path: Path) -> None:
+    program = f"""
+        import resource, signal, sys
+        from kbot.cli.main import run
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+        words = ["sim", "kbot", "--headless", "--duration", "60"]
+        sys.exit(run([*words, "--record", {str(tmp_path / "run")!r}]))
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
+    )
+    ended = float(done.stderr.split("the recording ended at ")[1].split(" s")[0])
+    with sqlite3.connect(tmp_path / "run" / "run.db3") as base:
+        (last,) = base.execute("SELECT max(timestamp) FROM messages").fetchone()
+    assert ended > 2.0
+    assert ended - 1.1 <= last * 1e-9 <= ended
 
 
 def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
@@ -261,7 +304,7 @@ def test_a_folder_without_its_metadata_is_told_what_is_missing(tmp_path: Path, r
     with pytest.raises(KbotError, match=f"has no metadata.yaml.* ros2 bag reindex {folder}"):
         Recording(str(folder)).summary()
     (tmp_path / "empty").mkdir()
-    with pytest.raises(KbotError, match="empty has no metadata.yaml, as a folder of rosbag2 has$"):
+    with pytest.raises(KbotError, match=r"empty has no metadata\.yaml, as a folder of rosbag2 has$"):
         Recording(str(tmp_path / "empty")).summary()
 
 

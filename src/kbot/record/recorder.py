@@ -8,12 +8,13 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import astuple
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
-from kbot.record.writer import open_writer
+from kbot.record.writer import open_writer, remove_recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Feed, Packet
@@ -162,9 +163,12 @@ class Recorder:
         self._writer.abandon()
         reason = error.strerror or str(error)
         at = self._simulation.time
-        self.failure = KbotError(
-            f"{self.path}: {reason}; the recording ended at {at:.2f} s: {kept(self.path)}"
-        )
+        if self.count == 0:
+            remove_recording(Path(self.path))
+            self.failure = KbotError(f"{self.path} cannot be written: {reason}")
+        else:
+            told = f"the recording ended at {at:.2f} s: {kept(self.path)}"
+            self.failure = KbotError(f"{self.path}: {reason}; {told}")
         if self._on_failure is not None:
             self._on_failure(self.failure)
 

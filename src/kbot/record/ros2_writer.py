@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from rosbags.interfaces import Connection
 
 
+COMMIT_PERIOD = 1_000_000_000
+"""Nanoseconds of what is recorded after which it is committed: a disk that is full keeps all before."""
+
+
 class Ros2Writer:
     """The metadata comes at the end, so a broken run needs `ros2 bag reindex`."""
 
@@ -31,6 +35,7 @@ class Ros2Writer:
             self._writer.open()
         self._connections: dict[tuple[str, str], Connection] = {}
         self._time = 0
+        self._committed = 0
 
     def write(self, packet: Recordable) -> None:
         key = (packet.topic, packet.type_name)
@@ -48,6 +53,9 @@ class Ros2Writer:
         self._time = packet.nanoseconds
         with _disk_of_sqlite():
             self._writer.write(connection, packet.nanoseconds, packet.cdr)
+        if not 0 <= self._time - self._committed < COMMIT_PERIOD:
+            self._committed = self._time
+            self.flush()
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
         self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))

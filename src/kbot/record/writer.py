@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
@@ -80,5 +82,17 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
                 from kbot.record.ros2_writer import Ros2Writer
 
                 return Ros2Writer(path)
+    except FileExistsError as error:  # of somebody else, made since
+        raise KbotError(f"{path} cannot be written: {error.strerror}") from None
     except OSError as error:
+        remove_recording(target)
         raise KbotError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def remove_recording(target: Path) -> None:
+    """Take away one that has nothing in it, so that it is not in the way of the next."""
+    if target.is_dir():
+        shutil.rmtree(target, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            target.unlink(missing_ok=True)
