@@ -5,6 +5,8 @@ import json
 import pytest
 
 from kbot.cli.main import run
+from kbot.kinematics.odometry import PlanarPose
+from kbot.sim.report import RunReport
 
 
 def simulate(capsys, *words):
@@ -35,6 +37,16 @@ def test_equal_runs_have_equal_digests_and_others_do_not(capsys):
     first, second = (report_of(capsys, *words)["state_sha256"] for _ in range(2))
     other = report_of(capsys, "kbot", "--duration", "1", "--cmd-vel", "0.2,0.4")["state_sha256"]
     assert first == second != other
+
+
+def test_what_rounds_to_nothing_has_no_sign():
+    odometry = PlanarPose(-1e-9, 1e-9, -1e-9)
+    report = RunReport(
+        PlanarPose(-1e-9, -0.1, 0.0), odometry, 0.0, 0, 0.0, 0.0, "", PlanarPose(0.0, 0.0, 0.0)
+    )
+    assert "-0.0000" not in report.to_text()
+    assert "-0.000 deg" not in report.to_text()
+    assert "-0.1000 m" in report.to_text()
 
 
 def test_arguments_change_the_robot(capsys):
@@ -107,6 +119,8 @@ def test_a_script_that_cannot_be_used_ends_with_two(capsys, tmp_path, text, mess
         (("kbot", "--headless", "--world", "maze:size=x"), "whole number"),
         (("kbot", "--headless", "--seed", "-1"), "--seed"),
         (("kbot", "--headless", "--contacts", "magic"), "--contacts"),
+        (("kbot", "--headless", "--port", "8301"), "--port is of the page, which --headless leaves out"),
+        (("kbot", "--headless", "--host", "0.0.0.0"), "--host is of the page, which --headless leaves out"),
         (("kbot", "--duration", "1"), "--duration goes with --headless"),
         (("kbot", "--cmd-vel", "1,0"), "--cmd-vel goes with --headless"),
         (("kbot", "--headless", "--script", "none.py"), "none.py does not exist"),

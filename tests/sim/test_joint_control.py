@@ -249,3 +249,10 @@ def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(cont
     sim.restore(saved)
     sim.run(1.0)
     assert {*runs, sim.state_sha256()} == {runs[0]}
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_truth_is_no_command_of_a_joint(urdf, value):
+    sim = Simulation(urdf(arm(hardware())))
+    with pytest.raises(KbotError, match=f"joint 'shoulder' is told a number, not {value}"):
+        sim.command_joints({"shoulder": value})

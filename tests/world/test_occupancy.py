@@ -203,6 +203,24 @@ def test_a_spoilt_map_is_one_clear_error(tmp_path, keys, word):
         read_map(_write_yaml(tmp_path, **keys))
 
 
+@pytest.mark.parametrize(
+    ("line", "place"),
+    [
+        ("resolution: wide", "2:13"),
+        ("resolution: -1", "2:13"),
+        ("resolution: 1\norigin: [0, x, 0]", "3:9"),
+        ("resolution: 1\norigin: [0, 0, 0]\nmode: tri", "4:7"),
+        ("resolution: 1\norigin: [0, 0, 0]\nfree_thresh: no", "4:14"),
+    ],
+)
+def test_a_value_that_cannot_be_is_told_at_its_place(tmp_path, line, place):
+    Image.fromarray(np.zeros((1, 1), dtype=np.uint8)).save(tmp_path / "m.png")
+    file = tmp_path / "map.yaml"
+    file.write_text(f"image: m.png\n{line}\n" + ("" if "origin" in line else "origin: [0, 0, 0]\n"))
+    with pytest.raises(KbotError, match=f"map.yaml:{place}: "):
+        read_map(file)
+
+
 def test_thresholds_that_are_not_given_are_map_savers(tmp_path):
     # occupied from 0.65 on, that is up to a grey of 89; free below 0.196, that is from 206 on: 205 is unknown
     Image.fromarray(np.array([[0, 89, 90, 205, 206, 255]], dtype=np.uint8)).save(tmp_path / "m.png")

@@ -74,7 +74,9 @@ INTERRUPTED = 130
 @package_path_option
 @config_option
 @page_options
+@click.pass_context
 def command(
+    ctx: click.Context,
     words: tuple[str, ...],
     world: str,
     headless: bool,
@@ -137,6 +139,7 @@ def command(
                 start=PlanarPose(*start),
             )
         return 0
+    _refuse_without_page(ctx)
     seconds = DURATION if duration is None else duration
     if not (math.isfinite(seconds) and seconds >= 0.0):
         fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
@@ -188,6 +191,12 @@ def _refuse_without_headless(**options: object) -> None:
     for name, value in options.items():
         if value is not None:
             fail(f"--{name.replace('_', '-')} goes with --headless")
+
+
+def _refuse_without_page(ctx: click.Context) -> None:
+    for name in ("host", "port"):
+        if ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+            fail(f"--{name} is of the page, which --headless leaves out; for bridges there is --bridge-host")
 
 
 def _two_numbers(text: str) -> tuple[float, float]:

@@ -17,6 +17,9 @@ def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interf
     """Raises KbotError for what is no mapping of joints, or an interface that joints do not have."""
     if not isinstance(values, Mapping):
         raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {shortened(values)}")
+    for name, value in values.items():
+        if isinstance(value, bool):
+            raise KbotError(f"joint '{name}' is told a number, not {value}")
     try:
         return dict(values), Interface(interface)
     except ValueError:

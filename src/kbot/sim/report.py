@@ -105,4 +105,10 @@ def _planar(pose: PlanarPose) -> dict[str, float]:
 
 
 def _words(pose: PlanarPose) -> str:
-    return f"x {pose.x:8.4f} m   y {pose.y:8.4f} m   yaw {math.degrees(pose.yaw):9.3f} deg"
+    x, y, yaw = _rounded(pose.x, 4), _rounded(pose.y, 4), _rounded(math.degrees(pose.yaw), 3)
+    return f"x {x:8.4f} m   y {y:8.4f} m   yaw {yaw:9.3f} deg"
+
+
+def _rounded(value: float, digits: int) -> float:
+    """So that nothing is written as -0.0000."""
+    return round(value, digits) + 0.0

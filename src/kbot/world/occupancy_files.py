@@ -62,26 +62,26 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
         KbotError: a file is missing or not readable, a key is missing, or of no use.
     """
     name = os.fspath(path)
-    settings = _settings(name)
+    settings, places = _settings(name)
     image = Path(name).parent / str(settings["image"])
-    resolution = _number(name, settings, "resolution")
+    resolution = _number(places, settings, "resolution")
     if not 0.0 < resolution < 1e3:
-        raise KbotError(f"{name}: resolution is a length in m above 0, not {resolution}")
+        raise KbotError(f"{places['resolution']}: resolution is a length in m above 0, not {resolution}")
     origin = settings["origin"]
     if not isinstance(origin, list) or len(origin) != 3 or not all(_is_number(v) for v in origin):
-        raise KbotError(f"{name}: origin is [x, y, yaw] in m and rad, not {origin}")
+        raise KbotError(f"{places['origin']}: origin is [x, y, yaw] in m and rad, not {origin}")
     mode = settings.get("mode", "trinary")
     if mode not in _MODES:
         hint = did_you_mean(str(mode), _MODES) or f"there are {', '.join(_MODES)}"
-        raise KbotError(f"{name}: there is no mode '{mode}': {hint}")
+        raise KbotError(f"{places['mode']}: there is no mode '{mode}': {hint}")
     grey, opaque = read_picture(image)
     cells = _interpret(
         grey,
         opaque,
         mode,
         negate=bool(settings.get("negate", 0)),
-        occupied=_number(name, settings, "occupied_thresh", OCCUPIED_THRESHOLD),
-        free=_number(name, settings, "free_thresh", FREE_THRESHOLD),
+        occupied=_number(places, settings, "occupied_thresh", OCCUPIED_THRESHOLD),
+        free=_number(places, settings, "free_thresh", FREE_THRESHOLD),
     )
     x, y, yaw = (float(v) for v in origin)
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, PlanarPose(x, y, yaw))
@@ -106,12 +106,14 @@ def _interpret(
     return np.where(dark > occupied, OCCUPIED, np.where(dark < free, FREE, between)).astype(np.int8)
 
 
-def _settings(name: str) -> dict[str, Any]:
+def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
+    """What a map says, and the `file:line:column` of each value."""
     import yaml
 
     text = read_source(name).text
     try:
         settings = yaml.safe_load(text)
+        tree = yaml.compose(text, yaml.SafeLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
@@ -127,13 +129,14 @@ def _settings(name: str) -> dict[str, Any]:
         near = did_you_mean(key, others) if key not in settings else ""
         if near:
             raise KbotError(f"{name}: the key '{key}' is missing: {near}")
-    return settings
+    marks = {str(key.value): value.start_mark for key, value in (tree.value if tree else ())}
+    return settings, {key: f"{name}:{mark.line + 1}:{mark.column + 1}" for key, mark in marks.items()}
 
 
-def _number(name: str, settings: dict[str, Any], key: str, default: float = math.nan) -> float:
+def _number(places: dict[str, str], settings: dict[str, Any], key: str, default: float = math.nan) -> float:
     value = settings.get(key, default)
     if not _is_number(value):
-        raise KbotError(f"{name}: {key} is a finite number, not {value!r}")
+        raise KbotError(f"{places[key]}: {key} is a finite number, not {value!r}")
     return float(value)
 
 
