@@ -1,4 +1,4 @@
-"""What a configuration of rviz has that needs no word: what each rviz has, and the one robot that is shown."""
+"""What needs no word in a configuration of rviz: what each rviz has, and the one robot that is shown."""
 
 from __future__ import annotations
 
