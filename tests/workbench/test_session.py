@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kbot.text import DescriptionError, KbotError
@@ -253,6 +254,23 @@ def test_a_push_moves_the_robot(xacro: Path) -> None:
     for message in (Push("base_link", 1.0, 0.0, 0.0, 0.1), SetWorld("boxes")):
         with pytest.raises(KbotError, match="kbot sim"):
             arm_less.obey(message, 1)
+
+
+@pytest.mark.parametrize("mend", ["reset", "save"])
+def test_a_run_that_diverged_is_shown_as_it_last_was(xacro: Path, mend: str) -> None:
+    session = open_session(str(xacro), simulate=True)
+    session.obey(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times what the robot weighs
+    with pytest.raises(DescriptionError, match="diverged"):
+        session.obey(Advance(1.0), 1)
+    assert np.isfinite(session.state().poses).all()
+    if mend == "reset":
+        session.obey(Reset(), 1)
+    else:
+        session.adopt(session.read())
+    session.obey(Pause(False), 1)
+    start = session.state()
+    assert max(map(abs, start.odometry)) < 1e-3
+    assert drive_on(session, 0.2, 0.5).odometry[0] > 0.05
 
 
 def test_equal_states_are_equal_in_every_run(xacro: Path) -> None:

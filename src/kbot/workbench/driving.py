@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
@@ -138,6 +140,7 @@ class Driving:
         NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
         setup.attend(self._sim)
+        self._shown = self._moment()
 
     @property
     def world(self) -> str:
@@ -163,6 +166,18 @@ class Driving:
         return self._sim.run_errands()
 
     def moment(self) -> Moment:
+        """As it stands; a run that diverged is shown as it last was, until it is reset."""
+        if self._is_finite():
+            self._shown = self._moment()
+        return self._shown
+
+    def _is_finite(self) -> bool:
+        _, data = self._sim.engine()
+        pose, twist = self._sim.odometry.pose, self._sim.odometry.twist
+        reckoned = (pose.x, pose.y, pose.yaw, twist.x, twist.yaw)
+        return all(np.isfinite(numbers).all() for numbers in (data.qpos, data.qvel, reckoned))
+
+    def _moment(self) -> Moment:
         sim, robot = self._sim, self._sim.named()
         pose, twist = sim.odometry.pose, sim.odometry.twist
         poses = sim.link_poses()
@@ -252,8 +267,8 @@ class Driving:
         recording.begin(self._sim)
 
     def replace(self, robot: Robot) -> Driving:
-        """Go on with the changed robot where this one stands."""
-        other = Driving(robot, self._setup, self._sim.with_robot(robot))
+        """Go on with the changed robot where this one stands, or from the start where that is nowhere."""
+        other = Driving(robot, self._setup, self._sim.with_robot(robot) if self._is_finite() else None)
         if self._goals.is_driving and self._goals.status is not None:
             with suppress(KbotError):  # a robot that can no longer drive has no goal
                 other._goals.go(self._goals.status.goal)
