@@ -7,6 +7,7 @@ from pathlib import Path
 
 from kbot.launch import known, names
 from kbot.launch.context import Context
+from kbot.launch.include_tags import Passed, read_passed, tell_unused
 from kbot.launch.node_tags import read_env, read_node, read_remap
 from kbot.launch.parameters import Parameters
 from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
@@ -199,7 +200,7 @@ class _Reader:
     def _include(self, element: Element, context: Context) -> None:
         found = self.reporter.attributes(element, context)
         passing_all = self.reporter.flag(element, found, "pass_all_args", context)
-        passed, env = self._passed(element, context, passing_all)
+        passed, env = read_passed(element, context, self.reporter, passing_all)
         if not found.ok or not self._namespace(element, context, found.get("ns")):
             return
         file = found["file"]
@@ -229,51 +230,7 @@ class _Reader:
             return
         self._elements(root, inner)
         if not passing_all:
-            self._unused(passed, inner.declared, Path(file).name)
-
-    def _passed(
-        self, element: Element, context: Context, passing_all: bool
-    ) -> tuple[dict[str, tuple[str, Origin]], list[tuple[str, str]]]:
-        """The arguments and the environment that an `<include>` gives the file."""
-        here = context.origin(element)
-        passed = {name: (value, here) for name, value in context.args.items()} if passing_all else {}
-        own: set[str] = set()
-        surroundings = context.child()
-        surroundings.env = []
-        for child in element.elements():
-            if child.tag not in CHILDREN["include"]:
-                hint = did_you_mean(child.tag, CHILDREN["include"])
-                message = f"<{child.tag}> has no place in <include>"
-                self.reporter.problem("L002", message, context.origin(child), hint, warning=True)
-                continue
-            if not self.reporter.applies(child, context):
-                continue
-            if child.tag == "env":
-                read_env(child, surroundings, self.reporter)
-                continue
-            found = self.reporter.attributes(child, context)
-            if not found.ok:
-                continue
-            origin = Origin(child.attribute_origin("name").span, context.call)
-            name, value, default = found["name"], found.get("value"), found.get("default")
-            if value is not None and default is not None:
-                self.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
-            elif name in own and not passing_all:
-                self.reporter.problem("L021", f"the argument '{name}' is passed twice", origin)
-            elif value is not None:
-                passed[name] = (value, origin)
-            elif default is not None:
-                passed.setdefault(name, (default, origin))
-            elif name not in passed:
-                self.reporter.problem("L020", f"the argument '{name}' is passed without a value", origin)
-            own.add(name)
-        return passed, surroundings.env
-
-    def _unused(self, passed: Mapping[str, tuple[str, Origin]], declared: set[str], file: str) -> None:
-        for name, (_, origin) in passed.items():
-            if name not in declared:
-                hint = did_you_mean(name, declared)
-                self.reporter.problem("L023", f"{file} has no argument '{name}'", origin, hint)
+            tell_unused(passed, inner.declared, Path(file).name, self.reporter)
 
     def _stand_in(
         self,
@@ -282,7 +239,7 @@ class _Reader:
         inner: Context,
         package: str,
         file: str,
-        passed: Mapping[str, tuple[str, Origin]],
+        passed: Passed,
     ) -> None:
         """A file of a package that is not here: what it would start is stood in for."""
         name = Path(file).name
@@ -294,7 +251,7 @@ class _Reader:
             message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
             self.reporter.problem("L012", message, origin, hint)
             return
-        self._unused(passed, set(defaults), name)
+        tell_unused(passed, set(defaults), name, self.reporter)
         arguments = {**defaults, **{key: value for key, (value, _) in passed.items()}}
         self.included.append(Included(package, name, arguments, inner.namespace, context.origin(element)))
         use_sim_time = arguments["use_sim_time"].lower() in ("true", "1")
