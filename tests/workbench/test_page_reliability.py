@@ -50,8 +50,11 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
         until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+        page.locator(".topbar").wait_for()
         page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
         page.keyboard.press("4")
+        page.locator("#links [data-link=left_wheel]").click()
+        until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
         camera = page.evaluate("kbot.camera()")
     until(lambda: page.get_by_text("The server does not answer.").is_visible())
     assert page.inner_text(".status") == "connection lost"
@@ -63,6 +66,7 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
         now = page.evaluate("kbot.camera()")["clipFromWorld"]
         assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)
         assert page.locator("[data-option=frames]").get_attribute("aria-pressed") == "true"
+        assert page.locator("#links [aria-selected=true]").inner_text().startswith("left_wheel")
         page.keyboard.down("w")
         until(lambda: float(page.inner_text("[data-reading=x]").replace("\u2212", "-")) > 0.02)
     page.close()
