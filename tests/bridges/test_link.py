@@ -49,6 +49,20 @@ def test_of_a_flood_the_newest_are_delivered() -> None:
     assert heard == [float(n) for n in range(10_000 - WAITING, 10_000)]
 
 
+def test_each_sender_is_told_once_what_became_of_a_message() -> None:
+    sim, link, _ = linked()
+    told: dict[int, list[str]] = {number: [] for number in range(WAITING + 3)}
+    for number, answers in told.items():
+        speed = math.inf if number == WAITING else 0.1
+        link.send("/cmd_vel", msg.Twist(msg.Vector3(speed)), answers.append)
+    assert [number for number, answers in told.items() if answers] == [0, 1, 2]
+    sim.run(0.02)
+    refused = told.pop(WAITING)
+    assert len(refused) == 1
+    assert "finite" in refused[0]
+    assert set(map(tuple, told.values())) == {("",)}
+
+
 def test_what_makes_no_sense_is_told_once_and_harms_nothing() -> None:
     sim, link, told = linked()
     for _ in range(5):

@@ -107,9 +107,13 @@ class Link:
 
     def send(self, topic: str, message: object, told: Callable[[str], None] = lambda reason: None) -> None:
         """Say something on a topic that is an input, in the next period. Of a flood the newest counts. `told`
-        is given the reason why it was refused, empty where it was taken, on the simulation's thread."""
+        is given the reason why it was refused, empty where it was taken or newer ones took its place."""
         with self._lock:
-            self._mail.setdefault(topic, deque(maxlen=WAITING)).append((message, told))
+            waiting = self._mail.setdefault(topic, deque())
+            waiting.append((message, told))
+            displaced = waiting.popleft() if len(waiting) > WAITING else None
+        if displaced is not None:
+            displaced[1]("")
 
     def call(self, service: str, request: object) -> Future[Any]:
         """Ask a service; its response comes between two steps, or the KbotError that it raised.
