@@ -62,21 +62,17 @@ def package_path_option(function: _Function) -> _Function:
     )(function)
 
 
-class _Picture(click.ParamType):
-    """A PNG file to be written: refused at once where it could not be, not after a long run."""
-
-    name = "PNG"
-
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        path = Path(str(value))
-        if path.suffix.lower() != ".png":
-            self.fail(f"a picture's file ends in .png, not as '{value}'", param, ctx)
-        if not path.parent.is_dir():
-            self.fail(f"{value} cannot be written: there is no folder {path.parent}", param, ctx)
-        return str(value)
-
-
-PICTURE = _Picture()
+def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    """A callback of an option that takes a PNG file to be written: refused at once where it could not be,
+    not after a long run."""
+    if value is None:
+        return None
+    path = Path(value)
+    if path.suffix.lower() != ".png":
+        raise click.BadParameter(f"a picture's file ends in .png, not as '{value}'", ctx, param)
+    if not path.parent.is_dir():
+        raise click.BadParameter(f"{value} cannot be written: there is no folder {path.parent}", ctx, param)
+    return value
 
 
 def config_option(function: _Function) -> _Function:

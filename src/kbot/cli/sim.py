@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import PICTURE, config_option, examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import (
+    config_option,
+    examples,
+    one_file,
+    package_path_option,
+    page_options,
+    picture_file,
+)
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import parse_goal, run_goto
 from kbot.cli.output import fail, print_json, report
@@ -58,9 +65,14 @@ INTERRUPTED = 130
     help="Where it starts: m, m, rad in the world.",
 )
 @click.option(
-    "--plot", type=PICTURE, metavar="PNG", help="Draw the way it went, and its odometry's, from above."
+    "--plot",
+    callback=picture_file,
+    metavar="PNG",
+    help="Draw the way it went, and its odometry's, from above.",
 )
-@click.option("--shot", type=PICTURE, metavar="PNG", help="Draw robot and world as they stand in the end.")
+@click.option(
+    "--shot", callback=picture_file, metavar="PNG", help="Draw robot and world as they stand in the end."
+)
 @click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
 @click.option(
     "--contacts",

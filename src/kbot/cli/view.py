@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import PICTURE, config_option, examples, one_file, package_path_option, page_options
+from kbot.cli.arguments import (
+    config_option,
+    examples,
+    one_file,
+    package_path_option,
+    page_options,
+    picture_file,
+)
 from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import fail, report
 from kbot.text.files import write_bytes
@@ -27,7 +34,7 @@ if TYPE_CHECKING:
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [NAME:=VALUE]…")
-@click.option("--shot", type=PICTURE, metavar="PNG", help="Write a picture, and serve no page.")
+@click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture, and serve no page.")
 @look_options
 @page_options
 @config_option

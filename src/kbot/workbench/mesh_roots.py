@@ -68,8 +68,7 @@ def confine(robot: Robot, roots: MeshRoots) -> Confined:
     not sent them."""
     outside: dict[str, Diagnostic] = {}
     for link in robot.links.values():
-        for part in (*link.visuals, *link.collisions):
-            mesh = part.geometry
+        for mesh in [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]:
             if not isinstance(mesh, Mesh) or mesh.path is None or mesh.path in outside or roots.allow(mesh):
                 continue
             outside[mesh.path] = Diagnostic(

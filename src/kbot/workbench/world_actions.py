@@ -8,8 +8,8 @@ from typing import Literal
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim import Simulation
-from kbot.sim.faults import BlockedJoint, Fault, Payload, SilentTopic, Slip
 from kbot.sim.controller_kinds import Interface
+from kbot.sim.faults import BlockedJoint, Fault, Payload, SilentTopic, Slip
 from kbot.text import KbotError
 from kbot.workbench.protocol import Action, Delete, Disturb, JointSpeed, MoveModel, ResetPart, Spawn
 from kbot.world.things import BOX, THINGS
