@@ -5,9 +5,6 @@ from pathlib import Path
 import pytest
 
 from kbot.text import Edit, KbotError, Span, read_source
-from kbot.workbench.edits import Editor
-from kbot.workbench.overrides import Overrides, number_text
-from kbot.workbench.parameters import written_parameters
 from kbot.workbench.protocol import (
     ApplyFix,
     DropParameters,
@@ -18,6 +15,9 @@ from kbot.workbench.protocol import (
 )
 from kbot.workbench.serve import open_session
 from kbot.workbench.session import Session
+from kbot.workbench.source.edits import Editor
+from kbot.workbench.source.overrides import Overrides, number_text
+from kbot.workbench.source.parameters import written_parameters
 from kbot.xacro.packages import SHIPPED
 
 
@@ -36,7 +36,7 @@ def wheel_height(session: Session) -> float:
 
 
 def values(session: Session) -> dict[str, tuple[float, float]]:
-    return {p.name: (p.written, p.value) for p in session.authoring.parameters().parameters}
+    return {p.name: (p.written, p.value) for p in session.shown.authoring.parameters().parameters}
 
 
 def test_a_parameter_changes_the_robot_and_not_the_file(session: Session, xacro: Path) -> None:
@@ -77,7 +77,7 @@ def test_kept_values_are_written_and_undone(session: Session, xacro: Path) -> No
     changed = text.replace('"wheel_radius" default="0.035"', '"wheel_radius" default="0.05"')
     assert xacro.read_text() == changed.replace('"base_len" default="0.16"', '"base_len" default="0.2"')
     assert values(session)["wheel_radius"] == (0.05, 0.05)
-    assert session.authoring.parameters().undo == "new values of wheel_radius, base_len"
+    assert session.shown.authoring.parameters().undo == "new values of wheel_radius, base_len"
     session.obey(Undo(), 1)
     assert xacro.read_text() == text
     with pytest.raises(KbotError, match="nothing to undo"):

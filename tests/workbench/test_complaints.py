@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from kbot.workbench.complaints import EVERY_SECONDS, FIRST, Complaints
+from kbot.workbench.serving.complaints import EVERY_SECONDS, FIRST, Complaints
 
 
 def test_after_the_first_few_only_their_number_is_logged(caplog: pytest.LogCaptureFixture) -> None:

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from kbot.workbench import history
-from kbot.workbench.history import History
+from kbot.workbench.timeline import history
+from kbot.workbench.timeline.history import History
 
 
 def filled(seconds: int) -> History:

@@ -3,8 +3,8 @@
 import asyncio
 import json
 
-from kbot.workbench.hub import Client, Hub
 from kbot.workbench.protocol import Refused, SourceText, State
+from kbot.workbench.serving.hub import Client, Hub
 
 
 def state(time: float) -> State:

@@ -12,10 +12,10 @@ import trimesh
 from PIL import Image
 
 from kbot.model.meshes import MeshPart, Texture, load_mesh
-from kbot.workbench import mesh_store
-from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.meshes import store
+from kbot.workbench.meshes.simplify import simplify, triangle_count
+from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.simplify import simplify, triangle_count
 
 URDF = """<robot name="r"><link name="a"><visual><geometry><mesh filename="{mesh}"/></geometry></visual>
 <collision><geometry><mesh filename="{mesh}"/></geometry></collision></link></robot>"""
@@ -96,8 +96,8 @@ def test_a_simplified_texture_stays_where_it_lies() -> None:
 def test_a_large_mesh_is_drawn_lighter_with_a_note_at_its_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mesh_store, "MOST_TRIANGLES", 1000)
-    monkeypatch.setattr(mesh_store, "simplify", lambda parts: simplify(parts, 800))
+    monkeypatch.setattr(store, "MOST_TRIANGLES", 1000)
+    monkeypatch.setattr(store, "simplify", lambda parts: simplify(parts, 800))
     trimesh.creation.icosphere(subdivisions=4).export(tmp_path / "ball.stl")
     file = tmp_path / "r.urdf"
     file.write_text(URDF.format(mesh="ball.stl"))

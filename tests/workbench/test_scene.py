@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kbot.model.load import load_robot_text
-from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene
 from kbot.workbench.scene import OWN_COLOURS, build_scene
 from kbot.world import load_world

@@ -184,7 +184,7 @@ def test_only_get_and_head_are_answered(viewing: str, method: str) -> None:
 
 
 def test_one_page_too_many_is_told_so(viewing: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kbot.workbench.server.MAX_PAGES", 1)
+    monkeypatch.setattr("kbot.workbench.serving.server.MAX_PAGES", 1)
     with connect(socket_address(viewing)) as first:
         hear(first, "about")
         with connect(socket_address(viewing)) as second, pytest.raises(ConnectionClosed) as caught:

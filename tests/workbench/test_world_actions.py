@@ -4,9 +4,9 @@ import pytest
 
 from kbot.messages import String
 from kbot.text import KbotError
-from kbot.workbench.decode import BadMessage, decode
 from kbot.workbench.protocol import Delete, Disturb, JointSpeed, MoveModel, Publish, ResetPart, Spawn, Things
 from kbot.workbench.serve import open_session
+from kbot.workbench.serving.decode import BadMessage, decode
 from kbot.workbench.session import Session
 from kbot.workbench.world_actions import MOST_MODELS
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from kbot.model import Robot
 from kbot.text import DescriptionError, Diagnostic, Element
-from kbot.workbench.overrides import Overrides
+from kbot.workbench.source.overrides import Overrides
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Description:
         """Expand, read and check the file as it is now. Never raises for faults of the description."""
         from kbot.checks import check_file
         from kbot.model.load import load_robot
-        from kbot.workbench.mesh_roots import MeshRoots, confine
+        from kbot.workbench.meshes.roots import MeshRoots, confine
         from kbot.xacro.packages import Packages
 
         packages = Packages(self.package_path, around=self.path)

@@ -34,9 +34,10 @@ from kbot.workbench.protocol import (
     WorldChoice,
     WorldParameter,
 )
-from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import Control
-from kbot.workbench.session import Reader, Session
+from kbot.workbench.session import Session
+from kbot.workbench.source.shown import Reader
+from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.world_actions import (
     SPAWNED,
     WorldActions,

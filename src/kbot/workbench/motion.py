@@ -15,8 +15,8 @@ from kbot.nodes.robot_state_publisher import transform_message
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
 from kbot.workbench.protocol import Action, Timeline
-from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import Control, slider_range
+from kbot.workbench.timeline.recording import RunRecording
 from kbot.world import World
 
 

@@ -27,9 +27,9 @@ from kbot.model import (
 from kbot.model import Pose as UrdfPose
 from kbot.model.shapes import bounds, tensor
 from kbot.text import KbotError
-from kbot.workbench.mesh_store import MeshStore
-from kbot.workbench.places import place
+from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
+from kbot.workbench.source.places import place
 from kbot.workbench.world_view import world_view
 from kbot.world.sdf.materials import link_colours
 from kbot.world.world import Rgba, World

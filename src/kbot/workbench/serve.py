@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
-from kbot.workbench.access import Access, bracketed, is_loopback
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.server import Server
+from kbot.workbench.serving.access import Access, bracketed, is_loopback
+from kbot.workbench.serving.server import Server
 from kbot.workbench.session import Session
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def serve_recording(
         DescriptionError: the recording's description makes no robot.
         KbotError: no such recording, or it does not hold what is needed to show it; or as `serve`.
     """
-    from kbot.workbench.playback import played_session
+    from kbot.workbench.timeline.playback import played_session
 
     displays = read_displays(config)
     session = played_session(path, package_path)

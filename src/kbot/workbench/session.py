@@ -5,21 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from importlib.metadata import version
-from typing import Literal, Protocol
+from typing import Literal
 
 from kbot.model import Robot
-from kbot.text import DescriptionError, KbotError
-from kbot.text.files import read_source
-from kbot.workbench.authoring import Authoring
 from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.marker_meshes import MarkerMeshes
-from kbot.workbench.mesh_notes import lightened_meshes, missing_meshes
-from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.meshes.markers import MarkerMeshes
+from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.motion import Motion, flat
-from kbot.workbench.overrides import Overrides
-from kbot.workbench.ownership import Ownership
-from kbot.workbench.places import findings_for_page, gravest_first
 from kbot.workbench.protocol import (
     About,
     Advance,
@@ -48,7 +41,6 @@ from kbot.workbench.protocol import (
     SetLoop,
     SetSpeed,
     SetWorld,
-    SourceText,
     Spawn,
     State,
     Stop,
@@ -56,22 +48,14 @@ from kbot.workbench.protocol import (
     Timeline,
     WorldChoice,
 )
-from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import all_bodies, build_scene
+from kbot.workbench.source.shown import Reader, Shown
+from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
 DEADMAN_SECONDS = 0.5
 NOBODY = 0
-
-
-class Reader(Protocol):
-    """Reads the description as it is now."""
-
-    overrides: Overrides
-    package_path: tuple[str, ...]
-
-    def read(self) -> Reading: ...
 
 
 class Session:
@@ -96,29 +80,23 @@ class Session:
         Raises:
             DescriptionError: it makes no robot, or one with errors.
         """
-        self._reader = reader
         self.mode = mode
         self._world = world
         self._cannot_drive = cannot_drive
         self._limits = limits
         self._worlds, self._things = worlds, things
         self.meshes = MeshStore()
+        self.shown = Shown(reader, self.meshes)
         self.display_file = DisplayFile()
         self.recording = RunRecording()
-        self.authoring = Authoring(reader.overrides)
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
         """Tells every page."""
-        self._shown = self._latest = reader.read()
-        self._robot = self._shown.require()
-        self.meshes.refused = self._shown.outside
         self._motion = make_motion(self._robot)
-        for_page = MarkerMeshes(self.meshes, self._shown.files[0], reader.package_path)
+        for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
         self._revision = 1
-        self._ownership = Ownership(self._shown.document)
-        self._stale = False
         self.speed = 1.0
         self.rate = 0.0
         self._resets = 0
@@ -126,51 +104,46 @@ class Session:
         self._quiet_for = 0.0
         self._present = self._motion.present
         self.scene = self._build_scene()
-        self._look_at(self._shown)
+        self.shown.look()
+
+    @property
+    def _robot(self) -> Robot:
+        return self.shown.robot
 
     @property
     def files(self) -> tuple[str, ...]:
         """Every file the description was last read from."""
-        return self._latest.files
+        return self.shown.files
 
     def read(self) -> Reading:
         """Read the description again; may run on another thread."""
-        return self._reader.read()
+        return self.shown.read()
 
     def adopt(self, reading: Reading) -> list[FromServer]:
         """Take over a new reading, and say what changed; a broken one keeps the last good robot."""
-        self._latest = reading
-        self._stale = reading.robot is None or not reading.usable
-        messages: list[FromServer] = []
-        if reading.robot is not None and reading.usable:
-            try:
-                self._motion = self._motion.replace(reading.robot)
-            except KbotError as error:
-                messages.append(Refused(str(error)))
-                problems = error.diagnostics if isinstance(error, DescriptionError) else ()
-                self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
-                self._stale = True
-            else:
-                self.recording.end()
-                self.topics.attach(self._motion.bus)
-                self._robot, self._shown = reading.robot, reading
-                self.meshes.refused = reading.outside
-                self._revision += 1
-                self.scene = self._build_scene()
-                messages.append(self.scene)
-        self._ownership = Ownership(reading.document)
-        self._look_at(self._latest)
-        return [self.about(), *messages, self.findings(), self.authoring.parameters(), self.state()]
+        refused = self.shown.take(reading, self._replace)
+        messages: list[FromServer] = [Refused(refused)] if refused else []
+        if not self.shown.is_stale:
+            self.recording.end()
+            self.topics.attach(self._motion.bus)
+            self._revision += 1
+            self.scene = self._build_scene()
+            messages.append(self.scene)
+        self.shown.look()
+        return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
+
+    def _replace(self, robot: Robot) -> None:
+        self._motion = self._motion.replace(robot)
 
     def greeting(self, client: int) -> list[FromServer]:
         """What a page is told first."""
-        parts = (self.scene, self.findings(), self.authoring.parameters(), self.state())
+        parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
         settings = self.display_file.greeting
         return [self.about(client), *([settings] if settings is not None else []), *parts]
 
     def missing_meshes(self) -> list[str]:
         """What is said of meshes that are not there."""
-        return missing_meshes(self._findings)
+        return self.shown.missing_meshes()
 
     def standing(self) -> tuple[Robot, dict[str, float]]:
         """The robot on show, and where the joints stand that follow no other; rad, m."""
@@ -182,21 +155,20 @@ class Session:
         linear, angular = self._limits(self._robot)
         return About(
             version=version("kbot"),
-            file=self._latest.files[0],
+            file=self.shown.file,
             mode=self.mode,
             world=self._world.name if self._world else "",
             cannot_drive=self._cannot_drive(self._robot),
             linear_limit=linear,
             angular_limit=angular,
-            files=self._latest.files,
+            files=self.shown.files,
             worlds=self._worlds,
             things=self._things,
             client=client,
         )
 
     def findings(self) -> Findings:
-        found = findings_for_page(self._findings, self._ownership)
-        return Findings(self.authoring.serial, self._stale, found)
+        return self.shown.findings()
 
     def state(self) -> State:
         moment = self._motion.moment()
@@ -230,17 +202,6 @@ class Session:
     def timeline(self) -> Timeline | None:
         """That of the recording that is played; None where none is."""
         return self._motion.timeline
-
-    def source(self, file: str) -> SourceText:
-        """The text of one of the description's files.
-
-        Raises:
-            KbotError: another file is asked for, or it cannot be read.
-        """
-        if file not in self._latest.files and file not in self._shown.files:
-            raise KbotError(f"{file} is not part of this description")
-        source = read_source(file)
-        return SourceText(file, source.text, self._ownership.lines(source.whole()))
 
     def advance(self, wall_seconds: float) -> bool:
         """Let wall time pass; whether anything may have changed."""
@@ -304,9 +265,9 @@ class Session:
             case SetLoop(loop=loop):
                 self._motion.loop = loop
             case OpenSource(file=file):
-                return [self.source(file)]
+                return [self.shown.source(file)]
             case _:
-                if self.authoring.obey(message):
+                if self.shown.authoring.obey(message):
                     self.wants_reading()
         return []
 
@@ -365,11 +326,6 @@ class Session:
     def _stop(self) -> None:
         self._driver = NOBODY
         self._motion.drive(0.0, 0.0)
-
-    def _look_at(self, reading: Reading) -> None:
-        notes = lightened_meshes(self._robot, self.meshes)
-        self._findings = gravest_first((*reading.findings, *notes))
-        self.authoring.look_at(reading.files, self._findings)
 
     def _build_scene(self) -> Scene:
         self._present = self._motion.present

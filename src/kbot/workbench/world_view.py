@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.workbench.mesh_store import MeshStore
-from kbot.workbench.places import place
+from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, Shape, ShapeKind
+from kbot.workbench.source.places import place
 from kbot.world.world import (
     Body,
     Box,

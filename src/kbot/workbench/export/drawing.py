@@ -15,7 +15,7 @@ from kbot.workbench.export.palette import PALETTES, Theme
 from kbot.workbench.export.surfaces import Surface
 from kbot.workbench.export.things import Things
 from kbot.workbench.export.visible import Triangles, painted
-from kbot.workbench.simplify import simplify
+from kbot.workbench.meshes.simplify import simplify
 
 Array = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from kbot.workbench.description import Reading
 from kbot.workbench.export.page import saved_page
 from kbot.workbench.motion import Moment as Standing
 from kbot.workbench.motion import Sliders, flat
-from kbot.workbench.overrides import Overrides
 from kbot.workbench.protocol import SetJoint, State
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
+from kbot.workbench.source.overrides import Overrides
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,10 @@ from kbot.kinematics.frames import mimics, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
-from kbot.workbench.encode import encode
-from kbot.workbench.page_files import FOLDER
 from kbot.workbench.protocol import Scene, State
 from kbot.workbench.scene import position_quaternion
+from kbot.workbench.serving.encode import encode
+from kbot.workbench.serving.page_files import FOLDER
 from kbot.workbench.session import Session
 
 _ALLOWED = (
@@ -107,7 +107,7 @@ def _parents_first(robot: Robot) -> Iterator[str]:
 def _sources(session: Session) -> Iterator[Any]:
     for file in session.files:
         try:
-            yield json.loads(encode(session.source(file)))
+            yield json.loads(encode(session.shown.source(file)))
         except KbotError:
             continue  # it is gone since it was read: the page has no such text to show
 

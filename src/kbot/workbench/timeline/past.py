@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from kbot.workbench.encode import encode
-from kbot.workbench.history import Frame, History
-from kbot.workbench.hub import Client, Hub
 from kbot.workbench.protocol import State, Timeline
+from kbot.workbench.serving.encode import encode
+from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session import Session
+from kbot.workbench.timeline.history import Frame, History
 
 SCENE, STATE, TOPIC = "scene", "state", "topic:"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kbot.messages.visualization import MESH_RESOURCE, Marker, MarkerArray
 from kbot.text import KbotError
-from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.meshes.store import MeshStore
 from kbot.xacro.packages import PackageNotFound, Packages
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
-from kbot.workbench.encode import encode
 from kbot.workbench.protocol import FromServer, Scene, SourceText, State, Things, Timeline
+from kbot.workbench.serving.encode import encode
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 

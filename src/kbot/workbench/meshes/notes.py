@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from kbot.model import Mesh, Robot
 from kbot.text import Diagnostic, Severity
-from kbot.workbench.mesh_store import MeshStore
+from kbot.workbench.meshes.store import MeshStore
 
 MISSING = ("G101", "G102")
 

@@ -20,13 +20,6 @@ from websockets.http11 import Request, Response
 
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
-from kbot.workbench.access import Access, security_headers
-from kbot.workbench.complaints import Complaints
-from kbot.workbench.decode import MAX_MESSAGE, BadMessage, decode
-from kbot.workbench.encode import encode
-from kbot.workbench.hub import MAX_PAGES, Client, Hub
-from kbot.workbench.page_files import load_page, with_greeting
-from kbot.workbench.past import Past
 from kbot.workbench.protocol import (
     Drive,
     FromPage,
@@ -39,7 +32,14 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
+from kbot.workbench.serving.access import Access, security_headers
+from kbot.workbench.serving.complaints import Complaints
+from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.serving.encode import encode
+from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
+from kbot.workbench.serving.page_files import load_page, with_greeting
 from kbot.workbench.session import NOBODY, Session
+from kbot.workbench.timeline.past import Past
 from kbot.workbench.watch import Watcher
 
 log = logging.getLogger(__name__)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kbot.text import DescriptionError, Element, Origin, Span, parse_xml, read_source
-from kbot.workbench.overrides import Overrides
-from kbot.workbench.places import place_of_span
 from kbot.workbench.protocol import Parameter
+from kbot.workbench.source.overrides import Overrides
+from kbot.workbench.source.places import place_of_span
 
 _WRITTEN_IN = {"xacro:arg": ("arg", "default"), "xacro:property": ("property", "value")}
 

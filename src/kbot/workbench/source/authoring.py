@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kbot.text import Diagnostic, Edit, KbotError
-from kbot.workbench.edits import Editor
-from kbot.workbench.overrides import Overrides, number_text
-from kbot.workbench.parameters import Written, parameters_for_page, written_parameters
 from kbot.workbench.protocol import (
     ApplyFix,
     DropParameters,
@@ -18,6 +15,9 @@ from kbot.workbench.protocol import (
     SetParameter,
     Undo,
 )
+from kbot.workbench.source.edits import Editor
+from kbot.workbench.source.overrides import Overrides, number_text
+from kbot.workbench.source.parameters import Written, parameters_for_page, written_parameters
 
 
 class Authoring:

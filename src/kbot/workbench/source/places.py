@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from kbot.text import Diagnostic, Origin, Severity, Span
-from kbot.workbench.ownership import Ownership
 from kbot.workbench.protocol import Finding, Note, Place, Step
+from kbot.workbench.source.ownership import Ownership
 
 
 def place(origin: Origin | None) -> Place | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kbot.model.meshes import MeshPart, Texture, load_mesh
 from kbot.text import KbotError
-from kbot.workbench.simplify import MOST_TRIANGLES, simplify, triangle_count
+from kbot.workbench.meshes.simplify import MOST_TRIANGLES, simplify, triangle_count
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,10 @@ from kbot.workbench.description import Description
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, plain, read_transform
 from kbot.workbench.motion import Moment
 from kbot.workbench.protocol import Action, Timeline
-from kbot.workbench.recorded_run import TF_STATIC, RecordedRun
-from kbot.workbench.recording import RunRecording
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
+from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
+from kbot.workbench.timeline.recording import RunRecording
 from kbot.world import World
 
 LOOKS = 1.0, 4.0
