@@ -149,16 +149,14 @@ def test_a_subscriber_of_another_type_is_told(live: Ros) -> None:
     assert answers(live, "rostopic", "echo", "-n", "1", "/odom")
 
 
-def test_a_second_one_takes_the_name_and_the_first_gives_way(live: Ros) -> None:
-    before = live.run("rosnode", "info", "/kbot").partition("Pid:")[2].split()[0]
-    second = live.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
-    try:
-        wait_until(lambda: str(second.pid) in said(live, "rosnode", "info", "/kbot"), "the second's node")
-        assert before != str(second.pid)
-        for _ in range(3):
-            assert str(second.pid) in said(live, "rosnode", "info", "/kbot")
-    finally:
-        stop(second)
+PERSISTENT = """
+import rospy
+from std_srvs.srv import Empty
+rospy.init_node("caller", disable_signals=True)
+proxy = rospy.ServiceProxy("/gazebo/unpause_physics", Empty, persistent=True)
+proxy(); proxy()
+print("twice")
+"""
 
 
 def test_tf_echo_finds_the_frames(live: Ros) -> None:
@@ -184,11 +182,14 @@ def test_rosservice_lists_and_calls(live: Ros) -> None:
     assert answers(live, "rostopic", "echo", "-n", "1", "/clock")
 
 
-PERSISTENT = """
-import rospy
-from std_srvs.srv import Empty
-rospy.init_node("caller", disable_signals=True)
-proxy = rospy.ServiceProxy("/gazebo/unpause_physics", Empty, persistent=True)
-proxy(); proxy()
-print("twice")
-"""
+def test_a_second_one_takes_the_name_and_the_first_gives_way(live: Ros) -> None:
+    """The last one here: what the others ask is gone when it ends."""
+    before = live.run("rosnode", "info", "/kbot").partition("Pid:")[2].split()[0]
+    second = live.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
+    try:
+        wait_until(lambda: str(second.pid) in said(live, "rosnode", "info", "/kbot"), "the second's node")
+        assert before != str(second.pid)
+        for _ in range(3):
+            assert str(second.pid) in said(live, "rosnode", "info", "/kbot")
+    finally:
+        stop(second)
