@@ -198,7 +198,7 @@ KBot's own expansion of a plain URDF is the work of an XML parser written in C, 
 of a xacro four to five times as fast as the official one; the rules are Python and look at every link and
 joint, which takes them longer than that. What was done to come nearer: one walk of the result for all
 rules, plain parts of the sources left out, places looked for when they are asked for, equal numbers and
-tensors computed once, the collector off. What is left is spread over all the rules, none above a twentieth."""
+tensors computed once, the collector off. What is left is spread over all rules, none above a twentieth."""
 
 
 def main() -> None:
