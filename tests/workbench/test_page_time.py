@@ -117,14 +117,25 @@ def test_each_tab_looks_where_it_wants(page: Any, driving: tuple[str, Session], 
     until(lambda: is_past(other) and shown_x(other) < 0.15)
 
 
+def settled(page: Any) -> float:
+    """The moment on show once the page has caught up with the thumb."""
+
+    def still() -> float | None:
+        before = page.evaluate("kbot.time")
+        page.wait_for_timeout(500)
+        return before if page.evaluate("kbot.time") == before else None
+
+    return float(until(still))
+
+
 def test_bookmarks_are_set_named_and_gone_to(page: Any) -> None:
     drag(page, 0.2)
     until(lambda: is_past(page))
-    first = page.evaluate("kbot.time")
+    first = settled(page)
     page.keyboard.press("k")
     drag(page, 0.6)
     until(lambda: page.evaluate("kbot.time") > first + 0.3)
-    second = page.evaluate("kbot.time")
+    second = settled(page)
     page.get_by_role("button", name="Bookmark this moment").click()
     page.keyboard.press("[")
     until(lambda: page.evaluate("kbot.time") == first)
