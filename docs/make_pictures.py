@@ -36,6 +36,8 @@ def driving(browser: Browser) -> None:
     """KBot on its way between boxes, with the path it took."""
     with serving(open_session("kbot", simulate=True, world="boxes")) as address:
         page = opened(browser, address, 1440, 860)
+        page.get_by_role("button", name="Stop", exact=True).wait_for()  # the panels come after the picture
+        page.wait_for_timeout(1000)
         page.keyboard.down("w")
         page.wait_for_timeout(700)
         page.keyboard.down("a")
