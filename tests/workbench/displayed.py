@@ -1,13 +1,16 @@
 """A page with displays, and what is at a place of the world in its picture."""
 
+import queue
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from kbot.messages import Bus, Header, Point, Pose, Quaternion
+from kbot.messages import Header, Point, Pose, Quaternion
 from kbot.workbench.serve import open_session, serving
+from kbot.workbench.session import Session
 
 from .conftest import until
 from .pictures import screenshot
@@ -21,10 +24,32 @@ ASIDE = "document.querySelectorAll('.toolbar, .tools').forEach((e) => (e.style.d
 """Takes away what lies over a small picture."""
 
 
+class Speaker:
+    """Publishes where the simulation runs, between two steps: a bus is for that thread alone."""
+
+    def __init__(self, session: Session) -> None:
+        self._bus = session.topics.bus
+        self._waiting: queue.SimpleQueue[tuple[str, object, threading.Event]] = queue.SimpleQueue()
+        session._motion._sim.errands.append(self._say)  # type: ignore[attr-defined]
+
+    def publish(self, topic: str, message: object) -> None:
+        said = threading.Event()
+        self._waiting.put((topic, message, said))
+        assert said.wait(20.0), "nobody runs the simulation's errands"
+
+    def _say(self) -> bool:
+        if self._waiting.empty():
+            return False
+        topic, message, said = self._waiting.get()
+        self._bus.publish(topic, message)
+        said.set()
+        return True
+
+
 class Show:
     """One page, whose simulation is paused at its start, with nothing shown but what a test adds."""
 
-    def __init__(self, page: Any, bus: Bus) -> None:
+    def __init__(self, page: Any, bus: Speaker) -> None:
         self.page, self.bus = page, bus
 
     def add(self, kind: str, topic: str = "") -> None:
@@ -109,7 +134,7 @@ def showing(
     with serving(session) as address:
         page = open_page(address, color_scheme="dark", viewport={"width": 1180, "height": 480})
         page.evaluate(ASIDE)
-        show = Show(page, bus)
+        show = Show(page, Speaker(session))
         for kind in ("Grid", "RobotModel", "World", "LaserScan"):
             page.get_by_label(f"Show {kind}", exact=True).uncheck()
         try:

@@ -490,7 +490,7 @@ def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
         assert show.colours((0.6, 0.5, 0.0))[0, 1] > 120
         assert show.colours((0.1, 0.0, 0.0))[0, 0] < 90  # the filter leaves others out
         show.row("TF").get_by_text("Tree").click()
-        assert show.row("TF").locator(".frames li li", has_text="beacon").count() >= 1
+        until(lambda: show.row("TF").locator(".frames li li", has_text="beacon").count())
         arrows = (232, 111, 197)
         assert not show.mask(arrows, 30).any()
         show.field("TF", "arrows").check()
