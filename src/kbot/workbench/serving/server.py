@@ -13,7 +13,6 @@ from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server as SocketServer
 from websockets.asyncio.server import ServerConnection, serve
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
@@ -32,7 +31,8 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
-from kbot.workbench.serving.access import Access, security_headers
+from kbot.workbench.serving.access import Access
+from kbot.workbench.serving.answers import only, quiet_logger, response
 from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.encode import encode
@@ -48,7 +48,6 @@ FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
-_TEXT = "text/plain; charset=utf-8"
 EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
 """What can be taken out of the page; its HTML is to be saved, not opened beside the page."""
 _FOR_EVER = "max-age=31536000, immutable"
@@ -81,7 +80,7 @@ class Server:
                 max_size=MAX_MESSAGE,
                 max_queue=8,
                 server_header=None,
-                logger=_quiet_logger(),
+                logger=quiet_logger(),
             ) as sockets,
         ):
             tasks.create_task(self._keep_time())
@@ -105,23 +104,23 @@ class Server:
         # older releases of websockets refuse every other method themselves, and name none
         method = getattr(request, "method", "GET")
         if method not in ("GET", "HEAD"):
-            answer = _response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
+            answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
             answer.headers["Allow"] = "GET, HEAD"
             return answer
         is_socket = path == "/ws"
-        host = _only(request.headers, "Host")
+        host = only(request.headers, "Host")
         secret = is_socket or path.startswith(("/mesh/", "/export/"))
-        reason = self.access.refuses(request.path, host, _only(request.headers, "Origin"), secret)
+        reason = self.access.refuses(request.path, host, only(request.headers, "Origin"), secret)
         if reason is not None:
             self._complaints.add(f"refused {path[:80]}: {reason}")
-            return _response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
+            return response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
         served = host or ""
         if is_socket:
             return None
         if path.startswith("/mesh/"):
             mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
             if mesh is not None:
-                return _response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
+                return response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
         elif path in EXPORTS:
             return self._exported(path, served)
         elif path in self._page:
@@ -129,8 +128,8 @@ class Server:
             if path == "/" and not self.access.refuses(request.path, host, None, secret=True):
                 body = with_greeting(body, map(encode, self.session.greeting(NOBODY)))
             kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
-            return _response(http.HTTPStatus.OK, served, body, kind, kept)
-        return _response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+            return response(http.HTTPStatus.OK, served, body, kind, kept)
+        return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
 
     async def _exported(self, path: str, host: str) -> Response:
         """The robot as it stands, as a file; made on another thread."""
@@ -138,13 +137,13 @@ class Server:
         if path == "/export/robot.glb":
             from kbot.workbench.export.model_file import glb
 
-            return _response(
+            return response(
                 http.HTTPStatus.OK, host, await asyncio.to_thread(glb, robot, positions), EXPORTS[path]
             )
         from kbot.workbench.export.page import saved_page
 
         page = await asyncio.to_thread(saved_page, self.session, robot)
-        return _response(http.HTTPStatus.OK, host, page.encode(), EXPORTS[path])
+        return response(http.HTTPStatus.OK, host, page.encode(), EXPORTS[path])
 
     async def _page_connected(self, connection: ServerConnection) -> None:
         if len(self.hub) >= MAX_PAGES:
@@ -273,32 +272,3 @@ class Server:
             for missing in self.session.missing_meshes():
                 if missing not in known:
                     log.warning("%s", missing)
-
-
-def _response(
-    status: http.HTTPStatus, host: str, body: bytes, kind: str = _TEXT, kept: str = "no-store"
-) -> Response:
-    headers = Headers(
-        {
-            "Content-Type": kind,
-            "Content-Length": str(len(body)),
-            "Cache-Control": kept,
-            "Connection": "close",
-            **security_headers(host),
-        }
-    )
-    return Response(status.value, status.phrase, headers, body)
-
-
-def _only(headers: Headers, name: str) -> str | None:
-    """A header's value; two of them are as good as a foreign one."""
-    values = headers.get_all(name)
-    return values[0] if len(values) == 1 else ("(several)" if values else None)
-
-
-def _quiet_logger() -> logging.Logger:
-    """Handshakes that fail are answered; a user need not read of them."""
-    logger = logging.getLogger(f"{__name__}.sockets")
-    logger.setLevel(logging.WARNING)
-    logger.addFilter(lambda record: "handshake" not in record.getMessage())
-    return logger

@@ -1,0 +1,43 @@
+"""The parts of an answer to a plain request."""
+
+from __future__ import annotations
+
+import http
+import logging
+
+from websockets.datastructures import Headers
+from websockets.http11 import Response
+
+from kbot.workbench.serving.access import security_headers
+
+_TEXT = "text/plain; charset=utf-8"
+
+
+def response(
+    status: http.HTTPStatus, host: str, body: bytes, kind: str = _TEXT, kept: str = "no-store"
+) -> Response:
+    """A whole answer; `kind` is its media type, `kept` how long a browser may keep it."""
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": kept,
+            "Connection": "close",
+            **security_headers(host),
+        }
+    )
+    return Response(status.value, status.phrase, headers, body)
+
+
+def only(headers: Headers, name: str) -> str | None:
+    """A header's value; two of them are as good as a foreign one."""
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else ("(several)" if values else None)
+
+
+def quiet_logger() -> logging.Logger:
+    """Handshakes that fail are answered; a user need not read of them."""
+    logger = logging.getLogger(f"{__name__}.sockets")
+    logger.setLevel(logging.WARNING)
+    logger.addFilter(lambda record: "handshake" not in record.getMessage())
+    return logger
