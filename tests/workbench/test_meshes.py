@@ -12,9 +12,11 @@ import trimesh
 from PIL import Image
 
 from kbot.model.meshes import MeshPart, Texture, load_mesh
+from kbot.sim import Simulation
 from kbot.workbench.meshes import store
 from kbot.workbench.meshes.simplify import simplify, triangle_count
 from kbot.workbench.meshes.store import MeshStore
+from kbot.workbench.protocol import FromServer, Refused
 from kbot.workbench.serve import open_session, serving
 
 URDF = """<robot name="r"><link name="a"><visual><geometry><mesh filename="{mesh}"/></geometry></visual>
@@ -223,3 +225,25 @@ def test_a_mesh_from_elsewhere_is_not_in_a_saved_model(own: Path, elsewhere: Pat
     robot, _ = open_session(str(file), simulate=False).standing()
     (visual,) = robot.links["a"].visuals
     assert visual.geometry.path is None  # type: ignore[union-attr]
+
+
+def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
+    own: Path, elsewhere: Path
+) -> None:
+    simulations: list[Simulation] = []
+    session = open_session("kbot", simulate=True, package_path=(str(own),), attend=simulations.append)
+    told: list[FromServer] = []
+    session.announce = told.append
+    description = URDF.replace(
+        "<collision>", '<visual><geometry><mesh filename="{own}"/></geometry></visual><collision>'
+    )
+    text = description.format(mesh=f"file://{elsewhere}", own="package://robot/meshes/box.stl")
+    (file := own / "guest.urdf").write_text(text)
+    simulations[0].spawn_model(str(file), "guest", x=1.0)
+    session.advance(0.02)
+    guest = next(body for body in session.scene.bodies if body.name == "guest/a")
+    (part,) = guest.parts
+    assert session.meshes.packed(part.mesh) is not None
+    (refused,) = (message.reason for message in told if isinstance(message, Refused))
+    assert refused.startswith(f"a: the mesh file://{elsewhere} lies outside")
+    assert session.missing_meshes() == [refused]

@@ -21,6 +21,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.simulation import ORIGIN
 from kbot.text import KbotError
+from kbot.workbench.about import Offers
 from kbot.workbench.contact_forces import ContactForces
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
@@ -76,10 +77,7 @@ def driven_session(
         "sim",
         lambda robot: Driving(robot, setup),
         setup.world,
-        why_not,
-        limits,
-        world_choices(),
-        SPAWNED,
+        Offers(why_not, limits, world_choices(), SPAWNED),
     )
 
 

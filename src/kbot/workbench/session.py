@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
-from importlib.metadata import version
-from typing import Literal
 
 from kbot.model import Robot
+from kbot.workbench.about import Mode, Offers, about
+from kbot.workbench.deadman import NOBODY, Deadman
 from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.meshes.markers import MarkerMeshes
@@ -44,47 +43,35 @@ from kbot.workbench.protocol import (
     Spawn,
     State,
     Stop,
-    Things,
     Timeline,
-    WorldChoice,
 )
-from kbot.workbench.scene import all_bodies, build_scene
 from kbot.workbench.source.shown import Reader, Shown
+from kbot.workbench.stage import Stage
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
-DEADMAN_SECONDS = 0.5
-NOBODY = 0
+NOTHING = Offers()
 
 
 class Session:
-    """One robot on show. Everything here runs on the server's loop but `read`, which only reads.
-
-    `make_motion` makes what moves the robot; `cannot_drive` says why it cannot drive, or nothing.
-    """
+    """One robot on show. Everything here runs on the server's loop but `read`, which only reads."""
 
     def __init__(
         self,
         reader: Reader,
-        mode: Literal["view", "sim", "play"],
+        mode: Mode,
         make_motion: Callable[[Robot], Motion],
         world: World | None = None,
-        cannot_drive: Callable[[Robot], str] = lambda robot: "",
-        limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0),
-        worlds: tuple[WorldChoice, ...] = (),
-        things: tuple[str, ...] = (),
+        offers: Offers = NOTHING,
     ) -> None:
-        """Reads the description.
+        """Reads the description; `make_motion` makes what moves the robot.
 
         Raises:
             DescriptionError: it makes no robot, or one with errors.
         """
         self.mode = mode
-        self._world = world
-        self._cannot_drive = cannot_drive
-        self._limits = limits
-        self._worlds, self._things = worlds, things
+        self._offers = offers
         self.meshes = MeshStore()
         self.shown = Shown(reader, self.meshes)
         self.display_file = DisplayFile()
@@ -96,19 +83,21 @@ class Session:
         self._motion = make_motion(self._robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
-        self._revision = 1
         self.speed = 1.0
         self.rate = 0.0
         self._resets = 0
-        self._driver = NOBODY
-        self._quiet_for = 0.0
-        self._present = self._motion.present
-        self.scene = self._build_scene()
+        self._deadman = Deadman()
+        self._stage = Stage(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
         self.shown.look()
 
     @property
     def _robot(self) -> Robot:
         return self.shown.robot
+
+    @property
+    def scene(self) -> Scene:
+        """All that is drawn."""
+        return self._stage.scene
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -126,9 +115,7 @@ class Session:
         if not self.shown.is_stale:
             self.recording.end()
             self.topics.attach(self._motion.bus)
-            self._revision += 1
-            self.scene = self._build_scene()
-            messages.append(self.scene)
+            messages.append(self._stage.build(self._motion))
         self.shown.look()
         return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
 
@@ -142,8 +129,8 @@ class Session:
         return [self.about(client), *([settings] if settings is not None else []), *parts]
 
     def missing_meshes(self) -> list[str]:
-        """What is said of meshes that are not there."""
-        return self.shown.missing_meshes()
+        """What is said of meshes that are not there, or not for the page."""
+        return [*self.shown.missing_meshes(), *self._stage.outside]
 
     def standing(self) -> tuple[Robot, dict[str, float]]:
         """The robot on show, and where the joints stand that follow no other; rad, m."""
@@ -152,20 +139,7 @@ class Session:
         return self._robot, {name: positions[name] for name in free if name in positions}
 
     def about(self, client: int = NOBODY) -> About:
-        linear, angular = self._limits(self._robot)
-        return About(
-            version=version("kbot"),
-            file=self.shown.file,
-            mode=self.mode,
-            world=self._world.name if self._world else "",
-            cannot_drive=self._cannot_drive(self._robot),
-            linear_limit=linear,
-            angular_limit=angular,
-            files=self.shown.files,
-            worlds=self._worlds,
-            things=self._things,
-            client=client,
-        )
+        return about(self.shown, self.mode, self._stage.world, self._offers, client)
 
     def findings(self) -> Findings:
         return self.shown.findings()
@@ -173,7 +147,7 @@ class Session:
     def state(self) -> State:
         moment = self._motion.moment()
         return State(
-            revision=self._revision,
+            revision=self._stage.revision,
             time=round(moment.time, 6),
             paused=self.paused,
             speed=self.speed,
@@ -186,7 +160,7 @@ class Session:
             command=moment.command,
             twist=tuple(round(v, 5) for v in moment.twist),
             odometry=tuple(round(v, 6) for v in moment.odometry),
-            driver=self._driver,
+            driver=self._deadman.driver,
             resets=self._resets,
         )
 
@@ -205,7 +179,8 @@ class Session:
 
     def advance(self, wall_seconds: float) -> bool:
         """Let wall time pass; whether anything may have changed."""
-        self._mind_the_driver(wall_seconds)
+        if self._deadman.is_let_go(wall_seconds):
+            self._stop()
         if self.mode == "view":
             self._motion.advance(wall_seconds)
         changed = self._motion.run_errands() | self._look_around()
@@ -240,7 +215,7 @@ class Session:
             case Reset():
                 self._motion.reset()
                 self._resets += 1
-                self._driver = NOBODY
+                self._deadman.release()
             case SetSpeed(factor=factor):
                 self.speed = factor
             case Push(link=link, x=x, y=y, z=z, seconds=seconds):
@@ -274,7 +249,7 @@ class Session:
     def leave(self, client: int) -> None:
         """A page is gone; if it was driving, the robot stops."""
         self.topics.leave(client)
-        if client == self._driver:
+        if client == self._deadman.driver:
             self._stop()
 
     def _record(self, on: bool) -> None:
@@ -283,64 +258,42 @@ class Session:
         else:
             self.recording.end()
 
-    def _enter(self, world: str) -> None:
-        self._motion, self._world = self._motion.enter(world)
+    def _enter(self, name: str) -> None:
+        self._motion, self._stage.world = self._motion.enter(name)
         self.recording.end()
         self.topics.attach(self._motion.bus)
-        self._revision += 1
         self._resets += 1
-        self._driver = NOBODY
-        self.scene = self._build_scene()
-        for message in (self.about(), self.scene, self.state()):
+        self._deadman.release()
+        scene = self._stage.build(self._motion)
+        for message in (self.about(), scene, self.state()):
             self.announce(message)
 
     def _look_around(self) -> bool:
         """Tell every page where things or other robots came or went; whether they did."""
-        world, others = self._motion.present
-        if world is self._present[0] and others == self._present[1]:
+        known = self.missing_meshes()
+        things = self._stage.look_around(self._motion)
+        if things is None:
             return False
-        self._present = world, others
-        self._world = world or self._world
-        self._revision += 1
-        bodies = all_bodies(self._world, others, self.meshes)
-        self.scene = dataclasses.replace(self.scene, revision=self._revision, bodies=bodies)
-        for message in (Things(self._revision, bodies), self.state()):
-            self.announce(message)
+        self.announce(things)
+        self.announce(self.state())
+        for text in self.missing_meshes():
+            if text not in known:
+                self.announce(Refused(text))
         return True
 
     def _drive(self, linear: float, angular: float, client: int) -> None:
         standing = linear == 0.0 and angular == 0.0
-        if standing and client != self._driver:
+        if standing and client != self._deadman.driver:
             return  # another page is driving, and this one merely lets go
         self._motion.drive(linear, angular)
-        self._driver = NOBODY if standing else client
-        self._quiet_for = 0.0
-
-    def _mind_the_driver(self, wall_seconds: float) -> None:
-        if self._driver == NOBODY:
-            return
-        self._quiet_for += wall_seconds
-        if self._quiet_for > DEADMAN_SECONDS:
-            self._stop()
+        if standing:
+            self._deadman.release()
+        else:
+            self._deadman.press(client)
 
     def _stop(self) -> None:
-        self._driver = NOBODY
+        self._deadman.release()
         self._motion.drive(0.0, 0.0)
-
-    def _build_scene(self) -> Scene:
-        self._present = self._motion.present
-        world, others = self._present
-        self._world = world or self._world
-        return build_scene(
-            self._robot,
-            self._world,
-            self.meshes,
-            self._revision,
-            frame=self._motion.world,
-            on_ground=self.mode != "view",
-            controls=self._motion.controls,
-            others=others,
-        )
 
     def _now(self) -> int:
         return self._motion.clock.nanoseconds

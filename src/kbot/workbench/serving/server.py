@@ -19,6 +19,7 @@ from websockets.http11 import Request, Response
 
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
+from kbot.workbench.deadman import NOBODY
 from kbot.workbench.protocol import (
     Drive,
     FromPage,
@@ -38,7 +39,7 @@ from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.serving.page_files import load_page, with_greeting
-from kbot.workbench.session import NOBODY, Session
+from kbot.workbench.session import Session
 from kbot.workbench.timeline.past import Past
 from kbot.workbench.watch import Watcher
 

@@ -11,12 +11,14 @@ from kbot.text import DescriptionError, KbotError
 from kbot.text.files import read_source
 from kbot.workbench.description import Reading
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
+from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Findings, SourceText
 from kbot.workbench.source.authoring import Authoring
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, gravest_first
+from kbot.xacro.packages import Packages
 
 
 class Reader(Protocol):
@@ -57,6 +59,11 @@ class Shown:
     @property
     def package_path(self) -> tuple[str, ...]:
         return self._reader.package_path
+
+    def confine(self, robot: Robot) -> Confined:
+        """Another robot beside this one, without the meshes that are not for the page."""
+        packages = Packages(self.package_path, around=self.file)
+        return confine(robot, MeshRoots(self.file, packages))
 
     def read(self) -> Reading:
         """Read the description again; may run on another thread."""

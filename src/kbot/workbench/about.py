@@ -1,0 +1,44 @@
+"""What pages are told of the session itself: what is on show, and what they may ask of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Literal, TypeAlias
+
+from kbot.model import Robot
+from kbot.workbench.protocol import About, WorldChoice
+from kbot.workbench.source.shown import Shown
+from kbot.world.world import World
+
+Mode: TypeAlias = Literal["view", "sim", "play"]
+
+
+@dataclass(frozen=True, slots=True)
+class Offers:
+    """What pages may ask for. `cannot_drive` says why a robot cannot drive, or nothing; `limits` its greatest
+    speed in m/s and turning speed in rad/s; `things` are what can be spawned."""
+
+    cannot_drive: Callable[[Robot], str] = lambda robot: ""
+    limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0)
+    worlds: tuple[WorldChoice, ...] = ()
+    things: tuple[str, ...] = ()
+
+
+def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, client: int) -> About:
+    """What the page of that number is told."""
+    linear, angular = offers.limits(shown.robot)
+    return About(
+        version=version("kbot"),
+        file=shown.file,
+        mode=mode,
+        world=world.name if world else "",
+        cannot_drive=offers.cannot_drive(shown.robot),
+        linear_limit=linear,
+        angular_limit=angular,
+        files=shown.files,
+        worlds=offers.worlds,
+        things=offers.things,
+        client=client,
+    )

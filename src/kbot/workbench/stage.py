@@ -1,0 +1,63 @@
+"""The scene on show, kept up with what comes and goes: the robot, its world and the robots beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from kbot.model import Robot
+from kbot.workbench.meshes.store import MeshStore
+from kbot.workbench.motion import Motion
+from kbot.workbench.protocol import Scene, Things
+from kbot.workbench.scene import all_bodies, build_scene
+from kbot.workbench.source.shown import Shown
+from kbot.world.world import World
+
+
+class Stage:
+    """What the pages draw; each change of it has a `revision` of its own."""
+
+    def __init__(
+        self, shown: Shown, meshes: MeshStore, motion: Motion, world: World | None, *, on_ground: bool
+    ) -> None:
+        """`on_ground`: the robot stands where the frame of the poses has its floor."""
+        self._shown, self._meshes, self._on_ground = shown, meshes, on_ground
+        self.world = world
+        self.revision = 0
+        self.outside: tuple[str, ...] = ()
+        """What is said of meshes from elsewhere that robots beside the one on show name; they are not drawn."""
+        self.scene = self.build(motion)
+
+    def build(self, motion: Motion) -> Scene:
+        """All of it anew."""
+        others = self._look(motion)
+        self.scene = build_scene(
+            self._shown.robot,
+            self.world,
+            self._meshes,
+            self.revision,
+            frame=motion.world,
+            on_ground=self._on_ground,
+            controls=motion.controls,
+            others=others,
+        )
+        return self.scene
+
+    def look_around(self, motion: Motion) -> Things | None:
+        """What is there now besides the robot, where anything came or went."""
+        world, others = motion.present
+        if world is self._present[0] and others == self._present[1]:
+            return None
+        bodies = all_bodies(self.world, self._look(motion), self._meshes)
+        self.scene = dataclasses.replace(self.scene, revision=self.revision, bodies=bodies)
+        return Things(self.revision, bodies)
+
+    def _look(self, motion: Motion) -> dict[str, Robot]:
+        """The robots beside the one on show, as a page may see them."""
+        self._present = world, others = motion.present
+        self.world = world or self.world
+        self.revision += 1
+        confined = {name: self._shown.confine(robot) for name, robot in others.items()}
+        self.outside = tuple(
+            f"{name}/{finding.message}" for name, other in confined.items() for finding in other.findings
+        )
+        return {name: other.robot for name, other in confined.items()}
