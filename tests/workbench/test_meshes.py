@@ -234,10 +234,8 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     session = open_session("kbot", simulate=True, package_path=(str(own),), attend=simulations.append)
     told: list[FromServer] = []
     session.announce = told.append
-    description = URDF.replace(
-        "<collision>", '<visual><geometry><mesh filename="{own}"/></geometry></visual><collision>'
-    )
-    text = description.format(mesh=f"file://{elsewhere}", own="package://robot/meshes/box.stl")
+    from_own = '<visual><geometry><mesh filename="package://robot/meshes/box.stl"/></geometry></visual>'
+    text = URDF.replace("<collision>", f"{from_own}<collision>").format(mesh=f"file://{elsewhere}")
     (file := own / "guest.urdf").write_text(text)
     simulations[0].spawn_model(str(file), "guest", x=1.0)
     session.advance(0.02)
@@ -245,5 +243,5 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     (part,) = guest.parts
     assert session.meshes.packed(part.mesh) is not None
     (refused,) = (message.reason for message in told if isinstance(message, Refused))
-    assert refused.startswith(f"a: the mesh file://{elsewhere} lies outside")
+    assert refused.startswith(f"guest/a: the mesh file://{elsewhere} lies outside")
     assert session.missing_meshes() == [refused]

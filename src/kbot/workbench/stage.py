@@ -24,7 +24,7 @@ class Stage:
         self.world = world
         self.revision = 0
         self.outside: tuple[str, ...] = ()
-        """What is said of meshes from elsewhere that robots beside the one on show name; they are not drawn."""
+        """What is said of meshes from elsewhere of robots beside the one on show; they are not sent."""
         self.scene = self.build(motion)
 
     def build(self, motion: Motion) -> Scene:
