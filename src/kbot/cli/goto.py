@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.output import fail, print_json, report
-from kbot.text.numbers import to_float
+from kbot.cli.output import print_json, report
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.sim import Simulation
-
-
-def parse_goal(text: str) -> PlanarPose:
-    """`X,Y,YAW` in m, m and rad. Raises KbotError where it is not three finite numbers."""
-    from kbot.kinematics import PlanarPose
-
-    try:
-        x, y, yaw = (to_float(word) for word in text.split(","))
-    except ValueError:
-        fail(f"--goto is three numbers, x and y in m and yaw in rad, as in 1.5,0,1.57; not '{text}'")
-    if not all(map(math.isfinite, (x, y, yaw))):
-        fail(f"--goto is three finite numbers, not '{text}'")
-    return PlanarPose(x, y, yaw)
 
 
 def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:

@@ -17,13 +17,14 @@ from kbot.cli.arguments import (
     picture_file,
 )
 from kbot.cli.companions import companion_options, going_along
-from kbot.cli.goto import parse_goal, run_goto
+from kbot.cli.goto import run_goto
+from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, print_json, report
 from kbot.text.files import write_bytes
-from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
+    from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
     from kbot.sim import Simulation
 
@@ -126,9 +127,8 @@ def command(
             shot=shot,
             json=as_json or None,
         )
-        start = _three_numbers(pose)
+        start = pose_of("--pose", pose)
         from kbot.checks.first_look import MESHES, first_look
-        from kbot.kinematics.odometry import PlanarPose
         from kbot.model.load import load_robot
         from kbot.workbench.serve import serve
         from kbot.xacro import Packages
@@ -148,14 +148,14 @@ def command(
                 contacts=contacts,
                 package_path=package_path,
                 attend=lambda simulation: join(simulation, "", world),
-                start=PlanarPose(*start),
+                start=start,
             )
         return 0
     _refuse_without_page(ctx)
     seconds = DURATION if duration is None else duration
     if not (math.isfinite(seconds) and seconds >= 0.0):
         fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
-    speeds = None if cmd_vel is None else _two_numbers(cmd_vel)
+    speeds = None if cmd_vel is None else speeds_of("--cmd-vel", cmd_vel)
     if script is not None and cmd_vel is not None:
         fail("--script drives the robot itself; leave --cmd-vel out")
     if script is not None and duration is not None:
@@ -166,10 +166,10 @@ def command(
         fail(f"--plot and --shot both draw {plot}: name two files")
     if goto is not None and plot is not None:
         fail("--plot is for --script and --cmd-vel; leave it out with --goto")
-    goal = None if goto is None else parse_goal(goto)
+    goal = None if goto is None else pose_of("--goto", goto)
     from kbot.sensors.declared import mount_declared
 
-    start = _three_numbers(pose)
+    start = pose_of("--pose", pose)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
     if wishes.is_live or wishes.record:
         report(mount_declared(simulation)[1])
@@ -211,26 +211,6 @@ def _refuse_without_page(ctx: click.Context) -> None:
             fail(f"--{name} is of the page, which --headless leaves out; for bridges there is --bridge-host")
 
 
-def _two_numbers(text: str) -> tuple[float, float]:
-    try:
-        linear, angular = (to_float(word) for word in text.split(","))
-    except ValueError:
-        fail(f"--cmd-vel is two numbers, forward m/s and turning rad/s, as in 0.2,0.5; not '{text}'")
-    if not (math.isfinite(linear) and math.isfinite(angular)):
-        fail(f"--cmd-vel is two finite numbers, not '{text}'")
-    return linear, angular
-
-
-def _three_numbers(text: str) -> tuple[float, float, float]:
-    try:
-        x, y, yaw = (to_float(word) for word in text.split(","))
-    except ValueError:
-        fail(f"--pose is three numbers, x and y in m and yaw in rad, as in 1,0.5,1.57; not '{text}'")
-    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(yaw)):
-        fail(f"--pose is three finite numbers, not '{text}'")
-    return x, y, yaw
-
-
 def _simulation(
     file: str,
     arguments: dict[str, str],
@@ -238,10 +218,9 @@ def _simulation(
     seed: int,
     contacts: str,
     package_path: tuple[str, ...],
-    start: tuple[float, float, float],
+    start: PlanarPose,
 ) -> tuple[Loaded, Simulation]:
     from kbot.checks.first_look import MESHES, first_look
-    from kbot.kinematics.odometry import PlanarPose
     from kbot.model.load import load_robot
     from kbot.sim import Simulation
     from kbot.world import load_world
@@ -250,7 +229,7 @@ def _simulation(
     place = load_world(world)
     loaded = load_robot(file, arguments, packages=Packages(package_path))
     robot = loaded.require()
-    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=PlanarPose(*start))
+    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
     report([*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics])
     return loaded, simulation
 

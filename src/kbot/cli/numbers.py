@@ -1,0 +1,39 @@
+"""Options that are several numbers with commas between."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from kbot.cli.output import fail
+from kbot.text.numbers import to_float
+
+if TYPE_CHECKING:
+    from kbot.kinematics import PlanarPose
+
+
+def pose_of(option: str, text: str) -> PlanarPose:
+    """`X,Y,YAW` in m, m and rad; anything else ends the program."""
+    from kbot.kinematics import PlanarPose
+
+    x, y, yaw = _finite(option, text, 3, "x and y in m and yaw in rad, as in 1.5,0,1.57")
+    return PlanarPose(x, y, yaw)
+
+
+def speeds_of(option: str, text: str) -> tuple[float, float]:
+    """`V,W` in m/s and rad/s; anything else ends the program."""
+    linear, angular = _finite(option, text, 2, "forward m/s and turning rad/s, as in 0.2,0.5")
+    return linear, angular
+
+
+def _finite(option: str, text: str, count: int, meaning: str) -> list[float]:
+    word = {2: "two", 3: "three"}[count]
+    try:
+        numbers = [to_float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        fail(f"{option} is {word} numbers, {meaning}; not '{text}'")
+    if not all(map(math.isfinite, numbers)):
+        fail(f"{option} is {word} finite numbers, not '{text}'")
+    return numbers
