@@ -47,7 +47,8 @@ class Stage:
         world, others = motion.present
         if world is self._present[0] and others == self._present[1]:
             return None
-        bodies = all_bodies(self.world, self._look(motion), self._meshes)
+        shown = self._look(motion)
+        bodies = all_bodies(self.world, shown, self._meshes)
         self.scene = dataclasses.replace(self.scene, revision=self.revision, bodies=bodies)
         return Things(self.revision, bodies)
 
