@@ -78,8 +78,7 @@ def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
         page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
         pages.append(page)
         page.goto(address)
-        until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
-        page.locator(".topbar").wait_for()
+        wait_for_page(page)
         return page
 
     yield open_one
@@ -88,7 +87,19 @@ def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
     assert not complaints
 
 
-def until(condition: Callable[[], Any], seconds: float = 20.0) -> Any:
+READY = """() => !!window.kbot && kbot.frames > 0 && kbot.revision > 0
+  && document.querySelector('.topbar') !== null
+  && (document.querySelector('.topbar .status')?.dataset.link ?? 'live') === 'live'"""
+
+
+def wait_for_page(page: Any) -> None:
+    """Wait until a page that is loading can be worked with: its panels are there, its server hears it, and
+    nothing in it moves any more."""
+    until(lambda: page.evaluate(READY))
+    page.evaluate("document.fonts.ready.then(() => kbot.drawn())")
+
+
+def until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
     """Wait for a condition and return what it gave; fails when it does not come true in time."""
     end = time.monotonic() + seconds
     while not (result := condition()):

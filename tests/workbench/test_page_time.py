@@ -22,12 +22,15 @@ def page(driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path) -> A
     """A page of a robot that has driven for a while, and stands now."""
     address, session = driving
     session.recording.folder = str(tmp_path)
+    session.paused = True  # so that the line begins when the page comes
     page = open_page(address)
+    page.session, page.start = session, session.state().time
+    session.paused = False
     page.keyboard.down("w")
     until(lambda: session.state().odometry[0] > 0.3)
     page.keyboard.up("w")
-    until(lambda: page.evaluate("kbot.time") > 2.0)
-    page.session = session
+    until(lambda: session.state().command == (0.0, 0.0) and session.state().twist[0] < 1e-3)
+    until(lambda: page.evaluate("kbot.time") > page.start + 2.0)
     return page
 
 
@@ -37,7 +40,7 @@ def slider(page: Any) -> Any:
 
 def drag(page: Any, part: float) -> None:
     """Pull the thumb from where it is to a part of the line."""
-    box = slider(page).bounding_box()
+    box = until(slider(page).bounding_box)
     at = box["y"] + box["height"] / 2
     now, low, high = (float(slider(page).evaluate(f"s => s.{n}")) for n in ("valueAsNumber", "min", "max"))
     page.mouse.move(box["x"] + 6 + (box["width"] - 12) * (now - low) / max(high - low, 1e-9), at)
@@ -54,12 +57,22 @@ def is_past(page: Any) -> bool:
     return bool(page.evaluate("document.documentElement.dataset.time === 'past'"))
 
 
+def settled(page: Any) -> float:
+    """The simulated time on show, once it is that of the thumb: states are told 0.1 s apart at most."""
+
+    def caught_up() -> tuple[float] | None:
+        thumb, time = page.evaluate("[document.querySelector('.track').valueAsNumber, kbot.time]")
+        return (time,) if is_past(page) and abs(time - page.start - thumb) < 0.12 else None
+
+    return float(until(caught_up)[0])
+
+
 def test_the_robot_stands_where_it_stood(page: Any) -> None:
-    now = shown_x(page)
-    assert now > 0.3
+    now = page.session.state().odometry[0]
+    until(lambda: shown_x(page) == pytest.approx(now, abs=0.01))
     drag(page, 0.05)
-    until(lambda: is_past(page) and shown_x(page) < 0.1)
-    then = page.evaluate("kbot.time")
+    then = settled(page)
+    assert shown_x(page) < 0.1
     assert then < page.session.state().time - 1
     assert page.get_by_role("status").filter(has_text="live").count() == 1  # the connection is
     assert "ago" in slider(page).get_attribute("aria-valuetext")
@@ -78,14 +91,17 @@ def test_the_robot_stands_where_it_stood(page: Any) -> None:
 
 def test_time_goes_back_by_keys(page: Any) -> None:
     slider(page).focus()
-    for _ in range(10):
+    now = page.session.state().time
+    for _ in range(6):
         page.keyboard.press("PageDown")
-    until(lambda: is_past(page) and shown_x(page) < 0.25)
+    assert settled(page) < now - 1.0
     page.keyboard.press("Home")
-    until(lambda: shown_x(page) < 0.05)
-    first = page.evaluate("kbot.time")
-    page.keyboard.press("ArrowRight")
-    until(lambda: first < page.evaluate("kbot.time") < first + 0.2)
+    until(lambda: slider(page).evaluate("s => s.valueAsNumber === Number(s.min)"))
+    first = settled(page)
+    assert shown_x(page) < 0.05
+    for _ in range(10):  # of 0.02 s
+        page.keyboard.press("ArrowRight")
+    until(lambda: first < settled(page) < first + 0.25)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
 
@@ -115,17 +131,6 @@ def test_each_tab_looks_where_it_wants(page: Any, driving: tuple[str, Session], 
     assert shown_x(other) > 0.3
     drag(other, 0.05)  # a page that came later sees what was before it
     until(lambda: is_past(other) and shown_x(other) < 0.15)
-
-
-def settled(page: Any) -> float:
-    """The moment on show once the page has caught up with the thumb."""
-
-    def still() -> float | None:
-        before = page.evaluate("kbot.time")
-        page.wait_for_timeout(500)
-        return before if page.evaluate("kbot.time") == before else None
-
-    return float(until(still))
 
 
 def test_bookmarks_are_set_named_and_gone_to(page: Any) -> None:
