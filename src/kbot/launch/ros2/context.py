@@ -10,13 +10,10 @@ from typing import Any
 from kbot.launch import commands
 from kbot.launch.plan import Description
 from kbot.launch.ros2.substitutions import find_share, performed
-from kbot.launch.substitution import Fault
+from kbot.launch.substitution import Fault, evaluated
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
-from kbot.xacro.expressions import compiled
-from kbot.xacro.faults import Fault as ExpressionFault
 from kbot.xacro.limits import DEFAULT
-from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.packages import Packages
 
 
@@ -56,14 +53,7 @@ class Context:
 
     def evaluate(self, expression: str) -> str:
         """A Python expression's value as text; it can compute and nothing more."""
-        try:
-            return str(compiled(expression)(_Names()))
-        except InvalidExpression as error:
-            raise Fault("L014", f"the expression cannot be read: {error}", "", expression) from None
-        except ExpressionFault as error:
-            raise Fault("L014", error.message, error.hint, expression) from None
-        except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
-            raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None
+        return evaluated(expression, _Names())
 
 
 class _Names:

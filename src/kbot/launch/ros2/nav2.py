@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from kbot.launch.ros2.context import Context
+from kbot.launch.ros2.parameters import read_parameter_file
 from kbot.launch.ros2.substitutions import Condition, Substitution, as_substitution, is_true, performed
-from kbot.launch.substitution import Fault
-from kbot.launch.values import convert, load_yaml
+from kbot.launch.values import convert
 from kbot.text import read_source
 
 
@@ -36,7 +36,7 @@ class RewrittenYaml(Substitution):
 
         values = {name: performed(value, context) for name, value in self.values.items()}
         keys = {name: performed(value, context) for name, value in self.keys.items()}
-        data = self._rewritten(_loaded(self.source.perform(context)), "", values, keys)
+        data = self._rewritten(read_parameter_file(self.source.perform(context)), "", values, keys)
         root = performed(self.root_key, context).strip("/") if self.root_key is not None else ""
         return _file(yaml.safe_dump({root: data} if root else data), ".yaml")
 
@@ -83,7 +83,7 @@ class HasNodeParams(Substitution):
         self.source, self.node = as_substitution(source_file), as_substitution(node_name)
 
     def perform(self, context: Context) -> str:
-        return str(self.node.perform(context) in _loaded(self.source.perform(context)))
+        return str(self.node.perform(context) in read_parameter_file(self.source.perform(context)))
 
 
 class LaunchConfigAsBool(Substitution):
@@ -94,16 +94,6 @@ class LaunchConfigAsBool(Substitution):
 
     def perform(self, context: Context) -> str:
         return str(is_true(context.launch_configurations.get(self.name, "false")))
-
-
-def _loaded(path: str) -> dict[str, Any]:
-    try:
-        data = load_yaml(read_source(path).text)
-    except ValueError as error:
-        raise Fault("L033", f"the YAML in {path} cannot be read: {error}") from None
-    if not isinstance(data, dict):
-        raise Fault("L033", f"{path} is no parameter file: NODE: ros__parameters: … is expected")
-    return data
 
 
 def _file(text: str, suffix: str) -> str:

@@ -43,15 +43,25 @@ def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Any]
         Fault: L033, it is no parameter file.
         DescriptionError: it cannot be read.
     """
+    found: dict[str, Any] = {}
+    _collect(read_parameter_file(path), "", node, found, context)
+    return found
+
+
+def read_parameter_file(path: str) -> dict[str, Any]:
+    """The whole of a parameter file, nodes by name.
+
+    Raises:
+        Fault: L033, it is no parameter file.
+        DescriptionError: it cannot be read.
+    """
     try:
         data = load_yaml(read_source(path).text)
     except ValueError as error:
         raise Fault("L033", f"the YAML in {path} cannot be read: {error}") from None
     if not isinstance(data, dict):
         raise Fault("L033", f"{path} is no parameter file: NODE: ros__parameters: … is expected")
-    found: dict[str, Any] = {}
-    _collect(data, "", node, found, context)
-    return found
+    return data
 
 
 def _collect(
