@@ -1,7 +1,7 @@
 import { Connection, type Line } from "./connection";
 import { DisplaySet, type LookingFrom, type Setup, type Status } from "./displays/set";
 import { download } from "./dom";
-import { rememberedOptions, rememberedTheme, type Options } from "./options";
+import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
 import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
@@ -68,7 +68,7 @@ export class App {
   }
 
   setOption<K extends keyof Options>(name: K, value: Options[K]): void {
-    this.options.set({ ...this.options.value, [name]: value });
+    this.options.set(withOption(this.options.value, name, value));
   }
 
   /** Asks for the settings in a file that was chosen here. */

@@ -46,6 +46,7 @@ export class Driver {
   private press(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event.target)) return;
     if (!(event.code in KEYS) || !this.canDrive) return;
+    if (event.shiftKey && event.code.startsWith("Arrow")) return; // turns the view
     event.preventDefault();
     // a key that was let go of by a stop counts again when it is pressed again
     if (event.repeat) return;

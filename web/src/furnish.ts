@@ -24,6 +24,7 @@ import { usePush } from "./push";
 import { timelineBar } from "./time/timeline";
 import { bodyChoice, toolBar } from "./tools/bar";
 import { ToolBox } from "./tools/toolbox";
+import { lookByKeys } from "./view/keyboard";
 import type { View } from "./view/view";
 
 /** The places around the picture. */
@@ -51,6 +52,7 @@ export function furnish(app: App, view: View, picture: HTMLElement, { left, cent
   centre.append(...toolBar(app, tools, body.element));
   usePush(app, view);
   keepKeysForDriving();
+  lookByKeys(view.stage, () => view.writeAddress());
   useGamepad(driver);
   useKeys(app, view, driver, showHelp, tools, body);
 }

@@ -1,4 +1,5 @@
 import { Signal } from "./signal";
+import type { Side } from "./view/sides";
 
 /** How one looks, as this browser remembers it. */
 export interface Options {
@@ -7,6 +8,8 @@ export interface Options {
   ride: boolean;
   /** Without perspective. */
   flat: boolean;
+  /** From above or a side, flat and staying so; empty from anywhere. */
+  side: Side | "";
   /** Joints in rad and m, not degrees and mm. */
   radians: boolean;
 }
@@ -20,6 +23,7 @@ const DEFAULTS: Options = {
   follow: true,
   ride: false,
   flat: false,
+  side: "",
   radians: false,
 };
 
@@ -27,6 +31,12 @@ export function rememberedOptions(): Signal<Options> {
   const signal = new Signal<Options>({ ...DEFAULTS, ...(recalled(KEY) as Partial<Options> | null) });
   signal.watch((options) => remember(KEY, options));
   return signal;
+}
+
+/** The options with one of them changed, and what does not go with it given up. */
+export function withOption<K extends keyof Options>(options: Options, name: K, value: Options[K]): Options {
+  const leavesSide = (name === "flat" && value === false) || (name === "ride" && value === true);
+  return { ...options, ...(leavesSide ? { side: "" } : {}), [name]: value };
 }
 
 /** The theme chosen here before, else the system's. */

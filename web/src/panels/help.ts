@@ -14,6 +14,8 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["P", "pause, go on", "sim"],
   [".", "step, when paused", "sim"],
   ["R", "reset", "sim"],
+  ["Shift + arrows, Ctrl + arrows", "turn the view, move it"],
+  ["+, -", "come closer, go back"],
   ["F", "see the whole robot, or the chosen link"],
   ["0 – 9", "displays on and off"],
   ["O", "with or without perspective"],

@@ -1,7 +1,7 @@
 import type { App } from "../app";
 import { h, toggle } from "../dom";
 import { icon, type IconName } from "../icons";
-import type { Options } from "../options";
+import type { Side } from "../view/sides";
 import type { View } from "../view/view";
 import { saveMenu } from "./save-menu";
 
@@ -11,7 +11,7 @@ interface Chip {
   image: IconName;
   label: string;
   key: string;
-  option?: keyof Options;
+  option?: "follow" | "ride" | "flat";
   display?: string;
   property?: string;
 }
@@ -71,8 +71,11 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   };
   app.about.watch(hide);
   app.topics.list.watch(hide);
-  const look = (label: string, azimuth: number, elevation: number): HTMLButtonElement =>
-    h("button", { type: "button", title: `Look from ${label.toLowerCase()}`, onclick: () => view().fit(azimuth, elevation) }, label);
+  const look = (label: string, side: Side): HTMLButtonElement => {
+    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () => view().lookFromSide(side));
+    app.options.watch((options) => made.setAttribute("aria-pressed", String(options.side === side)));
+    return made;
+  };
   const flat = button(app, FLAT, "Without perspective (O)", "Ortho");
   return h(
     "div",
@@ -82,9 +85,9 @@ export function toolbar(app: App, view: () => View): HTMLElement {
       "div",
       { class: "chips looks", role: "toolbar", "aria-label": "View" },
       h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().fit() }, icon("fit")),
-      look("Front", 0, 6),
-      look("Side", 270, 6),
-      look("Top", 270, 89.9),
+      look("Front", "front"),
+      look("Side", "side"),
+      look("Top", "top"),
       flat,
       ...along,
       saveMenu(app, view),

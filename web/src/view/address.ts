@@ -7,9 +7,14 @@ export interface SavedView {
   follow: boolean;
 }
 
+/** Decimal digits of the distance to which places are written, so that directions come out the same. */
+const FINE = 6;
+
 /** A view as the part of an address after the hash. */
 export function viewHash(view: SavedView): string {
-  const text = (numbers: number[]): string => numbers.map((value) => Number(value.toPrecision(5))).join(",");
+  const distance = Math.hypot(...view.eye.map((value, i) => value - view.target[i]!));
+  const digits = Math.min(12, Math.max(0, FINE - Math.floor(Math.log10(distance))));
+  const text = (numbers: number[]): string => numbers.map((value) => Number(value.toFixed(digits))).join(",");
   return `#eye=${text(view.eye)}&at=${text(view.target)}${view.orthographic ? "&flat" : ""}${view.ride ? "&ride" : ""}${view.follow ? "" : "&still"}`;
 }
 

@@ -4,12 +4,14 @@ import {
   HemisphereLight,
   MathUtils,
   Mesh,
+  MOUSE,
   MeshStandardMaterial,
   Object3D,
   OrthographicCamera,
   PCFShadowMap,
   PerspectiveCamera,
   Scene,
+  TOUCH,
   Vector2,
   Vector3,
   WebGLRenderer,
@@ -18,10 +20,13 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { Theme } from "../options";
 import { PALETTES } from "./palette";
+import { TILT, type Side } from "./sides";
 
 const FIELD_OF_VIEW = 32;
 /** By when the first picture is on the screen, in milliseconds. */
 const SHOWN = 50;
+/** How far from straight up one sees from below, in rad. */
+const LOWEST = MathUtils.degToRad(178);
 const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
 export type Camera = PerspectiveCamera | OrthographicCamera;
@@ -77,7 +82,7 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.enableDamping = !this.isSoftware && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.controls.dampingFactor = 0.14;
-    this.controls.maxPolarAngle = MathUtils.degToRad(178);
+    this.hold("");
     this.controls.addEventListener("change", () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(holder);
     this.resize();
@@ -135,11 +140,28 @@ export class Stage {
     return this.camera === this.orthographic;
   }
 
+  /** Keeps looking from above, turning about the vertical alone, or from a side, moved by what else turns. */
+  hold(side: Side | ""): void {
+    const { controls } = this;
+    const isTurned = side === "" || side === "top";
+    controls.minPolarAngle = side === "top" ? TILT : 0;
+    controls.maxPolarAngle = side === "top" ? TILT : LOWEST;
+    controls.enableRotate = isTurned;
+    controls.mouseButtons.LEFT = isTurned ? MOUSE.ROTATE : MOUSE.PAN;
+    controls.touches.ONE = isTurned ? TOUCH.ROTATE : TOUCH.PAN;
+  }
+
+  /** Where the eye is; without perspective as far away as shows as much with it. */
+  get eye(): Vector3 {
+    const { target } = this.controls;
+    return this.camera.position.clone().sub(target).divideScalar(this.camera.zoom).add(target);
+  }
+
   /** With or without perspective, from the same place and at the same size. */
   setOrthographic(on: boolean): void {
     if (on === this.isOrthographic) return;
     const other = on ? this.orthographic : this.perspective;
-    other.position.copy(this.camera.position);
+    other.position.copy(this.eye);
     other.quaternion.copy(this.camera.quaternion);
     this.camera = this.controls.object = other;
     this.orthographic.zoom = 1;

@@ -14,11 +14,13 @@ import { PALETTES } from "./palette";
 import { takePicture, type Wanted } from "./picture";
 import { RobotObject } from "./robot";
 import { forgetPrimitives } from "./shapes";
+import { sideOf, SIDES, type Side } from "./sides";
 import { Stage } from "./stage";
 import { Transforms } from "./transforms";
 import { readView, viewHash } from "./address";
 
-const ELEVATION = 28;
+/** Azimuth and elevation in degrees. */
+const ASLANT = [215, 28] as const;
 
 /** The picture: the robot in its world, and the eye that looks at it. */
 export class View implements Picture {
@@ -62,7 +64,7 @@ export class View implements Picture {
     app.displays.globals.watch(() => this.showGlobals());
     app.asked.watch((view) => view !== null && this.placed && this.lookFromFile(view));
     app.lookingFrom = () => ({
-      eye: this.stage.camera.position.toArray(),
+      eye: this.stage.eye.toArray(),
       target: this.stage.controls.target.toArray(),
       flat: this.stage.isOrthographic,
       follow: app.options.value.follow,
@@ -90,15 +92,25 @@ export class View implements Picture {
     this.stage.invalidate();
   }
 
-  /** Looks at the whole robot from a direction in degrees. */
-  fit(azimuth = 215, elevation = ELEVATION): void {
-    this.lookFrom(azimuth, elevation);
+  /** Looks at the whole robot, from the side that is held or aslant from above. */
+  fit(): void {
+    this.lookAtAll();
     this.writeAddress();
   }
 
-  private lookFrom(azimuth: number, elevation: number): void {
+  /** Looks from a side without perspective and stays there; from where it did already, aslant again. */
+  lookFromSide(side: Side): void {
+    const { options } = this.app;
+    const isLeft = options.value.side === side;
+    options.set({ ...options.value, side: isLeft ? "" : side, flat: !isLeft, ride: false });
+    this.fit();
+  }
+
+  private lookAtAll(): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
+    const { side } = this.app.options.value;
+    const [azimuth, elevation] = side === "" ? ASLANT : SIDES[side];
     const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
     this.stage.look(this.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
   }
@@ -134,9 +146,7 @@ export class View implements Picture {
   }
 
   private lookFromFile({ eye, target, flat, follow }: LookingFrom): void {
-    this.app.setOption("flat", flat);
-    this.app.setOption("follow", follow);
-    this.app.setOption("ride", false);
+    this.app.options.set({ ...this.app.options.value, flat, follow, ride: false, side: flat ? sideOf(eye, target) : "" });
     this.stage.camera.position.fromArray(eye as number[]);
     this.stage.lookAt(new Vector3().fromArray(target as number[]));
   }
@@ -145,18 +155,19 @@ export class View implements Picture {
   private openAddress(): boolean {
     const view = readView(location.hash);
     if (view === null) return false;
-    this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow });
+    const side = view.orthographic && !view.ride ? sideOf(view.eye, view.target) : "";
+    this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow, side });
     this.stage.camera.position.fromArray(view.eye);
     this.stage.lookAt(new Vector3().fromArray(view.target));
     return true;
   }
 
   /** Puts the view into the page's address, so that a link to it opens the same. */
-  private writeAddress(): void {
+  writeAddress(): void {
     if (location.protocol === "about:") return; // within another page, which has the address
-    const { camera, controls } = this.stage;
+    const { eye, controls } = this.stage;
     const { flat, ride, follow } = this.app.options.value;
-    const hash = viewHash({ eye: camera.position.toArray(), target: controls.target.toArray(), orthographic: flat, ride, follow });
+    const hash = viewHash({ eye: eye.toArray(), target: controls.target.toArray(), orthographic: flat, ride, follow });
     history.replaceState(null, "", hash);
   }
 
@@ -199,7 +210,7 @@ export class View implements Picture {
       this.placed = true;
       const { value: view } = this.app.asked;
       if (!this.openAddress()) {
-        if (view === null) this.lookFrom(215, ELEVATION);
+        if (view === null) this.lookAtAll();
         else this.lookFromFile(view);
       }
     } else if (this.app.options.value.ride) {
@@ -292,6 +303,7 @@ export class View implements Picture {
     const options = this.app.options.value;
     this.stage.controls.enabled = !options.ride;
     this.stage.setOrthographic(options.flat && !options.ride);
+    this.stage.hold(options.side);
     const kind = `${options.flat} ${options.ride} ${options.follow}`;
     if (this.kind !== "" && kind !== this.kind && this.placed) this.writeAddress();
     this.kind = kind;

@@ -1,0 +1,23 @@
+import { Vector3 } from "three";
+
+export type Side = "top" | "front" | "side";
+
+/** So far from straight down, in rad, that it is known which way is up in the picture. */
+export const TILT = 1e-3;
+/** Azimuth and elevation in degrees. */
+export const SIDES: Readonly<Record<Side, readonly [number, number]>> = {
+  front: [0, 0],
+  side: [270, 0],
+  top: [270, 90 - (TILT * 180) / Math.PI],
+};
+const DIRECTIONS: readonly [Side, Vector3][] = [
+  ["top", new Vector3(0, 0, 1)],
+  ["front", new Vector3(1, 0, 0)],
+  ["side", new Vector3(0, -1, 0)],
+];
+
+/** The side from which an eye looks at its target, both in m; empty where it is none. */
+export function sideOf(eye: readonly number[], target: readonly number[]): Side | "" {
+  const away = new Vector3().fromArray(eye as number[]).sub(new Vector3().fromArray(target as number[]));
+  return DIRECTIONS.find(([, direction]) => away.angleTo(direction) < 2 * TILT)?.[0] ?? "";
+}
