@@ -70,6 +70,8 @@ def meant(hint: Any) -> st.SearchStrategy[Any]:
     if hint is str:
         assert isinstance(bound, Length)
         return TEXTS
+    if typing.get_origin(hint) is tuple:
+        return st.lists(TEXTS | st.sampled_from(["state twist.0", "/odom pose.pose.position.x"]), max_size=13)
     return st.recursive(
         st.dictionaries(FIELDS_OF_MESSAGES, ANYTHING, max_size=3),
         lambda inner: st.dictionaries(FIELDS_OF_MESSAGES, inner | NUMBERS, max_size=3),

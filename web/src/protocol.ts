@@ -112,7 +112,7 @@ export interface Things {
   type: "things";
 }
 
-/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. */
+/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. */
 export interface State {
   revision: number;
   time: number;
@@ -129,6 +129,7 @@ export interface State {
   odometry: readonly number[];
   driver: number;
   resets: number;
+  at: number;
   type: "state";
 }
 
@@ -257,6 +258,30 @@ export interface Timeline {
   silent: readonly string[];
   recording: RecordingView | null;
   type: "timeline";
+}
+
+/** What was at moments `at` along the timeline, which were `time` by the simulation's clock: a list of values for each field, null where there was none yet. Of more moments than a picture has columns every second, third and so on is given. */
+export interface Series {
+  number: number;
+  start: number;
+  end: number;
+  is_thinned: boolean;
+  at: readonly number[];
+  time: readonly number[];
+  values: readonly (readonly (number | null)[])[];
+  type: "series";
+}
+
+/** A plot as SVG, for the browser to keep. */
+export interface PlotDrawn {
+  svg: string;
+  type: "plot_drawn";
+}
+
+/** What was done, in words. */
+export interface Told {
+  text: string;
+  type: "told";
 }
 
 /** A message was not obeyed. */
@@ -466,6 +491,11 @@ export interface GoLive {
   type: "go_live";
 }
 
+/** Let the simulation go on from the moment that this page is shown, or the nearest one that was saved. */
+export interface Resume {
+  type: "resume";
+}
+
 /** Whether a recording that came to its end begins again. */
 export interface SetLoop {
   loop: boolean;
@@ -478,6 +508,27 @@ export interface RecordRun {
   type: "record";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Refused;
+/** Say how numbers went from `start` to `end` seconds along the timeline; `number` comes back with the answer. A field is `/topic path.to.it`, or `state path.to.it` of the State, whose positions go by joint. */
+export interface AskSeries {
+  number: number;
+  fields: readonly string[];
+  start: number;
+  end: number;
+  type: "ask_series";
+}
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | SetLoop | RecordRun;
+/** Draw the same as SVG, of so many pixels; `labels` are the names of the fields. */
+export interface DrawPlot {
+  fields: readonly string[];
+  labels: readonly string[];
+  start: number;
+  end: number;
+  theme: "dark" | "light";
+  width: number;
+  height: number;
+  type: "draw_plot";
+}
+
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Series | PlotDrawn | Told | Refused;
+
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | AskSeries | DrawPlot;

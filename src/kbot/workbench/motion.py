@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -17,6 +17,7 @@ from kbot.workbench.foreign_frames import Frames
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control, slider_range
 from kbot.workbench.timeline.recording import RunRecording
+from kbot.workbench.timeline.series import Field, Making
 from kbot.world import World
 
 
@@ -97,6 +98,10 @@ class Motion(Protocol):
     @property
     def timeline(self) -> Timeline | None:
         """Where it stands in a recording that is played; None where none is."""
+        ...
+
+    def series(self, fields: Sequence[Field], start: float, end: float) -> Making | None:
+        """How numbers went from `start` to `end` seconds of it; None where none is played."""
         ...
 
     def seek(self, at: float) -> None:
@@ -192,6 +197,9 @@ class Sliders:
 
     @property
     def timeline(self) -> Timeline | None:
+        return None
+
+    def series(self, fields: Sequence[Field], start: float, end: float) -> None:
         return None
 
     def seek(self, at: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from kbot.model import Robot
 from kbot.workbench.about import Mode, Offers, about
@@ -48,6 +48,7 @@ from kbot.workbench.protocol import (
 from kbot.workbench.source.shown import Reader, Shown
 from kbot.workbench.stage import Stage
 from kbot.workbench.timeline.recording import RunRecording
+from kbot.workbench.timeline.series import Field, Making
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
@@ -80,6 +81,8 @@ class Session:
         """Called when the description is to be read anew, without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
         """Tells every page."""
+        self.along: Callable[[float], float] = lambda time: time
+        """Where a simulated time, which is now, is along the timeline."""
         self._motion = make_motion(self._robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
@@ -162,7 +165,12 @@ class Session:
             odometry=tuple(round(v, 6) for v in moment.odometry),
             driver=self._deadman.driver,
             resets=self._resets,
+            at=round(self._along(moment.time), 4),
         )
+
+    def _along(self, time: float) -> float:
+        played = self.timeline()
+        return played.at if played is not None else self.along(time)
 
     @property
     def paused(self) -> bool:
@@ -176,6 +184,10 @@ class Session:
     def timeline(self) -> Timeline | None:
         """That of the recording that is played; None where none is."""
         return self._motion.timeline
+
+    def series(self, fields: Sequence[Field], start: float, end: float) -> Making | None:
+        """How numbers went in the recording that is played; None where none is."""
+        return self._motion.series(fields, start, end)
 
     def advance(self, wall_seconds: float) -> bool:
         """Let wall time pass; whether anything may have changed."""

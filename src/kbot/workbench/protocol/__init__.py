@@ -36,8 +36,9 @@ from kbot.workbench.protocol.from_page import (
     Undo,
     Unsubscribe,
 )
+from kbot.workbench.protocol.plot import AskSeries, DrawPlot, PlotDrawn, Series
 from kbot.workbench.protocol.scene import BodyView, InertiaView, JointView, LinkView, Scene, Things
-from kbot.workbench.protocol.time import GoLive, RecordingView, RecordRun, Seek, SetLoop, Timeline
+from kbot.workbench.protocol.time import GoLive, RecordingView, RecordRun, Resume, Seek, SetLoop, Timeline
 from kbot.workbench.protocol.to_page import (
     About,
     Displays,
@@ -53,6 +54,7 @@ from kbot.workbench.protocol.to_page import (
     SourceText,
     State,
     Step,
+    Told,
     TopicMessage,
     Topics,
     TopicView,
@@ -75,12 +77,14 @@ __all__ = [
     "Action",
     "Advance",
     "ApplyFix",
+    "AskSeries",
     "BodyView",
     "Delete",
     "Displays",
     "DisplaysSaved",
     "DisplaysText",
     "Disturb",
+    "DrawPlot",
     "Drive",
     "DropParameters",
     "EditSource",
@@ -105,6 +109,7 @@ __all__ = [
     "PathName",
     "Pause",
     "Place",
+    "PlotDrawn",
     "Publish",
     "Push",
     "Range",
@@ -113,9 +118,11 @@ __all__ = [
     "Refused",
     "Reset",
     "ResetPart",
+    "Resume",
     "SaveDisplays",
     "Scene",
     "Seek",
+    "Series",
     "SetJoint",
     "SetJoints",
     "SetLoop",
@@ -133,6 +140,7 @@ __all__ = [
     "Subscribe",
     "Things",
     "Timeline",
+    "Told",
     "TopicMessage",
     "TopicView",
     "Topics",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from kbot.workbench.protocol.time import GoLive, RecordRun, Seek, SetLoop
+from kbot.workbench.protocol.plot import AskSeries, DrawPlot
+from kbot.workbench.protocol.time import GoLive, RecordRun, Resume, Seek, SetLoop
 from kbot.workbench.protocol.values import Name, PathName, Range, SettingsText
 
 
@@ -288,6 +289,9 @@ FromPage = (
     | OpenDisplays
     | Seek
     | GoLive
+    | Resume
     | SetLoop
     | RecordRun
+    | AskSeries
+    | DrawPlot
 )

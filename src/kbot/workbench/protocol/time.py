@@ -25,6 +25,13 @@ class GoLive:
 
 
 @dataclass(frozen=True, slots=True)
+class Resume:
+    """Let the simulation go on from the moment that this page is shown, or the nearest one that was saved."""
+
+    type: Literal["resume"] = "resume"
+
+
+@dataclass(frozen=True, slots=True)
 class SetLoop:
     """Whether a recording that came to its end begins again."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from kbot.workbench.protocol.plot import PlotDrawn, Series
 from kbot.workbench.protocol.scene import Scene, Things
 from kbot.workbench.protocol.time import Timeline
 from kbot.workbench.protocol.values import Place
@@ -17,7 +18,8 @@ class State:
     of them; `frame_poses` are theirs in the world.
 
     `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y,
-    yaw as the wheels tell it. `rate` is simulated time per wall time.
+    yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along
+    the timeline.
     """
 
     revision: int
@@ -35,6 +37,7 @@ class State:
     odometry: tuple[float, ...]
     driver: int
     resets: int
+    at: float = 0.0
     type: Literal["state"] = "state"
 
 
@@ -215,6 +218,14 @@ class Parameters:
 
 
 @dataclass(frozen=True, slots=True)
+class Told:
+    """What was done, in words."""
+
+    text: str
+    type: Literal["told"] = "told"
+
+
+@dataclass(frozen=True, slots=True)
 class Refused:
     """A message was not obeyed."""
 
@@ -236,5 +247,8 @@ FromServer = (
     | DisplaysText
     | DisplaysSaved
     | Timeline
+    | Series
+    | PlotDrawn
+    | Told
     | Refused
 )

@@ -16,7 +16,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """The longest text, in characters, that a page may send."""
+    """The longest text, in characters, or list that a page may send."""
 
     most: int
 
@@ -26,6 +26,8 @@ ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 Name = Annotated[str, Length(256)]
 SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
+Fields = Annotated[tuple[Name, ...], Length(12)]
+"""What is plotted together."""
 
 
 @dataclass(frozen=True, slots=True)

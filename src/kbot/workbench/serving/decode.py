@@ -82,6 +82,12 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
         if not isinstance(value, bool):
             raise BadMessage(f"{where} is {_short(value)}, not true or false")
         return value
+    if typing.get_origin(hint) is tuple:
+        if not isinstance(value, list):
+            raise BadMessage(f"{where} is {_short(value)}, not a list")
+        if isinstance(bound, Length) and len(value) > bound.most:
+            raise BadMessage(f"{where} has {len(value)} entries: at most {bound.most} are read")
+        return tuple(_check(one, typing.get_args(hint)[0], f"{where}.{n}") for n, one in enumerate(value))
     if typing.get_origin(hint) is dict:
         if not isinstance(value, dict):
             raise BadMessage(f"{where} is {_short(value)}, not a JSON object")

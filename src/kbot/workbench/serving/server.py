@@ -21,6 +21,8 @@ from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 from kbot.workbench.deadman import NOBODY
 from kbot.workbench.protocol import (
+    AskSeries,
+    DrawPlot,
     Drive,
     FromPage,
     GoLive,
@@ -39,6 +41,7 @@ from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.serving.page_files import load_page, with_greeting
+from kbot.workbench.serving.plotting import Plotting
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.past import Past
 from kbot.workbench.watch import Watcher
@@ -51,6 +54,8 @@ TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
 EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
 """What can be taken out of the page; its HTML is to be saved, not opened beside the page."""
+_CHANGE_NOTHING = OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive | AskSeries | DrawPlot
+"""What pages ask for that is answered, or seen when time passes."""
 _FOR_EVER = "max-age=31536000, immutable"
 
 
@@ -62,6 +67,7 @@ class Server:
         self.access = access
         self.hub = Hub()
         self.past = Past(session, self.hub)
+        self._plotting = Plotting(self.past)
         self._complaints = Complaints(log)
         self._page = load_page()
         self._changed = True
@@ -167,6 +173,7 @@ class Server:
             with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
                 await pump
             self.hub.leave(client)
+            self._plotting.leave(client)
             session.leave(client.number)
             self._changed = True
 
@@ -183,6 +190,8 @@ class Server:
                     self.past.seek(client, at)
                 case GoLive():
                     self.past.go_live(client)
+                case AskSeries() | DrawPlot():
+                    self._plotting.ask(client, message)
                 case _:
                     for answer in self.session.obey(message, client.number):
                         client.put(answer)
@@ -190,7 +199,7 @@ class Server:
             if isinstance(error, BadMessage):
                 self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
-        if not isinstance(message, OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive):
+        if not isinstance(message, _CHANGE_NOTHING):
             self._changed = True
 
     def _subscribe(self, client: Client, topic: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from itertools import pairwise
 
 Frame = str | bytes
@@ -55,15 +55,27 @@ class _Chunk:
         """The last frame of each key until `at`."""
         count = bisect_right(self._times, at)
         last = {self._keys[index]: index for index in range(count)}
-        if self._frames:
-            return {key: self._frames[index] for key, index in last.items()}
+        return dict(zip(last, self._unpacked(last.values()), strict=True))
+
+    def told(self, keys: Collection[str], after: float, until: float) -> list[tuple[float, str, Frame]]:
+        """When, of what and what, in order."""
+        low, high = bisect_right(self._times, after), bisect_right(self._times, until)
+        which = [index for index in range(low, high) if self._keys[index] in keys]
+        times, names = (self._times[i] for i in which), (self._keys[i] for i in which)
+        return list(zip(times, names, self._unpacked(which), strict=True))
+
+    def count(self, key: str, after: float, until: float) -> int:
+        """How often a key was told of."""
+        low, high = bisect_right(self._times, after), bisect_right(self._times, until)
+        return self._keys[low:high].count(key)
+
+    def _unpacked(self, which: Collection[int]) -> list[Frame]:
+        if self._frames or not which:
+            return [self._frames[index] for index in which]
         data = zlib.decompress(self._packed)
         spans = list(pairwise(self._ends))
-        found: dict[str, Frame] = {}
-        for key, index in last.items():
-            part = data[slice(*spans[index])]
-            found[key] = part.decode() if self._are_text[index] else part
-        return found
+        parts = ((index, data[slice(*spans[index])]) for index in which)
+        return [part.decode() if self._are_text[index] else part for index, part in parts]
 
 
 class History:
@@ -90,11 +102,12 @@ class History:
         """Bytes held."""
         return sum(chunk.size for chunk in self._chunks) + sum(map(len, self._before.values()))
 
-    def pass_to(self, time: float) -> None:
-        """Simulated time, in s, is this now."""
+    def pass_to(self, time: float) -> float:
+        """Simulated time, in s, is this now; where that is along the timeline."""
         if self._time is not None:
             self.end += min(max(0.0, time - self._time), LONGEST_GAP)
         self._time = time
+        return self.end
 
     def add_some(self, key: str, frame: Frame) -> None:
         """As `add`, but of what comes often and is large not everything."""
@@ -123,6 +136,19 @@ class History:
             if not wanted:
                 return found
         return {**found, **{key: self._before[key] for key in wanted & self._before.keys()}}
+
+    def between(
+        self, keys: Collection[str], after: float, until: float
+    ) -> Iterator[list[tuple[float, str, Frame]]]:
+        """What was told of keys after a moment and until another, about a second at once."""
+        for chunk in tuple(self._chunks):
+            if chunk.start > until:
+                return
+            yield chunk.told(keys, after, until)
+
+    def count(self, key: str, after: float, until: float) -> int:
+        """How often a key was told of in that time."""
+        return sum(chunk.count(key, after, until) for chunk in self._chunks)
 
     @property
     def _is_long(self) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from kbot.workbench.protocol import State, Timeline
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.history import Frame, History
-
-SCENE, STATE, TOPIC = "scene", "state", "topic:"
+from kbot.workbench.timeline.series import SCENE, STATE, TOPIC, Field, Making, series_of_history
 
 
 class Past:
@@ -19,12 +20,13 @@ class Past:
         self._history = History()
         self._revision = 0
         self._scene: str = ""
+        if session.mode == "sim":
+            session.along = self._history.pass_to
 
     def tell_state(self, state: State) -> None:
         """Tell those who look at what is, and keep it for later."""
         text = encode(state)
         if self._session.mode == "sim":
-            self._history.pass_to(state.time)
             if self._revision != state.revision:
                 self._revision, self._scene = state.revision, encode(self._session.scene)
                 self._history.add(SCENE, self._scene)
@@ -52,6 +54,11 @@ class Past:
             client.put_frame(SCENE, scene)
         for key, frame in found.items():
             client.put_frame(key, frame)
+
+    def series(self, fields: Sequence[Field], start: float, end: float) -> Making:
+        """How numbers went from `start` to `end` seconds along the timeline."""
+        making = self._session.series(fields, start, end)
+        return making if making is not None else series_of_history(self._history, fields, start, end)
 
     def go_live(self, client: Client) -> None:
         """Show a page what is."""

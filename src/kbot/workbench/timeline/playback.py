@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NoReturn
 
-import numpy as np
-
-from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.transform import Transform
-from kbot.messages import Bus, Clock, JointState, Odometry, Publisher, TFMessage
-from kbot.model import JointType, Robot
+from kbot.messages import Bus, Clock, JointState, Publisher, TFMessage
+from kbot.model import Robot
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
 from kbot.workbench.description import Description
-from kbot.workbench.foreign_frames import WORLD, ForeignFrames, plain, read_transform
+from kbot.workbench.foreign_frames import WORLD, ForeignFrames
 from kbot.workbench.motion import Moment
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
+from kbot.workbench.timeline.recorded_series import series_of_run
 from kbot.workbench.timeline.recording import RunRecording
+from kbot.workbench.timeline.series import Field, Making
+from kbot.workbench.timeline.told import Told
 from kbot.world import World
 
 LOOKS = 1.0, 4.0
@@ -52,8 +50,7 @@ class Playback:
 
     def __init__(self, robot: Robot, run: RecordedRun) -> None:
         self._robot, self._run = robot, run
-        self._tree = FrameTree(robot)
-        self._movable = {joint.name: joint for joint in robot.movable_joints}
+        self._told = Told(robot)
         self.bus, self.clock = Bus(), Clock()
         self.loop = False
         self._silent: set[str] = set()
@@ -62,10 +59,6 @@ class Playback:
             name: (self.bus.advertise(name, kind, wanted=self._sayer(name)), kind)
             for name, kind in run.topics.items()
         }
-        self._edges: dict[str, tuple[str, Transform]] = {}
-        """`parent_from_child`, by child."""
-        self._positions: dict[str, float] = {}
-        self._odometry: tuple[tuple[float, float, float], tuple[float, float]] = ((0.0, 0.0, 0.0), (0.0, 0.0))
         self._frames = ForeignFrames(self.bus)
         self._frames.poses({}, {})  # hears from here on
         self._listen()
@@ -114,8 +107,7 @@ class Playback:
         now = min(index.start + round(max(0.0, at) * 1e9), index.end)
         self.clock.set(now)
         self._silent.clear()
-        self._edges.clear()
-        self._positions.clear()
+        self._told.forget()
         self._frames.forget()
         for message in self._run.statics:
             self._publishers[TF_STATIC][0].publish(message)
@@ -143,18 +135,22 @@ class Playback:
         return (until - before) * 1e-9
 
     def moment(self) -> Moment:
-        positions = self._joint_positions()
-        root = self._world_from(self._robot.root)
-        links = {name: root @ pose for name, pose in self._tree.poses(positions).items()}
-        odometry, twist = self._odometry
+        told = self._told
+        positions = told.positions()
+        root = told.top_from(self._robot.root)
+        links = {name: root @ pose for name, pose in told.tree.poses(positions).items()}
         return Moment(
-            time=(self.clock.nanoseconds + self._run.stamp_offset) * 1e-9,
-            positions={name: positions.get(name, 0.0) for name in self._movable},
+            time=self._run.seconds_at(self.clock.nanoseconds),
+            positions={name: positions.get(name, 0.0) for name in told.movable},
             poses=links,
             frames=self._frames.poses(links, {}),
-            twist=twist,
-            odometry=odometry,
+            twist=told.twist,
+            odometry=told.odometry,
         )
+
+    def series(self, fields: Sequence[Field], start: float, end: float) -> Making:
+        """How numbers went from `start` to `end` seconds of the recording."""
+        return series_of_run(self._run, self._robot, fields, start, end)
 
     def run_errands(self) -> bool:
         return False
@@ -200,32 +196,8 @@ class Playback:
         _refuse()
 
     def _listen(self) -> None:
-        hears: dict[type, Callable[[Any], None]] = {TFMessage: self._hear_tf, JointState: self._hear_joints}
-        odometries = [name for name, kind in self._run.topics.items() if kind is Odometry]
-        for name, kind in self._run.topics.items():
-            if name in self._run.moves:
-                self.bus.subscribe(name, kind, hears[kind])
-        for name in odometries[:1]:
-            self.bus.subscribe(name, Odometry, self._hear_odometry)
-
-    def _hear_tf(self, message: TFMessage) -> None:
-        for stamped in message.transforms:
-            transform = read_transform(stamped)
-            if transform is not None:
-                self._edges[plain(stamped.child_frame_id)] = plain(stamped.header.frame_id), transform
-
-    def _hear_joints(self, message: JointState) -> None:
-        for name, position in zip(message.name, message.position, strict=False):
-            if name in self._movable and math.isfinite(position):
-                self._positions[name] = float(position)
-
-    def _hear_odometry(self, message: Odometry) -> None:
-        place, turn = message.pose.pose.position, message.pose.pose.orientation
-        yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
-        speed = message.twist.twist
-        numbers = (place.x, place.y, yaw, speed.linear.x, speed.angular.z)
-        if all(map(math.isfinite, numbers)):
-            self._odometry = numbers[:3], numbers[3:]
+        for name in {*self._run.moves, *self._run.odometry} & self._run.topics.keys():
+            self.bus.subscribe(name, self._run.topics[name], self._told.hear)
 
     def _say_moves(self, now: int) -> None:
         """Say the newest of every frame and joint: each may come in a message, and at a rate, of its own."""
@@ -259,33 +231,6 @@ class Playback:
         else:
             publisher, kind = self._publishers[topic]
             publisher.publish(decode_cdr(entry.cdr, kind))
-
-    def _joint_positions(self) -> dict[str, float]:
-        """As they are told, or as tf has it where they are not."""
-        found = dict(self._positions)
-        for name, joint in self._movable.items():
-            parent, moved = self._edges.get(joint.child, ("", None))
-            if name in found or moved is None or parent != joint.parent or joint.mimic is not None:
-                continue
-            motion = self._tree.pose(joint.child, joint.parent, {}).inverse() @ moved
-            axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
-            if joint.type is JointType.PRISMATIC:
-                found[name] = float(motion.translation @ axis)
-            else:
-                *turn, w = motion.quaternion_xyzw
-                found[name] = 2.0 * math.atan2(float(np.dot(turn, axis)), w)
-        return found
-
-    def _world_from(self, frame: str) -> Transform:
-        """Up to the topmost frame that tf tells of, which is the world."""
-        pose, seen = Transform.identity(), {frame}
-        while frame in self._edges:
-            frame, parent_from_child = self._edges[frame]
-            pose = parent_from_child @ pose
-            if frame in seen:
-                return Transform.identity()
-            seen.add(frame)
-        return pose
 
 
 def _refuse() -> NoReturn:

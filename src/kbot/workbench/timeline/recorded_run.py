@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from kbot.messages import TFMessage
+from kbot.messages import Odometry, TFMessage
 from kbot.record.entry import Entry
 from kbot.record.index import open_index
 from kbot.text import KbotError
@@ -38,6 +38,8 @@ class RecordedRun:
         """Names and types of what can be shown."""
         self.moves = [name for name, kind in self.index.topics.items() if kind in (TF, JOINT_STATE)]
         """The topics that tell where the robot is and how its joints stand."""
+        self.odometry = [name for name, kind in self.topics.items() if kind is Odometry][:1]
+        """The topic that tells what the wheels tell, if there is one."""
         self.description = self._write(self._find_description())
         if not self.moves:
             raise KbotError(
@@ -54,6 +56,10 @@ class RecordedRun:
     @property
     def seconds(self) -> float:
         return (self.index.end - self.index.start) * 1e-9
+
+    def seconds_at(self, nanoseconds: int) -> float:
+        """The stamps of messages at a time of the recording's clock."""
+        return (nanoseconds + self.stamp_offset) * 1e-9
 
     def read(self, entry: Entry) -> Any:  # noqa: ANN401 - whatever its type says
         """The message, None where KBot has no such type. Raises KbotError: the bytes are none."""

@@ -1,0 +1,69 @@
+"""What pages ask to be plotted, made a little at a time, so that all else goes on meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+
+from kbot.text import KbotError
+from kbot.workbench.export.plot import Curve, plot_svg
+from kbot.workbench.protocol import AskSeries, DrawPlot, FromServer, PlotDrawn, Refused, Series
+from kbot.workbench.serving.hub import Client
+from kbot.workbench.timeline.past import Past
+from kbot.workbench.timeline.series import Field, Table
+
+
+class Plotting:
+    """Answers each page's newest question; an older one that is not answered yet is given up."""
+
+    def __init__(self, past: Past) -> None:
+        self._past = past
+        self._answering: dict[tuple[int, str], asyncio.Task[None]] = {}
+
+    def ask(self, client: Client, asked: AskSeries | DrawPlot) -> None:
+        """Raises KbotError: what is asked for does not fit together."""
+        if asked.end < asked.start:
+            raise KbotError(
+                f"a plot goes from a moment to a later one, not from {asked.start} to {asked.end}"
+            )
+        if isinstance(asked, DrawPlot) and len(asked.labels) != len(asked.fields):
+            raise KbotError(f"{len(asked.fields)} fields have as many labels, not {len(asked.labels)}")
+        key = client.number, asked.type
+        self._give_up(key)
+        self._answering[key] = asyncio.create_task(self._answer(client, asked))
+
+    def leave(self, client: Client) -> None:
+        """The page is gone."""
+        for key in [key for key in self._answering if key[0] == client.number]:
+            self._give_up(key)
+
+    def _give_up(self, key: tuple[int, str]) -> None:
+        task = self._answering.pop(key, None)
+        if task is not None:
+            task.cancel()
+
+    async def _answer(self, client: Client, asked: AskSeries | DrawPlot) -> None:
+        making = self._past.series([Field.named(name) for name in asked.fields], asked.start, asked.end)
+        try:
+            while True:
+                next(making)
+                await asyncio.sleep(0)
+        except StopIteration as done:
+            client.put(_answer_to(asked, done.value))
+        except KbotError as error:
+            client.put(Refused(str(error)))
+
+
+def _answer_to(asked: AskSeries | DrawPlot, table: Table) -> FromServer:
+    columns = table.columns(len(asked.fields))
+    if isinstance(asked, AskSeries):
+        return Series(
+            asked.number,
+            asked.start,
+            asked.end,
+            table.is_thinned,
+            tuple(table.at),
+            tuple(table.time),
+            columns,
+        )
+    curves = [Curve(label, values) for label, values in zip(asked.labels, columns, strict=True)]
+    return PlotDrawn(plot_svg(table.time, curves, round(asked.width), round(asked.height), asked.theme))

@@ -1,0 +1,63 @@
+"""Numbers against time, out of a recording: what a plot of all of it is drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from kbot.model import Robot
+from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at
+from kbot.workbench.timeline.told import Told
+
+FINEST = 0.02
+"""Seconds between two moments, at the least."""
+PIECE = 1.0
+"""Seconds that are read at once."""
+
+
+def series_of_run(
+    run: RecordedRun, robot: Robot, fields: Sequence[Field], start: float, end: float
+) -> Making:
+    """What was said from `start` to `end` seconds of a recording, at moments evenly spaced."""
+    index = run.index
+    topics = {one.topic for one in fields if one.topic in run.topics}
+    moving = [*run.moves, *run.odometry] if any(not one.topic for one in fields) else []
+    told, newest = Told(robot), dict[str, Any]()
+    first = index.start + round(start * 1e9)
+    last = min(index.start + round(end * 1e9), index.end)
+    for topic in (*topics, *moving):
+        entry = index.newest(topic, first)
+        if entry is not None:
+            message = run.read(entry)
+            told.hear(message)
+            newest[topic] = message
+    step = max(round(FINEST * 1e9), (last - first) // MOST_MOMENTS + 1)
+    table = Table(is_thinned=step > FINEST * 1e9)
+
+    def row() -> tuple[float | None, ...]:
+        state: dict[str, Any] = {"odometry": told.odometry, "twist": told.twist}
+        if any(one.path[0] == "positions" for one in fields if not one.topic):
+            state["positions"] = told.positions()
+        return tuple(number_at(newest.get(f.topic) if f.topic else state, f.path) for f in fields)
+
+    due, after = first, first
+    while after <= last:
+        until = min(after + round(PIECE * 1e9), last + 1)
+        for entry in index.between({*topics, *moving}, after, until):
+            while due < entry.nanoseconds:
+                table.add((due - index.start) * 1e-9, run.seconds_at(due), row())
+                due += step
+            message = run.read(entry)
+            if entry.topic in moving:
+                told.hear(message)
+            if entry.topic in topics:
+                newest[entry.topic] = message
+        after = until
+        if until > last:
+            break
+        yield
+    while due <= last:
+        table.add((due - index.start) * 1e-9, run.seconds_at(due), row())
+        due += step
+    return table

@@ -1,0 +1,122 @@
+"""Numbers against time, out of what pages were told: what a plot of the last minutes is drawn from."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import struct
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from kbot.workbench.timeline.history import Frame, History
+
+SCENE, STATE, TOPIC = "scene", "state", "topic:"
+"""By what the history keeps what it was told."""
+MOST_MOMENTS = 3000
+"""More than a picture has columns."""
+OF_STATE = "state"
+
+Number = float | None
+
+
+@dataclass(slots=True)
+class Table:
+    """Moments along the timeline, what the simulation's clock said then, and a row of values for each."""
+
+    at: list[float] = field(default_factory=list)
+    time: list[float] = field(default_factory=list)
+    rows: list[tuple[Number, ...]] = field(default_factory=list)
+    is_thinned: bool = False
+
+    def add(self, at: float, time: float, row: tuple[Number, ...]) -> None:
+        self.at.append(round(at, 4))
+        self.time.append(round(time, 6))
+        self.rows.append(row)
+
+    def columns(self, count: int) -> tuple[tuple[Number, ...], ...]:
+        """A list of values for each of so many fields."""
+        return tuple(zip(*self.rows, strict=True)) if self.rows else ((),) * count
+
+
+Making = Generator[None, None, Table]
+"""A table in the making, which may be left alone for a while at each `None`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Where a number is: on a topic, none for the state, and in its message."""
+
+    topic: str
+    path: tuple[str, ...]
+
+    @classmethod
+    def named(cls, text: str) -> Field:
+        """Of `/topic path.to.it`, or `state path.to.it`."""
+        topic, _, path = text.partition(" ")
+        return cls("" if topic == OF_STATE else topic, tuple(path.split(".")))
+
+
+def number_at(message: Any, path: Sequence[str]) -> Number:  # noqa: ANN401 - whatever a topic carries
+    """The number at a path of a message, plain or not; a truth is 0 or 1; None where there is none."""
+    value = message
+    for key in path:
+        try:
+            if dataclasses.is_dataclass(value):
+                value = getattr(value, key)
+            else:
+                value = value[int(key) if isinstance(value, list | tuple) else key]
+        except (AttributeError, KeyError, IndexError, TypeError, ValueError):
+            return None
+    if not isinstance(value, bool | int | float) or not math.isfinite(value):
+        return None
+    return round(float(value), 9)
+
+
+def series_of_history(history: History, fields: Sequence[Field], start: float, end: float) -> Making:
+    """What was kept from `start` to `end`: a row for each state, with what topics had said until then."""
+    keys = {STATE, SCENE, *(TOPIC + one.topic for one in fields if one.topic)}
+    before = start - 1e-9
+    table = Table()
+    stride = math.ceil(history.count(STATE, before, end) / MOST_MOMENTS)
+    table.is_thinned = stride > 1
+    newest: dict[str, Any] = {key: _read(frame) for key, frame in history.at(before, keys - {STATE}).items()}
+    joints = _joints(newest.get(SCENE))
+    count = 0
+    for told in history.between(keys, before, end):
+        unread: dict[str, Frame] = {}
+        for at, key, frame in told:
+            if key == SCENE:
+                joints = _joints(_read(frame))
+            elif key != STATE:
+                unread[key] = frame
+            else:
+                count += 1
+                if (count - 1) % stride:
+                    continue
+                newest.update({key: _read(frame) for key, frame in unread.items()})
+                unread.clear()
+                state = json.loads(frame)
+                state["positions"] = dict(zip(joints, state["positions"], strict=False))
+                row = (
+                    number_at(state if not one.topic else newest.get(TOPIC + one.topic), one.path)
+                    for one in fields
+                )
+                table.add(at, state["time"], tuple(row))
+        newest.update({key: _read(frame) for key, frame in unread.items()})
+        yield
+    return table
+
+
+def _joints(scene: Mapping[str, Any] | None) -> list[str]:
+    return [joint["name"] for joint in scene["joints"]] if scene else []
+
+
+def _read(frame: Frame) -> Any:  # noqa: ANN401 - whatever a topic carries
+    """A topic's message, or a scene, as plain values; large arrays are left out."""
+    if isinstance(frame, bytes):
+        (length,) = struct.unpack_from("<I", frame)
+        frame = frame[4 : 4 + length].decode()
+    value = json.loads(frame)
+    return value["message"] if value["type"] == "message" else value

@@ -1,0 +1,84 @@
+"""What a recording tells of its robot: where it stands, how its joints are, how it moves."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.messages import JointState, Odometry, TFMessage
+from kbot.model import JointType, Robot
+from kbot.workbench.foreign_frames import plain, read_transform
+
+
+class Told:
+    """Hears messages one after the other, and keeps what holds since the last of each."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self.tree = FrameTree(robot)
+        self.movable = {joint.name: joint for joint in robot.movable_joints}
+        self._edges: dict[str, tuple[str, Transform]] = {}
+        """`parent_from_child`, by child."""
+        self._positions: dict[str, float] = {}
+        self.odometry = (0.0, 0.0, 0.0)
+        """x, y, yaw in m and rad."""
+        self.twist = (0.0, 0.0)
+        """m/s forward and rad/s turning."""
+
+    def forget(self) -> None:
+        """Start anew; odometry holds until there is another."""
+        self._edges.clear()
+        self._positions.clear()
+
+    def hear(self, message: Any) -> None:  # noqa: ANN401 - whatever a topic carries
+        """Take in a message of tf, joint states or odometry; others are passed over."""
+        if isinstance(message, TFMessage):
+            for stamped in message.transforms:
+                transform = read_transform(stamped)
+                if transform is not None:
+                    self._edges[plain(stamped.child_frame_id)] = plain(stamped.header.frame_id), transform
+        elif isinstance(message, JointState):
+            for name, position in zip(message.name, message.position, strict=False):
+                if name in self.movable and math.isfinite(position):
+                    self._positions[name] = float(position)
+        elif isinstance(message, Odometry):
+            self._hear_odometry(message)
+
+    def _hear_odometry(self, message: Odometry) -> None:
+        place, turn = message.pose.pose.position, message.pose.pose.orientation
+        yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
+        speed = message.twist.twist
+        numbers = (place.x, place.y, yaw, speed.linear.x, speed.angular.z)
+        if all(map(math.isfinite, numbers)):
+            self.odometry, self.twist = numbers[:3], numbers[3:]
+
+    def positions(self) -> dict[str, float]:
+        """Joints as they are told, or as tf has it where they are not; rad and m."""
+        found = dict(self._positions)
+        for name, joint in self.movable.items():
+            parent, moved = self._edges.get(joint.child, ("", None))
+            if name in found or moved is None or parent != joint.parent or joint.mimic is not None:
+                continue
+            motion = self.tree.pose(joint.child, joint.parent, {}).inverse() @ moved
+            axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+            if joint.type is JointType.PRISMATIC:
+                found[name] = float(motion.translation @ axis)
+            else:
+                *turn, w = motion.quaternion_xyzw
+                found[name] = 2.0 * math.atan2(float(np.dot(turn, axis)), w)
+        return found
+
+    def top_from(self, frame: str) -> Transform:
+        """Where a frame is in the topmost one that tf tells of."""
+        pose, seen = Transform.identity(), {frame}
+        while frame in self._edges:
+            frame, parent_from_child = self._edges[frame]
+            pose = parent_from_child @ pose
+            if frame in seen:
+                return Transform.identity()
+            seen.add(frame)
+        return pose
