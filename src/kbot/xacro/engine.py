@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
-import sys
 
+from kbot.text.depth import room_for
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
@@ -88,21 +88,19 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     root, document = None, None
     scope, expander = Scope(run), Expander(run, dict(properties))
     stopped: tuple[Diagnostic, ...] = ()
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, run.limits.nesting * _FRAMES_PER_LEVEL + 1000))
     collecting = gc.isenabled()
     gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
     try:
-        document = files.parsed(source, run.limits.nesting, run.limits.nodes)
-        if document.diagnostics:
-            run.adopt(document.diagnostics, None)
-        root = _walk(document, expander, scope, properties)
+        with room_for(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
+            document = files.parsed(source, run.limits.nesting, run.limits.nodes)
+            if document.diagnostics:
+                run.adopt(document.diagnostics, None)
+            root = _walk(document, expander, scope, properties)
     except DescriptionError as error:
         return Expansion(name, None, None, error.diagnostics, ())
     except LimitFault as fault:
         stopped = (_stopped(fault, name),)
     finally:
-        sys.setrecursionlimit(before)
         if collecting:
             gc.enable()
     return Expansion(

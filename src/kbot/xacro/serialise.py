@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import sys
 
+from kbot.text.depth import room_for
 from kbot.text.xml import MAX_NESTING, CData, Comment, Element, Instruction, Text
 
 TYPE_CHECKING = False
@@ -24,16 +25,12 @@ _SPECIAL_VALUE = re.compile(r'[&<>"\r\n\t]') if _NEW_ESCAPES else _SPECIAL
 def serialise(nodes: Sequence[Element | Text], banner: str = "") -> str:
     """The text of a document's nodes, after the XML declaration and a banner."""
     out = ['<?xml version="1.0" ?>\n', banner]
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, 2 * MAX_NESTING + 1000))  # a call for each level of elements
-    try:
+    with room_for(2 * MAX_NESTING + 1000):  # a call for each level of elements
         for node in nodes:
             if isinstance(node, Element):
                 _element(node, "", out)
             else:
                 _node(node, "", out)
-    finally:
-        sys.setrecursionlimit(before)
     return "".join(out)
 
 
