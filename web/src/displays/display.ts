@@ -1,4 +1,4 @@
-import type { Object3D } from "three";
+import type { Object3D, PerspectiveCamera, Texture } from "three";
 
 import type { App } from "../app";
 import type { Scene, State, TopicMessage } from "../protocol";
@@ -24,6 +24,8 @@ export interface Picture {
   /** Size in m, at a distance of 1 m or without perspective anywhere, of a CSS pixel. */
   readonly perPixel: number;
   invalidate(): void;
+  /** Draws the scene onto a canvas as another eye sees it, with a picture behind it instead of the floor where one is given. */
+  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void;
 }
 
 /** A display that is on show. Its group lies in the world; what is not implemented does not concern it. */
@@ -44,6 +46,8 @@ export interface Display {
   status?(): Status | null;
   /** A frame is about to be drawn. */
   frame?(): void;
+  /** All displays are as they will be drawn: what shows the scene once more does it now. */
+  look?(): void;
   dispose(): void;
 }
 

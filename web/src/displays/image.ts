@@ -1,27 +1,24 @@
 import { Group } from "three";
 
-import { h } from "../dom";
 import type * as msg from "../messages";
-import { viridis } from "./colours";
 import type { Make } from "./display";
+import { PictureWindow } from "./picture-window";
+import { pixelsOf } from "./pixels";
 import type { Status, Values } from "./set";
 
 /** A camera's picture, in a window over the robot's. */
 export const image: Make = (picture) => {
-  const canvas = h("canvas", { width: 4, height: 3, role: "img" });
-  const title = h("figcaption", {});
-  const window = h("figure", { class: "camera-view", hidden: true }, title, canvas);
-  picture.overlay.append(window);
+  const window = new PictureWindow(picture.overlay);
   let set: Values = {};
   let shown = false;
   let heard: msg.Image | null = null;
   const draw = (): Status | null => {
-    window.hidden = !shown || heard === null;
+    window.show(shown && heard !== null);
     if (heard === null) return null;
-    const colours = read(heard, set);
+    const colours = pixelsOf(heard, set);
     if (!(colours instanceof ImageData)) return colours;
-    Object.assign(canvas, { width: heard.width, height: heard.height });
-    canvas.getContext("2d")!.putImageData(colours, 0, 0);
+    Object.assign(window.canvas, { width: heard.width, height: heard.height });
+    window.canvas.getContext("2d")!.putImageData(colours, 0, 0);
     return null;
   };
   return {
@@ -33,8 +30,7 @@ export const image: Make = (picture) => {
     },
     message({ topic, message }) {
       heard = message as unknown as msg.Image;
-      title.textContent = topic;
-      canvas.setAttribute("aria-label", `Picture of ${topic}, ${heard.width} by ${heard.height}`);
+      window.name(topic, `Picture of ${topic}, ${heard.width} by ${heard.height}`);
       return draw();
     },
     clear() {
@@ -44,55 +40,3 @@ export const image: Make = (picture) => {
     dispose: () => window.remove(),
   };
 };
-
-/** Bytes a pixel, and the places of red, green and blue in it. */
-const COLOURED: Record<string, readonly [number, number, number, number]> = {
-  rgb8: [3, 0, 1, 2],
-  bgr8: [3, 2, 1, 0],
-  rgba8: [4, 0, 1, 2],
-  bgra8: [4, 2, 1, 0],
-  mono8: [1, 0, 0, 0],
-  "8UC1": [1, 0, 0, 0],
-};
-
-function read(image: msg.Image, set: Values): ImageData | Status {
-  const { width, height, step, encoding, data } = image;
-  if (width * height === 0 || data.length < step * height) return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
-  const pixels = new ImageData(width, height);
-  const layout = COLOURED[encoding];
-  if (layout !== undefined) {
-    const [size, ...places] = layout;
-    for (let row = 0, to = 0; row < height; row += 1) {
-      for (let column = 0, at = row * step; column < width; column += 1, at += size, to += 4) {
-        places.forEach((place, channel) => (pixels.data[to + channel] = data[at + place]!));
-        pixels.data[to + 3] = 255;
-      }
-    }
-    return pixels;
-  }
-  const depth = depths(image);
-  if (depth === null) return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
-  let [low, high] = [Number(set["near"]), Number(set["far"])];
-  if (set["normalize"] === true) {
-    const known = depth.filter(Number.isFinite);
-    [low, high] = [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
-  }
-  depth.forEach((metres, pixel) => {
-    const colour = Number.isFinite(metres) ? viridis(1 - (metres - low) / (high - low || 1)) : [0, 0, 0];
-    colour.forEach((part, channel) => (pixels.data[pixel * 4 + channel] = part * 255));
-    pixels.data[pixel * 4 + 3] = 255;
-  });
-  return pixels;
-}
-
-/** Metres at each pixel, null where the picture is of another kind. */
-function depths({ encoding, width, height, step, data, is_bigendian }: msg.Image): number[] | null {
-  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
-  const little = is_bigendian === 0;
-  const size = encoding === "32FC1" ? 4 : encoding === "16UC1" || encoding === "mono16" ? 2 : 0;
-  if (size === 0) return null;
-  return Array.from({ length: width * height }, (_, pixel) => {
-    const at = Math.floor(pixel / width) * step + (pixel % width) * size;
-    return size === 4 ? view.getFloat32(at, little) : view.getUint16(at, little) / 1000 || NaN;
-  });
-}

@@ -48,7 +48,9 @@ export class LiveDisplays {
   }
 
   frame(): void {
-    for (const { display, config } of this.live.values()) if (config.enabled) display?.frame?.();
+    const shown = [...this.live.values()].filter(({ config }) => config.enabled);
+    for (const { display } of shown) display?.frame?.();
+    for (const { display } of shown) display?.look?.();
   }
 
   private each(action: (display: Display) => void): void {

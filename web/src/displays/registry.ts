@@ -25,6 +25,7 @@ export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
   Marker: async () => (await import("./markers")).markers,
   Contacts: async () => (await import("./markers")).contacts,
   Image: async () => (await import("./image")).image,
+  Camera: async () => (await import("./camera")).camera,
   Range: async () => (await import("./range")).range,
   Axes: async () => (await import("./axes")).axes,
   PointStamped: async () => (await import("./axes")).pointStamped,

@@ -11,6 +11,7 @@ import {
   PCFShadowMap,
   PerspectiveCamera,
   Scene,
+  Texture,
   TOUCH,
   Vector2,
   Vector3,
@@ -216,6 +217,23 @@ export class Stage {
     this.fitCamera();
     this.controls.update();
     this.invalidate();
+  }
+
+  /** Draws what another eye sees onto a canvas, as large as that is or the picture allows; the frame itself comes after. */
+  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void {
+    const { renderer, scene } = this;
+    const { domElement: whole } = renderer;
+    const { width, height } = onto.canvas;
+    const scale = Math.min(1, whole.width / width, whole.height / height);
+    const [wide, high] = [Math.round(width * scale), Math.round(height * scale)];
+    const ratio = renderer.getPixelRatio();
+    const { background } = scene;
+    scene.background = behind ?? background;
+    renderer.setViewport(0, 0, wide / ratio, high / ratio);
+    renderer.render(scene, eye);
+    renderer.setViewport(0, 0, this.size.x, this.size.y);
+    scene.background = background;
+    onto.drawImage(whole, 0, whole.height - high, wide, high, 0, 0, width, height);
   }
 
   /** The distance from which a sphere fills most of the picture. */

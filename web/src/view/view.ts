@@ -1,4 +1,4 @@
-import { Box3, Group, Object3D, Vector3 } from "three";
+import { Box3, Group, Object3D, PerspectiveCamera, Texture, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Picture } from "../displays/display";
@@ -127,6 +127,14 @@ export class View implements Picture {
     camera.position.copy(centre).addScaledVector(away, this.stage.distanceFor(box.getSize(new Vector3()).length() / 2));
     this.stage.lookAt(centre);
     this.writeAddress();
+  }
+
+  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void {
+    const { floor } = this.ground;
+    const { visible } = floor;
+    if (behind !== null) floor.visible = false; // it is in the picture
+    this.stage.drawAs(eye, onto, behind);
+    floor.visible = visible;
   }
 
   /** The picture as a PNG, seen as it is on screen. */

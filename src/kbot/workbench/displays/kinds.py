@@ -231,6 +231,21 @@ KINDS = (
         rviz=("Image",),
     ),
     DisplayKind(
+        "Camera",
+        "The scene as a camera sees it, over its picture",
+        (
+            TOPIC,
+            choice(
+                "rendering", "Picture", ("background and overlay", "background", "overlay"), "Image Rendering"
+            ),
+            number("alpha", "Overlay opacity", 0.5, 0.0, 1.0, rviz="Overlay Alpha"),
+            number("zoom", "Zoom", 1.0, 0.1, 100.0, rviz="Zoom Factor"),
+            number("far", "Farthest", 100.0, 0.1, 1e4, "m", "Far Plane Distance"),
+        ),
+        topics=("sensor_msgs/msg/Image",),
+        rviz=("Camera",),
+    ),
+    DisplayKind(
         "Range",
         "A distance, as ultrasound and infrared tell it",
         (TOPIC, colour("colour", "Colour", "#ffffff", "Color"), opacity(0.5)),

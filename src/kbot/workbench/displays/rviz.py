@@ -26,7 +26,7 @@ NOTHING = object()
 BY_CLASS = {name: kind for kind in KINDS for name in kind.rviz}
 OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Frames", "Tree", "Namespaces"})
 """Fields of a display that are no settings of how it looks, or that are read otherwise."""
-TOPIC_NAMES = {"Image": "Image Topic", "Marker": "Marker Topic"}
+TOPIC_NAMES = {"Image": "Image Topic", "Camera": "Image Topic", "Marker": "Marker Topic"}
 """What rviz 1 calls the topic where it is not `Topic`."""
 
 

@@ -9,6 +9,11 @@ from kbot.workbench.displays.property import Property, Value
 from kbot.workbench.displays.settings import checked_value
 
 FIXED_FRAME = "<Fixed Frame>"
+PLANES = ("XY", "XZ", "YZ")
+SCHEMES = ("map", "costmap", "raw")
+RENDERINGS = ("background and overlay", "background", "overlay")
+AS_THEY_ARE = frozenset((*PLANES, *SCHEMES, *RENDERINGS))
+"""Choices that rviz writes as they are called here."""
 
 
 def read_value(property: Property, value: Any) -> Value:  # noqa: ANN401 - what YAML holds
@@ -41,8 +46,7 @@ def write_value(property: Property, value: Value, ros1: bool) -> Any:  # noqa: A
             text = str(value) or "#a0a0a4"
             return "; ".join(str(int(text[at : at + 2], 16)) for at in (1, 3, 5))
         case "choice":
-            options = {"XY", "XZ", "YZ", "map", "costmap", "raw"}
-            return value if value in options else str(value).capitalize()
+            return value if value in AS_THEY_ARE else str(value).capitalize()
         case "frame":
             return value or FIXED_FRAME
         case "topic":

@@ -1,0 +1,125 @@
+"""The scene as a camera sees it: where its intrinsics say, with its picture beneath and above."""
+
+import base64
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kbot.messages import Point
+from kbot.messages.sensing import CameraInfo, Image
+from kbot.messages.visualization import PointStamped
+
+from .conftest import until
+from .displayed import WORLD, Show, showing
+from .pictures import decode_png
+
+OpenPage = Callable[..., Any]
+
+WIDTH, HEIGHT = 200, 150
+FX, FY, CX, CY = 180.0, 160.0, 90.0, 80.0
+GREEN = (0, 200, 0)
+SEEN = (0.3, -0.2, 2.0)
+"""A point in the camera's frame: x right, y down, z ahead (REP 103). That frame is the world here."""
+
+
+@pytest.fixture
+def show(open_page: OpenPage) -> Iterator[Show]:
+    """A camera that took a picture all green, and a red ball that it did not see."""
+    topics = {"/eye/image_raw": Image, "/eye/camera_info": CameraInfo, "/ball": PointStamped}
+    with showing(open_page, topics) as one:
+        one.add("PointStamped", "/ball")
+        one.set("PointStamped", "radius", "0.1")
+        one.set("PointStamped", "colour", "#ff0000")
+        one.hear("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
+        one.add("Camera", "/eye/image_raw")
+        one.set("Camera", "rendering", "background")
+        yield one
+
+
+def take(show: Show, cx: float = CX, tx: float = 0.0) -> None:
+    """Publish the picture and how it was taken, until the page shows the scene over it."""
+    green = np.full((HEIGHT, WIDTH, 3), GREEN, np.uint8)
+
+    def is_shown() -> bool:
+        k = (FX, 0.0, cx, 0.0, FY, CY, 0.0, 0.0, 1.0)
+        p = (FX, 0.0, cx, tx, 0.0, FY, CY, 0.0, 0.0, 0.0, 1.0, 0.0)
+        show.bus.publish("/eye/camera_info", CameraInfo(WORLD, HEIGHT, WIDTH, k=k, p=p))
+        show.bus.publish("/eye/image_raw", Image(WORLD, HEIGHT, WIDTH, "rgb8", 0, 3 * WIDTH, green.tobytes()))
+        return show.status("Camera").startswith("fine: /eye")
+
+    until(is_shown)
+
+
+def pixels(show: Show) -> np.ndarray:
+    """What the window shows, (height, width, 3)."""
+    show.page.evaluate("kbot.drawn()")
+    address = show.page.locator(".camera-view canvas").evaluate("canvas => canvas.toDataURL()")
+    return decode_png(base64.b64decode(address.partition(",")[2])).astype(int)
+
+
+def ball(show: Show) -> tuple[float, float]:
+    """Middle of the red in the window: column and row of pixel edges, as intrinsics count them."""
+    image = pixels(show)
+    assert image.shape[:2] == (HEIGHT, WIDTH)
+    rows, columns = np.nonzero((image[..., 0] > image[..., 1] + 30) & (image[..., 0] > image[..., 2] + 30))
+    assert len(rows) > 50
+    return float(columns.mean()) + 0.5, float(rows.mean()) + 0.5
+
+
+def test_the_scene_lies_over_the_picture_where_the_intrinsics_say(show: Show) -> None:
+    take(show)
+    x, y, z = SEEN
+    expected = (FX * x / z + CX, FY * y / z + CY)
+    until(lambda: np.allclose(ball(show), expected, atol=0.7))
+    assert not np.allclose(ball(show), (FX * x / z + WIDTH / 2, FY * y / z + HEIGHT / 2), atol=2.0)
+    take(show, cx=CX + 20.0)
+    until(lambda: np.allclose(ball(show), (expected[0] + 20.0, expected[1]), atol=0.7))
+    take(show, tx=-FX * 0.1)  # the right one of two, 0.1 m beside the frame
+    until(lambda: np.allclose(ball(show), (FX * (x - 0.1) / z + CX, expected[1]), atol=0.7))
+
+
+def test_zoom_enlarges_the_scene_about_its_middle(show: Show) -> None:
+    take(show)
+    show.set("Camera", "zoom", "2")
+    x, y, z = SEEN
+    until(lambda: np.allclose(ball(show), (2 * FX * x / z + CX, 2 * FY * y / z + CY), atol=0.7))
+
+
+def test_the_picture_is_behind_the_scene_over_it_or_both(show: Show) -> None:
+    take(show)
+    x, y, z = SEEN
+    row, column = round(FY * y / z + CY), round(FX * x / z + CX)
+
+    def colours() -> tuple[np.ndarray, np.ndarray]:
+        image = pixels(show)
+        return image[row, column], image[10, 10]
+
+    until(lambda: colours()[0][1] < 40 and np.abs(colours()[1] - GREEN).max() < 6)
+    alone = colours()[0]
+    show.set("Camera", "rendering", "background and overlay")
+    show.set("Camera", "alpha", "0.25")
+    mixed = 0.75 * alone + 0.25 * np.array(GREEN)
+    until(lambda: np.abs(colours()[0] - mixed).max() < 6 and np.abs(colours()[1] - GREEN).max() < 6)
+    show.set("Camera", "rendering", "overlay")
+    until(lambda: np.abs(colours()[0] - mixed).max() < 6)
+    beside = colours()[1]
+    assert beside[1] < 100  # a quarter of green over the background
+    show.set("Camera", "alpha", "1")
+    until(lambda: np.abs(colours()[0] - GREEN).max() < 3)
+
+
+def test_a_camera_without_intrinsics_says_so(show: Show) -> None:
+    picture = Image(WORLD, 2, 2, "rgb8", 0, 6, bytes(12))
+
+    def reason(publish_info: bool) -> str:
+        if publish_info:
+            show.bus.publish("/eye/camera_info", CameraInfo(WORLD, 2, 2))
+        show.bus.publish("/eye/image_raw", picture)
+        return show.status("Camera")
+
+    until(lambda: "no intrinsics heard on /eye/camera_info" in reason(False))
+    assert not show.page.locator(".camera-view").is_visible()
+    until(lambda: "/eye/camera_info says no projection" in reason(True))
+    assert not show.page.locator(".camera-view").is_visible()

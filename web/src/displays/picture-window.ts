@@ -1,0 +1,35 @@
+import { h } from "../dom";
+
+/** A small picture over the large one, which one can make larger. */
+export class PictureWindow {
+  readonly canvas = h("canvas", { width: 4, height: 3, role: "img" });
+  private readonly title = h("figcaption", {});
+  private readonly frame = h("figure", { class: "camera-view", hidden: true }, this.title, this.canvas);
+  /** How wide it is, in CSS pixels. */
+  width = 0;
+
+  constructor(overlay: HTMLElement, resized: () => void = () => {}) {
+    overlay.append(this.frame);
+    new ResizeObserver(([entry]) => {
+      this.width = entry!.contentRect.width;
+      resized();
+    }).observe(this.frame);
+  }
+
+  show(on: boolean): void {
+    this.frame.hidden = !on;
+  }
+
+  get isShown(): boolean {
+    return !this.frame.hidden;
+  }
+
+  name(title: string, words: string): void {
+    this.title.textContent = title;
+    this.canvas.setAttribute("aria-label", words);
+  }
+
+  remove(): void {
+    this.frame.remove();
+  }
+}

@@ -1,0 +1,56 @@
+import type * as msg from "../messages";
+import { viridis } from "./colours";
+import type { Status, Values } from "./set";
+
+/** Bytes a pixel, and the places of red, green and blue in it. */
+const COLOURED: Record<string, readonly [number, number, number, number]> = {
+  rgb8: [3, 0, 1, 2],
+  bgr8: [3, 2, 1, 0],
+  rgba8: [4, 0, 1, 2],
+  bgra8: [4, 2, 1, 0],
+  mono8: [1, 0, 0, 0],
+  "8UC1": [1, 0, 0, 0],
+};
+
+/** What a picture shows: its colours, or its depths in colours by `normalize`, `near` and `far`; else what is wrong with it. */
+export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
+  const { width, height, step, encoding, data } = image;
+  if (width * height === 0 || data.length < step * height) return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
+  const pixels = new ImageData(width, height);
+  const layout = COLOURED[encoding];
+  if (layout !== undefined) {
+    const [size, ...places] = layout;
+    for (let row = 0, to = 0; row < height; row += 1) {
+      for (let column = 0, at = row * step; column < width; column += 1, at += size, to += 4) {
+        places.forEach((place, channel) => (pixels.data[to + channel] = data[at + place]!));
+        pixels.data[to + 3] = 255;
+      }
+    }
+    return pixels;
+  }
+  const depth = depths(image);
+  if (depth === null) return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
+  let [low, high] = [Number(set["near"]), Number(set["far"])];
+  if (set["normalize"] === true) {
+    const known = depth.filter(Number.isFinite);
+    [low, high] = [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
+  }
+  depth.forEach((metres, pixel) => {
+    const colour = Number.isFinite(metres) ? viridis(1 - (metres - low) / (high - low || 1)) : [0, 0, 0];
+    colour.forEach((part, channel) => (pixels.data[pixel * 4 + channel] = part * 255));
+    pixels.data[pixel * 4 + 3] = 255;
+  });
+  return pixels;
+}
+
+/** Metres at each pixel, null where the picture is of another kind. */
+function depths({ encoding, width, height, step, data, is_bigendian }: msg.Image): number[] | null {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const little = is_bigendian === 0;
+  const size = encoding === "32FC1" ? 4 : encoding === "16UC1" || encoding === "mono16" ? 2 : 0;
+  if (size === 0) return null;
+  return Array.from({ length: width * height }, (_, pixel) => {
+    const at = Math.floor(pixel / width) * step + (pixel % width) * size;
+    return size === 4 ? view.getFloat32(at, little) : view.getUint16(at, little) / 1000 || NaN;
+  });
+}
