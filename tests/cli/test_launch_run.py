@@ -13,7 +13,7 @@ from kbot.bridges.wishes import Wishes
 from kbot.cli.launch_run import Place, _shown, _simulated
 from kbot.launch import read_launch
 from kbot.launch.stage import Stage, stage
-from kbot.messages import TFMessage
+from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.nodes.teleop_twist_keyboard import TeleopKeys
 from kbot.record import Recording
@@ -267,3 +267,43 @@ def test_only_logs_that_say_something_outlive_a_launch(
     assert done.returncode == 0, done.stderr
     assert [log.read_text() for log in scratch.rglob("*.log")] == ([said] if said else [])
     assert bool(list(scratch.glob("kbot-launch-*"))) == bool(said)
+
+
+def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_replay(
+    package: Path, tmp_path: Path
+) -> None:
+    robots = "".join(
+        f'<group ns="{name}">{SPAWN.replace("-param robot", "-param /robot").replace(" r ", f" {name} ")}'
+        f"</group>".format(place)
+        for name, place in (("a", "-y 1"), ("b", "-x -1 -y -1 -z 0.2 -Y 1.5"))
+    )
+    found = staged(package, GAZEBO.format("") + robots)
+    file = tmp_path / "run.mcap"
+    going = Companions(Wishes(record=str(file)), print)
+    sim = _simulated(found, going, "empty", PLACE, None)._motion._sim
+    assert list(sim.robots) == ["a", "b"]
+    assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
+    for _ in range(10):
+        sim.bus.publish("/b/cmd_vel", Twist(Vector3(0.3), Vector3()))
+        sim.run(0.2)
+    first, second = (sim.robots[name].ground_truth.pose for name in "ab")
+    assert (first.x, first.y) == pytest.approx((0.0, 1.0), abs=1e-3)
+    # along its own nose for 2 s at 0.3 m/s, less what it takes to fall and to get up to speed
+    assert -0.65 < second.y < -0.4
+    assert second.x == pytest.approx(-1.0, abs=0.1)
+    going.close()
+    again = replay(str(file))
+    assert again.is_same
+    assert again.same_state
+    assert {"/a/odom", "/b/odom", "/b/joint_states"} <= set(Recording(str(file)).summary().topics)
+
+
+def test_robots_that_would_stand_in_each_other_are_told_of_with_the_line(package: Path) -> None:
+    robots = (
+        SPAWN.format("-robot_namespace a")
+        + "\n"
+        + SPAWN.replace('"s"', '"t"').replace(" r ", " q ").format("-x 0.05")
+    )
+    done = launched(package, GAZEBO.format("") + robots)
+    assert done.returncode == 2
+    assert "a.launch:3:1: 'q' cannot stand there: it would be inside 'r" in done.stderr

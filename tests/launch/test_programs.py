@@ -198,8 +198,9 @@ def test_ctrl_c_comes_as_sigint_to_the_process_and_what_it_started(watch: Watch)
     code = (
         "import subprocess, sys, time, pathlib\n"
         "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
-        "pathlib.Path('child').write_text(str(child.pid))\n"
-        "try: time.sleep(60)\n"
+        "try:\n"
+        "    pathlib.Path('child').write_text(str(child.pid))\n"
+        "    time.sleep(60)\n"
         "except KeyboardInterrupt: pathlib.Path('said').write_text('bye'); child.wait()\n"
     )
     running = watch.run(watch.process("a", code))

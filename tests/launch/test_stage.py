@@ -52,7 +52,7 @@ def test_a_file_that_is_spawned_is_the_robot(folder: Path) -> None:
 def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
     more = " -x 1 -y -2.5 -z 0.3 -R 0.1 -P 0.2 -Y 0.5 -J arm 0.7 -J lift -1"
     found = staged(folder, GAZEBO.format(passed="", param="other", more=more))
-    assert found.spawn == Spawn(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0})
+    assert found.spawn == Spawn(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0}, model="m")
     assert found.notes == ()
 
 
@@ -63,7 +63,7 @@ def test_a_start_that_is_no_number_is_an_error_at_the_word(folder: Path) -> None
     assert (note.code, note.is_error, note.origin.span.text) == ("L062", True, "two")
 
 
-@pytest.mark.parametrize("option", ["-sdf", "-reference_frame table::top", "-robot_namespace left"])
+@pytest.mark.parametrize("option", ["-sdf", "-reference_frame table::top"])
 def test_what_a_spawner_is_told_in_vain_is_said(folder: Path, option: str) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=f" {option}"))
     (note,) = found.notes

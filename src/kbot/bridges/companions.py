@@ -12,7 +12,7 @@ from kbot.bridges.wishes import Wishes
 from kbot.launch.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
 from kbot.model.writer import to_urdf
-from kbot.nodes import RobotStatePublisher
+from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.recorder import NODES, STATE_PUBLISHER, TRANSFORMS, Recorder
 from kbot.text import KbotError
@@ -50,7 +50,7 @@ class Companions:
         self._link = Link(tell, frozenset() if wishes.navigation else _navigation_topics())
         self._bridges: list[Bridge] = []
         self._recorder: Recorder | None = None
-        self._publisher: RobotStatePublisher | None = None
+        self._publishers: StatePublishers | None = None
         self._timer: Timer | None = None
         self._joined = 0
         self._first_world = ""
@@ -68,9 +68,7 @@ class Companions:
         if simulation.world.name != self._first_world:
             world = simulation.world.name
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
-        self._publisher = RobotStatePublisher(
-            simulation.robot, simulation.bus, simulation.clock, description=description
-        )
+        self._publishers = StatePublishers(simulation, description)
         transforms = self._wishes.transforms
         if transforms:
             publish_static_transforms(simulation.bus, simulation.clock, transforms)
@@ -141,9 +139,9 @@ class Companions:
             if self._recorder.failure is None:
                 self._tell(f"{self._recorder.path}: {self._recorder.count} messages recorded")
             self._recorder = None
-        if self._publisher is not None:
-            self._publisher.close()
-            self._publisher = None
+        if self._publishers is not None:
+            self._publishers.close()
+            self._publishers = None
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None

@@ -115,15 +115,20 @@ def command(
 
 
 def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
-    """What is wrong with the controllers that are spawned, of the robot that is simulated."""
-    if not (staged.controllers and staged.path and staged.simulate):
+    """What is wrong with the controllers that are spawned, of the robots that are simulated."""
+    if not (staged.path and staged.simulate):
         return ()
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
     from kbot.sim.population import controller_findings
 
-    robot = load_robot(staged.path, staged.arguments, packages=packages).robot
-    return () if robot is None else controller_findings(with_controllers(robot, staged.controllers))
+    spawned = [(staged.path, staged.arguments, staged.controllers)]
+    spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]
+    findings: list[Diagnostic] = []
+    for path, arguments, controllers in spawned:
+        robot = load_robot(path, arguments, packages=packages).robot if controllers else None
+        findings += () if robot is None else controller_findings(with_controllers(robot, controllers))
+    return tuple(findings)
 
 
 def _ask_for_trust(path: str) -> bool:

@@ -21,7 +21,7 @@ from kbot.kinematics.transform import Transform
 from kbot.launch.processes import Processes
 from kbot.model.spawned import with_controllers
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
-from kbot.text import KbotError
+from kbot.text import DescriptionError, KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import read_displays, serve_session
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from kbot.bridges.companions import Companions
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
+    from kbot.launch.spawning import Spawn, SpawnedRobot
     from kbot.launch.stage import Stage
     from kbot.messages import Bus
     from kbot.sim import Simulation
@@ -127,6 +128,8 @@ def _can_be_told(value: object) -> bool:
 def _simulated(
     staged: Stage, going: Companions, world: str, place: Place, teleop: TeleopKeys | None
 ) -> Session:
+    from kbot.sensors.declared import mount_on_others
+    from kbot.sim.naming import Naming
     from kbot.workbench.description import Description
     from kbot.workbench.driving import driven_session
 
@@ -142,24 +145,52 @@ def _simulated(
         _publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
-            _put(simulation, staged)
+            _put(simulation, spawn)
+            for other in staged.others:
+                _spawn(simulation, other, place.package_path)
+        mount_on_others(simulation)
         if teleop is not None:
             simulation.clock.every(RATE, lambda: teleop.drive(simulation.command))
 
     start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
-    session = driven_session(description, world, 0, "recipe", attend, start)
+    naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
+    session = driven_session(description, world, 0, "recipe", attend, start, naming)
     session.paused = staged.paused
     if staged.paused:
         _tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
     return session
 
 
-def _put(simulation: Simulation, staged: Stage) -> None:
+def _spawn(simulation: Simulation, other: SpawnedRobot, package_path: Sequence[str]) -> None:
+    """Raises DescriptionError, KbotError: a further robot of the launch cannot be put there."""
+    from kbot.model.load import load_robot
+    from kbot.xacro import Packages
+
+    packages, spawn = Packages(package_path, around=other.path), other.spawn
+    robot = load_robot(other.path, other.arguments, packages=packages).require()
+    try:
+        spawned = simulation.spawn_model(
+            with_controllers(robot, other.controllers),
+            spawn.model,
+            spawn.x,
+            spawn.y,
+            spawn.yaw,
+            namespace=spawn.namespace,
+            frame_prefix=other.frame_prefix,
+        )
+    except DescriptionError:
+        raise
+    except KbotError as error:
+        raise KbotError(f"{other.origin}: {error}") from None
+    _put(simulation, replace(spawn, joints={}), spawned.name)
+
+
+def _put(simulation: Simulation, spawn: Spawn, name: str | None = None) -> None:
     """The joints that were given, and the height and attitude, where the ground does not say them."""
-    spawn = staged.spawn
     if spawn.joints:
         simulation.place(simulation.start, spawn.joints)
-    name, standing = simulation.robot.name, simulation.link_pose(simulation.robot.root)
+    robot = simulation.named(name)
+    name, standing = robot.name, robot.link_pose(robot.robot.root)
     x, y, height = standing.translation.tolist()
     lift = max(0.0, (spawn.z or 0.0) - height)
     if lift > 0.0 or spawn.roll or spawn.pitch:

@@ -10,6 +10,7 @@ import click
 
 from kbot.launch import Node, Plan
 from kbot.launch.known import role
+from kbot.launch.spawning import Spawn
 from kbot.launch.stage import Stage
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -29,11 +30,17 @@ def table(plan: Plan, staged: Stage) -> str:
     lines = [
         f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
     ]
-    given = "".join(f" {name}:={value}" for name, value in staged.arguments.items())
-    robot = f"  robot: {staged.path}{given}" if staged.path else "  no robot"
+    robots = [(staged.path, staged.arguments, staged.spawn)] if staged.path else []
+    robots += [(other.path, other.arguments, other.spawn) for other in staged.others]
+    told = [_robot(path, arguments, spawn) for path, arguments, spawn in robots] or ["  no robot"]
     return "\n".join(
-        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, robot]
+        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, *told]
     )
+
+
+def _robot(path: str, arguments: Mapping[str, str], spawn: Spawn) -> str:
+    given = "".join(f" {name}:={value}" for name, value in arguments.items())
+    return f"  robot: {path}{given}" + (f"  in /{spawn.namespace}" if spawn.namespace else "")
 
 
 def _what(node: Node, running: Collection[str]) -> str:

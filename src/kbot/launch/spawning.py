@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from kbot.launch.known import SPAWN_MODEL_VALUES
 from kbot.launch.plan import Description, Node, Param, Plan
 from kbot.launch.words import Options, number, place_of, read_options
-from kbot.text import Diagnostic, Severity
+from kbot.model.spawned import SpawnedController
+from kbot.text import Diagnostic, Origin, Severity
 
 _CREATE_VALUES: Mapping[str, int] = {
     **dict.fromkeys(("-world", "-param", "-file", "-string", "-topic", "-name"), 1),
@@ -19,12 +21,14 @@ _SPAWN_ENTITY_VALUES: Mapping[str, int] = {
     **SPAWN_MODEL_VALUES,
     **dict.fromkeys(("-entity", "-topic", "-timeout", "-spawn_service_timeout"), 1),
 }
+_NAME_OPTIONS = ("-model", "-entity", "-name")
 _WORLD_FRAMES = ("", "world", "map", "odom")
 
 
 @dataclass(frozen=True, slots=True)
 class Spawn:
-    """Where a robot starts in the world: m and rad. `z` is None where it is put on the ground."""
+    """Where a robot starts in the world: m and rad. `z` is None where it is put on the ground. `model` is
+    what it is called, empty for its own name; its topics are in the `namespace`, as `a/b`, or at the root."""
 
     x: float = 0.0
     y: float = 0.0
@@ -34,6 +38,20 @@ class Spawn:
     yaw: float = 0.0
     joints: Mapping[str, float] = field(default_factory=dict)
     unpause: bool = False
+    model: str = ""
+    namespace: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpawnedRobot:
+    """A robot file with its xacro arguments, where it is put, and what stands before its frames."""
+
+    path: str
+    arguments: Mapping[str, str]
+    spawn: Spawn
+    origin: Origin
+    frame_prefix: str = ""
+    controllers: tuple[SpawnedController, ...] = ()
 
 
 def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
@@ -48,12 +66,13 @@ def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
         yaw=options.number("-Y"),
         joints=_joints(options),
         unpause=options.has("-unpause"),
+        model=re.sub(r"\W", "_", options.text(*_NAME_OPTIONS) or ""),
+        namespace=_namespace(node, options),
     )
     for option, why in (
         ("-sdf", "KBot simulates robots that are URDF"),
         ("-database", "there is no database of models"),
         ("-package_to_model", "nothing is rewritten"),
-        ("-robot_namespace", "the robot's topics stay at the root"),
     ):
         if options.has(option):
             options.notes.append(_partly(node, option, why))
@@ -80,6 +99,15 @@ def spawned(plan: Plan, node: Node) -> Param | Description | None:
     if topic:  # the topic of robot_state_publisher, whose parameter has its name
         return next((p for full, p in described.items() if full.endswith(f"/{name}")), None)
     return None
+
+
+def _namespace(node: Node, options: Options) -> str:
+    """Plugins of Gazebo for ROS are in the spawner's own namespace, unless it is told another; gz knows of
+    none."""
+    given = options.text("-robot_namespace") if options.has("-robot_namespace") else None
+    if given is None and node.type == "create":
+        return ""
+    return (node.namespace if given is None else given).strip("/")
 
 
 def _options(node: Node) -> Options:

@@ -12,10 +12,11 @@ from kbot.launch.controllers import read_controllers, runs_hardware
 from kbot.launch.gazebo import read_gazebo
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
 from kbot.launch.known import ELSEWHERE, NODES, RENAMED, Role, role
-from kbot.launch.plan import Description, Node, Param, Plan
+from kbot.launch.plan import Node, Plan
+from kbot.launch.population import read_population
 from kbot.launch.programs import Program, find_program
 from kbot.launch.rosbag import Recording, read_recording
-from kbot.launch.spawning import Spawn, read_spawn, spawned
+from kbot.launch.spawning import Spawn, SpawnedRobot
 from kbot.launch.static_transforms import StaticTransform, read_static_transform
 from kbot.launch.words import split
 from kbot.model.spawned import SpawnedController
@@ -35,9 +36,11 @@ class Stage:
     window           whether the launch wants anything to be seen
     displays         the file that rviz is told to show, empty where it is told none
     fixed_frame      the frame that rviz is told to hold still, empty where it is told none
+    frame_prefix     what stands before its frames, empty for nothing
+    others           robots that are spawned after it
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
-    controllers      those that are spawned
+    controllers      those that are spawned for it
     programs         the user's own nodes that can be run
     notes            what is not done and why
     """
@@ -51,6 +54,8 @@ class Stage:
     displays: str
     fixed_frame: str
     spawn: Spawn
+    frame_prefix: str
+    others: tuple[SpawnedRobot, ...]
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
     maps: tuple[str, ...]
@@ -70,11 +75,6 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     notes: list[Diagnostic] = []
     programs = _programs(cast.get(None, []), packages, notes)
     spawners = cast.get(Role.SPAWNER, [])
-    spawn = Spawn()
-    for node in spawners[:1]:
-        spawn, found = read_spawn(node)
-        notes += found
-    notes += [_one_robot(node) for node in spawners[1:]]
     transforms = [_taken(read_static_transform(node), notes) for node in cast.get(Role.TRANSFORM, [])]
     now = datetime.now()
     recordings = [_taken(read_recording(node, now), notes) for node in cast.get(Role.RECORDER, [])]
@@ -84,24 +84,29 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     notes += found
     controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
     notes += found
-    description = _description(plan, spawners)
+    robots, found = read_population(plan, spawners, controllers)
+    notes += found
+    first = robots[0] if robots else None
+    spawn = first.spawn if first else Spawn()
     viewers = cast.get(Role.VIEWER, [])
     return Stage(
-        path=description.path if description else None,
-        arguments=description.arguments if description else {},
+        path=first.path if first else None,
+        arguments=first.arguments if first else {},
         simulate=bool(spawners) or any(runs_hardware(node) for node in plan.nodes),
         world=gazebo.world,
-        paused=gazebo.paused and not spawn.unpause,
+        paused=gazebo.paused and not any(robot.spawn.unpause for robot in robots),
         window=gazebo.window or bool(viewers),
         displays=next((file for node in viewers if (file := display_config(node.args))), ""),
         fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),
         spawn=spawn,
+        frame_prefix=first.frame_prefix if first else "",
+        others=tuple(robots[1:]),
         joints=joints,
         transforms=tuple(t for t in transforms if t is not None),
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
         recordings=tuple(recordings),
         has_teleop=bool(cast.get(Role.TELEOP)),
-        controllers=controllers,
+        controllers=first.controllers if first else controllers,
         programs=tuple(programs),
         notes=tuple(notes),
     )
@@ -154,22 +159,6 @@ def _unknown(node: Node) -> Diagnostic:
     hint = ELSEWHERE.get((node.package, node.type), "it runs where a ROS is installed")
     hint = f"the launch needs it (required); {hint}" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
-
-
-def _one_robot(node: Node) -> Diagnostic:
-    message = f"{node.full_name} spawns a further robot, which is left out: a launch simulates one"
-    return Diagnostic("L063", Severity.WARNING, message, node.origin)
-
-
-def _description(plan: Plan, spawners: list[Node]) -> Description | None:
-    """The description that is spawned, else the first that there is."""
-    for node in spawners:
-        found = spawned(plan, node)
-        if found is not None:
-            return found.description if isinstance(found, Param) else found
-    described = {name: param for name, param in plan.params.items() if param.description}
-    robot = described.get("/robot_description") or next(iter(described.values()), None)
-    return robot.description if robot else None
 
 
 def _maps(plan: Plan, servers: list[Node], notes: list[Diagnostic]) -> list[str]:

@@ -64,7 +64,7 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
 def require_turning(simulation: Simulation) -> None:
     """Raises KbotError for a robot that steers: paths have corners, at which it is turned on the spot."""
     if isinstance(simulation.drive, SteeredDrive):
-        name = simulation.robot.name
+        name = simulation.named().name
         raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import String, Twist
+from kbot.messages.bus import absolute
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
@@ -44,8 +45,10 @@ class NavigationTopics:
         self._said = ""
         self._timer: Timer | None = None
         bus = simulation.bus
-        settings = simulation.named().settings
-        self._odometry_frame = settings.odometry_frame if settings is not None else "odom"
+        robot = simulation.named()
+        settings, naming = robot.settings, robot.naming
+        self._prefix = naming.frame_prefix
+        self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")
         self._plan = bus.advertise(PLAN, PathMessage, latched=True)
         self._status = bus.advertise(STATUS, String, latched=True)
         self._map = bus.advertise(MAP, OccupancyGrid, latched=True, wanted=self._map_is_wanted)
@@ -53,7 +56,8 @@ class NavigationTopics:
         self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
         self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
-            self._heard += [bus.subscribe(topic, Twist, self._driven) for topic in settings.command_topics]
+            topics = (absolute(topic, naming.namespace) for topic in settings.command_topics)
+            self._heard += [bus.subscribe(topic, Twist, self._driven) for topic in topics]
         self.goals.watch(self._tell)
 
     def close(self) -> None:
@@ -84,8 +88,9 @@ class NavigationTopics:
             return pose
         if frame == self._odometry_frame:
             return self._world_from_odom() @ pose
-        if frame in simulation.robot.links:
-            place = simulation.link_pose(frame)
+        link = frame.removeprefix(self._prefix)
+        if link in simulation.robot.links:
+            place = simulation.link_pose(link)
             x, y, _ = place.translation.tolist()
             return PlanarPose(x, y, place.yaw) @ pose
         known = [*WORLD[1:], self._odometry_frame, *simulation.robot.links]

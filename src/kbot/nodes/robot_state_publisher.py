@@ -8,6 +8,7 @@ from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.model import Joint, Robot
+from kbot.nodes.static_transform_publisher import say_static
 
 FREQUENCY = 50.0
 
@@ -47,13 +48,12 @@ class RobotStatePublisher:
         self._positions: dict[str, float] = {}
         self._last: int | None = None
         self._tf = bus.advertise("/tf", msg.TFMessage)
-        self._tf_static = bus.advertise("/tf_static", msg.TFMessage, latched=True)
         if description:
             topic = bus.advertise(f"{namespace}/robot_description", msg.String, latched=True)
             topic.publish(msg.String(description))
         self._subscription = bus.subscribe(f"{namespace}/joint_states", msg.JointState, self.hear)
         if use_tf_static:
-            self._tf_static.publish(self._message(self._fixed, clock.stamp))
+            say_static(bus, self._message(self._fixed, clock.stamp))
 
     def close(self) -> None:
         """Hear no more."""

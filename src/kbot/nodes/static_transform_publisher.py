@@ -13,9 +13,7 @@ TOPIC = "/tf_static"
 
 
 def publish_static_transforms(bus: Bus, clock: Clock, transforms: Iterable[StaticTransform]) -> None:
-    """Say them on /tf_static together with what was said there before: a latched topic keeps one message."""
-    before: list[msg.TransformStamped] = []
-    bus.subscribe(TOPIC, msg.TFMessage, lambda message: before.extend(message.transforms)).close()
+    """Say them on /tf_static."""
     header = msg.Header(clock.stamp)
     said = [
         msg.TransformStamped(
@@ -25,6 +23,15 @@ def publish_static_transforms(bus: Bus, clock: Clock, transforms: Iterable[Stati
         )
         for t in transforms
     ]
-    children = {t.child_frame_id for t in said}
-    kept = [t for t in before if t.child_frame_id not in children]
-    bus.advertise(TOPIC, msg.TFMessage, latched=True).publish(msg.TFMessage((*kept, *said)))
+    say_static(bus, msg.TFMessage(tuple(said)))
+
+
+def say_static(bus: Bus, message: msg.TFMessage) -> None:
+    """Say transforms on /tf_static together with what was said there before: a latched topic keeps one
+    message."""
+    before: list[msg.TransformStamped] = []
+    publisher = bus.advertise(TOPIC, msg.TFMessage, latched=True)
+    bus.subscribe(TOPIC, msg.TFMessage, lambda message: before.extend(message.transforms)).close()
+    children = {t.child_frame_id for t in message.transforms}
+    kept = tuple(t for t in before if t.child_frame_id not in children)
+    publisher.publish(msg.TFMessage(kept + message.transforms))

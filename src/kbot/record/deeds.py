@@ -56,7 +56,15 @@ def _wrench(simulation: Simulation, note: Note) -> None:
 
 def _spawn(simulation: Simulation, note: Note) -> None:
     robot = load_robot_text(note["description"], f"{note['robot']}.urdf").require()
-    simulation.spawn_model(robot, note["robot"], note["x"], note["y"], note["yaw"])
+    simulation.spawn_model(
+        robot,
+        note["robot"],
+        note["x"],
+        note["y"],
+        note["yaw"],
+        namespace=note.get("namespace"),
+        frame_prefix=note.get("frame_prefix"),
+    )
 
 
 _OTHERS: Mapping[str, Callable[[Simulation, Note], None]] = {

@@ -190,6 +190,7 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
         "timestep": repr(simulation.timestep),
         "contacts": str(simulation.contacts),
         "start": json.dumps(astuple(simulation.start)),
+        "naming": json.dumps(astuple(simulation.named().naming)),
         "first_step": str(simulation.steps),
         "kbot": version("kbot"),
         "mujoco": _engine_version(),

@@ -10,18 +10,21 @@ from typing import Any
 from kbot.kinematics.odometry import PlanarPose
 from kbot.launch.static_transforms import from_json
 from kbot.model.load import load_robot_text
-from kbot.nodes import RobotStatePublisher
+from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
+from kbot.sim.naming import Naming
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet
 from kbot.xacro import Packages
 
-MADE_BY_SIMULATION = frozenset({"/clock", "/odom", "/tf", "/joint_states", "/tf_static"})
+MADE_BY_SIMULATION = frozenset({"/clock", "/tf", "/tf_static"})
+MADE_BY_ROBOTS = frozenset({"odom", "joint_states"})
+"""In the namespace of each."""
 TURNS_TIME_BACK = frozenset({"reset", "reset_time"})
 
 
@@ -52,16 +55,15 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     recording = Recording(path)
     summary = recording.summary()
     simulation = _simulation(path, recording, summary, packages)
-    comparison = _Comparison(recording, frozenset(summary.topics) & MADE_BY_SIMULATION)
-    feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
-    for topic in comparison.topics:
-        feed.open(topic, comparison.made)
+    comparison = _Comparison(recording, frozenset(filter(_is_made_again, summary.topics)))
+    comparison.hear(Feed(simulation.bus, lambda: simulation.clock.nanoseconds))
     last = 0
     if summary.kind != "MCAP":
         _refuse_resets(recording, summary)
     for entry in recording.entries():
         if entry.topic == COMMANDS_TOPIC:
             _obey(simulation, json.loads(entry.message().data), round(last / (simulation.timestep * 1e9)))
+            comparison.hear_new()
             last = simulation.clock.nanoseconds
         else:
             last = entry.nanoseconds
@@ -70,6 +72,10 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     simulation.step(max(0, final - simulation.steps))
     state = simulation.state_sha256() == end["state_sha256"] if "state_sha256" in end else None
     return Replayed(simulation, comparison.count, comparison.finish(bool(end)), state)
+
+
+def _is_made_again(topic: str) -> bool:
+    return topic in MADE_BY_SIMULATION or topic.rpartition("/")[2] in MADE_BY_ROBOTS
 
 
 def _simulation(path: str, recording: Recording, summary: Summary, packages: Packages | None) -> Simulation:
@@ -87,9 +93,10 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
         timestep=float(facts["timestep"]),
         contacts=facts["contacts"],
         start=PlanarPose(*json.loads(facts.get("start", "[0, 0, 0]"))),
+        naming=Naming(*json.loads(facts.get("naming", "[]"))),
     )
     if facts.get(NODES) == STATE_PUBLISHER:
-        RobotStatePublisher(robot, simulation.bus, simulation.clock)
+        StatePublishers(simulation)
     transforms = from_json(facts.get(TRANSFORMS, "[]"))
     if transforms:
         publish_static_transforms(simulation.bus, simulation.clock, transforms)
@@ -117,8 +124,9 @@ class _Comparison:
     """Holds what is made now against what was recorded, topic by topic."""
 
     def __init__(self, recording: Recording, topics: frozenset[str]) -> None:
-        self.topics = topics
         self.count = 0
+        self._waiting = set(topics)
+        self._feed: Feed | None = None
         self._recorded: dict[str, list[Entry]] = defaultdict(list)
         for entry in recording.entries():
             if entry.topic in topics:
@@ -126,8 +134,24 @@ class _Comparison:
         self._at: dict[str, int] = defaultdict(int)
         self._difference = ""
 
+    def hear(self, feed: Feed) -> None:
+        """Hold what comes from this feed against the recording."""
+        self._feed = feed
+        self.hear_new()
+
+    def hear_new(self) -> None:
+        """Hear those topics too that came up since, with a robot."""
+        feed = self._feed
+        if feed is None or not self._waiting:
+            return
+        for topic in self._waiting & feed.offered().keys():
+            self._waiting.remove(topic)
+            feed.open(topic, self.made)
+
     def made(self, packet: Packet) -> None:
         recorded, at = self._recorded[packet.topic], self._at[packet.topic]
+        if at == 0 and packet.nanoseconds < recorded[0].nanoseconds:
+            return  # of a robot that came in the midst of the run: it was not heard at once
         self._at[packet.topic] += 1
         if self._difference or at >= len(recorded):
             return

@@ -7,7 +7,8 @@ Codes: W140 something is left out (warning), W141 a value or a link that is none
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any
 
 from kbot.model import Robot
@@ -23,6 +24,7 @@ from kbot.text.suggest import did_you_mean
 Mounted = tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]
 
 _KEY = "declared sensors"
+_OTHERS = "declared sensors of others"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +81,20 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
             said.append(Diagnostic("W140", Severity.WARNING, f"{error}: it is left out", spec.origin))
     simulation.attached[_KEY] = mounted, tuple(said)
     return mounted, tuple(said)
+
+
+def mount_on_others(simulation: Simulation) -> None:
+    """Mount what the descriptions of robots declare that came after the first, each in its namespace; what is
+    wrong with a declaration is left out."""
+    done: set[str] = simulation.attached.setdefault(_OTHERS, set())
+    for name in list(simulation.robots)[1:]:
+        if name in done:
+            continue
+        done.add(name)
+        for spec in declared_sensors(simulation.robots[name].robot).specs:
+            with suppress(KbotError):
+                sensor = replace(spec, robot=name).mount(simulation)
+                sensor.only_when_heard = isinstance(spec, Camera)
 
 
 def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:

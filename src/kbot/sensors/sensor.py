@@ -87,7 +87,7 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def topic(self) -> str:
-        """Where its readings are heard; those of robots that came later in the namespace of their name."""
+        """Where its readings are heard, in the namespace of its robot."""
         return absolute(self.spec.topic or self._default_topic, self._namespace)
 
     @property
@@ -96,7 +96,7 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def _namespace(self) -> str:
-        return "" if self.owner == self.simulation.named().name else self.owner
+        return self.simulation.named(self.owner).naming.namespace
 
     @property
     def latest(self) -> M | None:
@@ -155,8 +155,7 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def _frame(self) -> str:
-        frame = self.spec.frame or self.spec.link
-        return f"{self._namespace}/{frame}" if self._namespace else frame
+        return self.simulation.named(self.owner).naming.frame_prefix + (self.spec.frame or self.spec.link)
 
     def _engine(self) -> tuple[Any, Any]:
         """The engine's model and data; they are other ones once robots have come or gone."""

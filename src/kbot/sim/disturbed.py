@@ -6,6 +6,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.drive import DriveLimits
 from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
+from kbot.sim.naming import Naming
 from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.population import Population
 from kbot.sim.pushes import Push, apply
@@ -30,10 +31,11 @@ class Disturbed(Population):
         contacts: Contacts,
         drive_limits: DriveLimits | None,
         start: PlanarPose,
+        naming: Naming,
     ) -> None:
         self._pushes: list[Push] = []
         self._schedule = Schedule()
-        super().__init__(robot, world, seed, timestep, contacts, drive_limits, start)
+        super().__init__(robot, world, seed, timestep, contacts, drive_limits, start, naming)
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
         """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Mapping, Sequence
 from itertools import count
 from typing import Any, NamedTuple
@@ -14,6 +13,7 @@ import numpy as np
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.sim.disturbed import Disturbed
+from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
 from kbot.sim.welds import STANDING, weld_as_it_stands
 from kbot.sim.world_builder import PREFIX, body_pose
@@ -25,7 +25,6 @@ from kbot.world.world import Body, HeightField, Plane
 SMALLEST, LARGEST = 0.005, 100.0
 """Metres of a box's edge."""
 
-_NAME = re.compile(r"[A-Za-z]\w*")
 _STILL = (0.0, 0.0, 0.0)
 
 
@@ -70,7 +69,7 @@ class Models(Disturbed):
             raise KbotError(f"{shortened(kind)} is no thing's kind")
         if name is None:
             name = next(free for n in count(1) if (free := f"{kind}_{n}") not in taken)
-        if not (isinstance(name, str) and _NAME.fullmatch(name)):
+        if not is_model_name(name):
             raise KbotError(
                 f"{shortened(name)} is no thing's name: letters, digits and _ only, a letter first"
             )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
@@ -21,6 +20,7 @@ from kbot.sim.inertia import drive_with_masses
 from kbot.sim.joint_controllers import joint_control, spawned_for
 from kbot.sim.joint_orders import joint_command, trajectory_points
 from kbot.sim.joints import rest
+from kbot.sim.naming import Naming, is_model_name
 from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot, driving_joints
@@ -33,8 +33,6 @@ from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World
 from kbot.world.findings import Findings
-
-_NAME = re.compile(r"[A-Za-z]\w*")
 
 
 class Population(Running):
@@ -49,6 +47,7 @@ class Population(Running):
         contacts: Contacts,
         drive_limits: DriveLimits | None,
         start: PlanarPose,
+        naming: Naming,
     ) -> None:
         if not isinstance(start, PlanarPose):
             raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
@@ -61,19 +60,24 @@ class Population(Running):
         """Share of the commands from outside that are lost, as a fault has it."""
         self._limits = drive_limits
         self.start = start
-        self._robot, plan, findings = self._prepare(robot, robot.name, start, drive_limits)
-        self.robots = {robot.name: self._robot}
-        assembly = Assembly.of(world, contacts, timestep, {robot.name: plan})
+        self.when_robots_change: list[Callable[[], None]] = []
+        """Called once a robot came or went."""
+        self._naming = naming
+        name = naming.name or robot.name
+        naming = dataclasses.replace(naming, name=name)
+        self._robot, plan, findings = self._prepare(robot, naming, start, drive_limits)
+        self.robots = {name: self._robot}
+        assembly = Assembly.of(world, contacts, timestep, {name: plan})
         self._inside = assembly.what_it_is_inside(plan)
         self.diagnostics: tuple[Diagnostic, ...] = (
             *world.diagnostics,
             *findings,
             *assembly.diagnostics,
-            *_starts_inside(world, robot.name, self._inside),
+            *_starts_inside(world, name, self._inside),
         )
         """The warnings that building it gave."""
         self._use(assembly)
-        self._topics = {robot.name: RobotTopics(self.bus, self._robot, tells_time=True)}
+        self._topics = {name: RobotTopics(self.bus, self._robot, tells_time=True)}
 
     def named(self, name: str | None = None) -> SimulatedRobot:
         """A robot by name, the first for None. Raises KbotError when there is no such robot."""
@@ -91,26 +95,33 @@ class Population(Running):
         x: float = 0.0,
         y: float = 0.0,
         yaw: float = 0.0,
+        namespace: str | None = None,
+        frame_prefix: str | None = None,
     ) -> SimulatedRobot:
         """Put one more robot, or that of a file, into the running world, at a place on the ground (m, rad).
 
-        Its topics and frames are in the namespace of its name. What runs goes on as it was.
+        Its topics are in its `namespace`, that of its name where none is given; `frame_prefix` stands before
+        its frames, by default the namespace, or at the root its name, and a slash. What runs goes on as it
+        was.
 
         Raises:
             DescriptionError: the robot cannot be simulated; every reason at its line.
-            KbotError: the name is taken or is none, a number is not finite, or the robot would stand
-                inside something.
+            KbotError: the name is taken or is none, the namespace is none, a number is not finite, or the
+                robot would stand inside something.
         """
         robot = read_robot(robot)
         name = robot.name if name is None else name
-        if not (isinstance(name, str) and _NAME.fullmatch(name)):
+        if not is_model_name(name):
             raise KbotError(
                 f"{shortened(name)} is no robot's name: letters, digits and _ only, a letter first"
             )
         if name in self.robots:
             raise KbotError(f"there is a robot '{name}' already; give this one another name")
         x, y, yaw = vector("a pose", (x, y, yaw), FURTHEST)
-        simulated, plan, findings = self._prepare(robot, name, PlanarPose(x, y, yaw), None)
+        namespace = name if namespace is None else namespace
+        frame_prefix = f"{namespace or name}/" if frame_prefix is None else frame_prefix
+        naming = Naming(name, namespace, frame_prefix)
+        simulated, plan, findings = self._prepare(robot, naming, PlanarPose(x, y, yaw), None)
         assembly = self._assembly.with_robot(plan)
         self.robots[name] = simulated
         self._use(assembly)
@@ -119,10 +130,16 @@ class Population(Running):
         simulated.reset()
         if simulated.is_slewing:
             self.serve(simulated)
-        self._topics[name] = RobotTopics(self.bus, simulated, namespace=name)
+        self._topics[name] = RobotTopics(self.bus, simulated)
         if self.journal is not None:
-            self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, description=to_urdf(robot))
+            said = {"namespace": namespace, "frame_prefix": frame_prefix, "description": to_urdf(robot)}
+            self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, **said)
+        self._robots_changed()
         return simulated
+
+    def _robots_changed(self) -> None:
+        for tell in tuple(self.when_robots_change):
+            tell()
 
     def _delete_robot(self, name: str) -> None:
         """Take a robot out. Raises KbotError when it is not there, or is the first."""
@@ -134,6 +151,7 @@ class Population(Running):
         self._slewing = [robot for robot in self._slewing if robot is not gone]
         self._forget(name)
         self._use(self._assembly.without_robot(name))
+        self._robots_changed()
 
     def take_command(
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
@@ -188,7 +206,7 @@ class Population(Running):
         """Do in the new model what was done in the old one."""
 
     def _prepare(
-        self, robot: Robot, name: str, pose: PlanarPose, limits: DriveLimits | None
+        self, robot: Robot, naming: Naming, pose: PlanarPose, limits: DriveLimits | None
     ) -> tuple[SimulatedRobot, RobotPlan, tuple[Diagnostic, ...]]:
         drive = drive_with_masses(robot, _base(robot))
         findings = Findings()
@@ -199,8 +217,10 @@ class Population(Running):
             if limits is not None:
                 settings = dataclasses.replace(settings, limits=limits)
         driven = driving_joints(drive)
-        control = joint_control(robot, driven, findings)
-        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self, control)
+        name = naming.name
+        # topics that gz names by the model bear its name in the world
+        control = joint_control(dataclasses.replace(robot, name=name), driven, findings)
+        simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self, control, naming)
         plan = plan_of(name, robot, drive, settings, self.contacts, pose)
         return simulated, plan, tuple(findings.diagnostics)
 

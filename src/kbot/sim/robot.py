@@ -13,6 +13,7 @@ from kbot.sim.drive import TwistController
 from kbot.sim.drive_settings import DriveSettings
 from kbot.sim.joint_controllers import JointControl
 from kbot.sim.motion import Motion, WheelOdometry
+from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_joints import NO_CONTROL, JointHost, RobotJoints
 from kbot.sim.servo import speed_limit
@@ -43,15 +44,17 @@ class SimulatedRobot(RobotJoints):
         timestep: float,
         host: Host,
         control: JointControl = NO_CONTROL,
+        naming: Naming = PLAIN,
     ) -> None:
         """`settings`: how the robot's own controller drives; None for one that cannot drive. `control`: what
-        commands its other joints."""
+        commands its other joints. `naming`: where its topics and frames are, by default at the root."""
         base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
         super().__init__(
             name, robot, base, host, control, driving_joints(drive), self._slew_steps * timestep, timestep
         )
         self._host: Host = host
+        self.naming = naming
         self.drive = drive
         self._is_driving = False
         self._next_slew = 0

@@ -20,6 +20,7 @@ from kbot.sim.drive import DriveLimits
 from kbot.sim.joints import limits
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
+from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.numbers import shortened
 from kbot.sim.population import read_robot
 from kbot.sim.recipe import Contacts
@@ -58,17 +59,18 @@ class Simulation(Models):
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
         start: PlanarPose = ORIGIN,
+        naming: Naming = PLAIN,
     ) -> None:
         """`robot` may be the file of one (`kbot` is the one that ships); `timestep` in seconds; `contacts`
         is `recipe` or `as-written`; `limits` stand in for those that the robot's own plugin or controller
-        gives.
+        gives; `naming` says what it is called and where its topics and frames are, by default at the root.
 
         Raises:
             DescriptionError: the robot cannot be simulated; every reason at its line.
             KbotError: no such world, a step or a seed that is none.
         """
         super().__init__(
-            read_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start
+            read_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start, naming
         )
         self.reset()
 
@@ -105,12 +107,15 @@ class Simulation(Models):
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
         """
         other = Simulation(
-            robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start
+            robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start, self._naming
         )
         _put_as(other._robot, self._robot, other)
         for old in list(self.robots.values())[1:]:
-            pose = old.ground_truth.pose
-            _put_as(other.spawn_model(old.robot, old.name, pose.x, pose.y, pose.yaw), old, other)
+            pose, named = old.ground_truth.pose, old.naming
+            new = other.spawn_model(
+                old.robot, old.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
+            )
+            _put_as(new, old, other)
         other._start_at(self._steps)
         return other
 

@@ -24,12 +24,10 @@ def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
 class RobotTopics:
     """`odom`, `tf` and `joint_states` out, `cmd_vel` in; nothing is made that nobody hears."""
 
-    def __init__(
-        self, bus: Bus, robot: SimulatedRobot, namespace: str = "", *, tells_time: bool = False
-    ) -> None:
+    def __init__(self, bus: Bus, robot: SimulatedRobot, *, tells_time: bool = False) -> None:
         """`tells_time`: whether `/clock` is said too."""
         self._robot = robot
-        self._frame_prefix = f"{namespace}/" if namespace else ""
+        namespace, self._frame_prefix = robot.naming.namespace, robot.naming.frame_prefix
         self._covariance = covariance(POSE_VARIANCE)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
             (bus.advertise(absolute("joint_states", namespace), msg.JointState), self.joint_state),

@@ -19,6 +19,7 @@ from kbot.model import Robot
 from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
+from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.text import KbotError
 from kbot.workbench.about import Offers
@@ -65,13 +66,14 @@ def driven_session(
     attend: Attend = lambda simulation: None,
     start: PlanarPose = ORIGIN,
 ) -> Session:
-    """A session whose robot is simulated, and starts at `start`.
+    naming: Naming = PLAIN,
+    """A session whose robot is simulated, and starts at `start`; `naming` says where its topics are.
 
     Raises:
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    setup = _Setup(load_world(world), seed, contacts, attend, start)
+    setup = _Setup(load_world(world), seed, contacts, attend, start, naming)
     return Session(
         reader,
         "sim",
@@ -116,6 +118,7 @@ class _Setup:
     attend: Attend
     start: PlanarPose
 
+    naming: Naming
 
 class Driving:
     """A running simulation."""
@@ -128,7 +131,12 @@ class Driving:
         """
         self._setup = setup
         self._sim = simulation or Simulation(
-            robot, setup.world, setup.seed, contacts=setup.contacts, start=setup.start
+            robot,
+            setup.world,
+            setup.seed,
+            contacts=setup.contacts,
+            start=setup.start,
+            naming=setup.naming,
         )
         self._owed = 0.0
         self.loop = False
@@ -196,12 +204,16 @@ class Driving:
             yield from self._sim.robots[name].link_poses().values()
 
     def _odometry_frame(self, poses: Mapping[str, Transform]) -> Frames:
-        """Where the odometry starts from as of this very moment, for tf tells it once a control period."""
-        robot = self._sim.named()
-        if robot.settings is None:
-            return {}
-        root = robot.robot.root
-        return {robot.settings.odometry_frame: (WORLD, poses[root] @ robot.odom_from_root.inverse())}
+        """Where the odometry starts from as of this very moment, for tf tells it once a control period; that
+        of each robot whose frames have a prefix too."""
+        found: dict[str, tuple[str, Transform]] = {}
+        for number, robot in enumerate(self._sim.robots.values()):
+            if robot.settings is not None:
+                root = robot.robot.root
+                world_from_root = robot.link_pose(root) if number else poses[root]
+                frame = robot.naming.frame_prefix + robot.settings.odometry_frame
+                found[frame] = (WORLD, world_from_root @ robot.odom_from_root.inverse())
+        return found
 
     def advance(self, seconds: float) -> float:
         step = self._sim.timestep

@@ -1,0 +1,37 @@
+"""What a robot of a simulation is called, and where its topics and frames are."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from kbot.sim.numbers import shortened
+from kbot.text import KbotError
+
+_NAME = re.compile(r"[A-Za-z]\w*")
+_NAMESPACE = re.compile(r"(?:[A-Za-z_]\w*(?:/\w+)*)?", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Naming:
+    """`name` is the model's, as Gazebo's services speak of it, empty for the description's own. `namespace`
+    holds its topics, `a/b` without slashes around it, empty for the root. `frame_prefix` stands before its
+    frames, as `tb3_0/` does."""
+
+    name: str = ""
+    namespace: str = ""
+    frame_prefix: str = ""
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.namespace, str) and _NAMESPACE.fullmatch(self.namespace)):
+            raise KbotError(f"{shortened(self.namespace)} is no namespace, as tb3_0 and fleet/tb3_0 are")
+        if not isinstance(self.frame_prefix, str):
+            raise KbotError(f"{shortened(self.frame_prefix)} is no text to stand before frames, as tb3_0/ is")
+
+
+PLAIN = Naming()
+
+
+def is_model_name(name: object) -> bool:
+    """Whether a robot or a thing may be called so: letters, digits and _ only, a letter first."""
+    return isinstance(name, str) and bool(_NAME.fullmatch(name))

@@ -1,0 +1,99 @@
+"""Several robots of one launch: their names, namespaces and frames."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import read_launch, read_launch_2
+from kbot.launch.stage import Stage, stage
+from kbot.xacro import Packages
+
+ROBOT = '<param name="robot_description" command="xacro $(dirname)/r.xacro"/>'
+SPAWN = '<node pkg="gazebo_ros" type="spawn_model" name="{}" args="-urdf -param /robot_description {}"/>'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "r.xacro").write_text('<robot name="r"><link name="a"/></robot>')
+    return tmp_path
+
+
+def staged(folder: Path, body: str) -> Stage:
+    file = folder / "a.launch"
+    file.write_text(f"<launch>{ROBOT}{body}</launch>")
+    return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
+
+
+def names(found: Stage) -> list[tuple[str, str, str]]:
+    first = (found.spawn.model, found.spawn.namespace, found.frame_prefix)
+    return [first, *((o.spawn.model, o.spawn.namespace, o.frame_prefix) for o in found.others)]
+
+
+def test_a_group_s_namespace_is_that_of_the_robot_as_gazebo_ros_has_it(folder: Path) -> None:
+    one = SPAWN.format("s", "-model A -y 1")
+    two = SPAWN.format("s", "-model B -y -1")
+    found = staged(folder, f'<group ns="a">{one}</group><group ns="b">{two}</group>')
+    assert names(found) == [("A", "a", "a/"), ("B", "b", "b/")]
+    assert [o.spawn.y for o in found.others] == [-1.0]
+    assert found.notes == ()
+
+
+def test_the_option_counts_more_than_the_group(folder: Path) -> None:
+    body = SPAWN.format("s", "-model A -robot_namespace fleet/a") + SPAWN.format("t", "-model B")
+    found = staged(folder, f'<group ns="b">{body}</group>')
+    assert names(found) == [("A", "fleet/a", "fleet/a/"), ("B", "b", "b/")]
+
+
+def test_a_single_robot_s_frames_stay_as_they_are(folder: Path) -> None:
+    found = staged(folder, SPAWN.format("s", "-model A -robot_namespace a"))
+    assert names(found) == [("A", "a", "")]
+
+
+def test_tf_prefix_of_the_namespace_stands_before_frames(folder: Path) -> None:
+    robot = SPAWN.format("s", "-model {0}")
+    told = '<group ns="{0}"><param name="tf_prefix" value="{0}_tf"/>' + robot + "</group>"
+    assert names(staged(folder, told.format("a") + told.format("b"))) == [
+        ("a", "a", "a_tf/"),
+        ("b", "b", "b_tf/"),
+    ]
+
+
+def test_robots_that_share_their_topics_are_told_of_at_the_second(folder: Path) -> None:
+    found = staged(folder, SPAWN.format("s", "-model A") + "\n" + SPAWN.format("t", "-model B"))
+    (note,) = found.notes
+    assert names(found) == [("A", "", ""), ("B", "", "B/")]
+    assert note.origin is not None
+    assert (note.code, note.is_error, note.origin.span.line) == ("L063", False, 2)
+
+
+def test_a_name_that_is_taken_is_not_spawned_again(folder: Path) -> None:
+    found = staged(folder, SPAWN.format("s", "-model A") + SPAWN.format("t", "-model A"))
+    assert names(found) == [("A", "", "")]
+    assert [note.code for note in found.notes] == ["L062"]
+
+
+def test_create_of_ros_2_is_told_apart_by_its_namespace_and_by_its_model(folder: Path) -> None:
+    file = folder / "a.launch.xml"
+    robot = (
+        '<node pkg="robot_state_publisher" exec="robot_state_publisher" namespace="a">'
+        f'<param name="robot_description" value="$(command \'xacro {folder}/r.xacro\')" type="str"/>'
+        '<param name="frame_prefix" value="one_" type="str"/></node>'
+    )
+    create = '<node pkg="ros_gz_sim" exec="create" {} args="-topic /a/robot_description -name {}"/>'
+    creators = create.format('namespace="a"', "x") + create.format("", "y")
+    file.write_text(f"<launch>{robot}{creators}</launch>")
+    found = stage(read_launch_2(str(file), packages=Packages(around=str(file))).require())
+    assert names(found) == [("x", "a", "one_"), ("y", "y", "y/")]
+
+
+def test_controllers_go_to_the_robot_in_whose_namespace_they_are(folder: Path) -> None:
+    (folder / "c.yaml").write_text("c: {type: position_controllers/JointPositionController, joint: j}\n")
+    robot = SPAWN.format("s", "-model {0}")
+    controller = (
+        '<rosparam command="load" file="$(dirname)/c.yaml"/>'
+        '<node pkg="controller_manager" type="spawner" name="c" args="c"/>'
+    )
+    group = '<group ns="{0}">' + robot + controller + "</group>"
+    found = staged(folder, group.format("a") + group.format("b"))
+    assert [c.name for c in found.controllers] == ["/a/c"]
+    assert [c.name for other in found.others for c in other.controllers] == ["/b/c"]
