@@ -65,8 +65,8 @@ def driven_session(
     contacts: str,
     attend: Attend = lambda simulation: None,
     start: PlanarPose = ORIGIN,
-) -> Session:
     naming: Naming = PLAIN,
+) -> Session:
     """A session whose robot is simulated, and starts at `start`; `naming` says where its topics are.
 
     Raises:
@@ -117,8 +117,8 @@ class _Setup:
     contacts: str
     attend: Attend
     start: PlanarPose
-
     naming: Naming
+
 
 class Driving:
     """A running simulation."""
