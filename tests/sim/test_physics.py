@@ -225,6 +225,15 @@ def test_a_run_that_diverges_stops_and_says_where(urdf):
     assert abs(sim.joint_positions["hinge"]) < 10
 
 
+def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
+    """A force thrusts the bob to 2e202 m/s in the last step before the speeds are looked at."""
+    sim = Simulation(urdf(arm(kind="prismatic")))
+    sim.run(0.018)
+    sim._data.qfrc_applied[0] = 1e205
+    with pytest.raises(SimulationDiverged, match="link 'bob' flew off"):
+        sim.run(0.002)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
