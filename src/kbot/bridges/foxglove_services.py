@@ -7,6 +7,7 @@ import struct
 from concurrent.futures import Future
 from typing import Any
 
+from kbot.bridges.loop import later
 from kbot.bridges.services import Service
 from kbot.bridges.topic_server import TopicServer
 from kbot.bridges.websocket import Wire
@@ -42,14 +43,14 @@ class FoxgloveServices:
         def tell(done: Future[Any]) -> None:
             error = done.exception()
             if error is not None:
-                self._server.later(lambda: self._fail(number, call, str(error)))
+                later(lambda: self._fail(number, call, str(error)))
                 return
             if encoding == "cdr":
                 answer = encode_cdr(done.result(), kind.response_name)
             else:
                 answer = json.dumps(to_plain(done.result())).encode()
             head = _HEAD.pack(SERVICE_RESPONSE, number, call, len(encoding)) + encoding.encode()
-            self._server.later(lambda: self._wire.put(head + answer))
+            later(lambda: self._wire.put(head + answer))
 
         try:
             if encoding == "cdr":

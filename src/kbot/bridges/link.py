@@ -14,6 +14,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from kbot.bridges.outlets import Outlets
 from kbot.bridges.services import Service, require_service
 from kbot.messages import Bus, Clock
 from kbot.messages.types import Twist, TwistStamped
@@ -81,6 +82,8 @@ class Link:
         self.parameters: dict[str, Value] = {}
         """By full name; replaced as a whole when one changes."""
         self.services: Mapping[str, Service] = {}
+        self.outlets = Outlets(self)
+        """Where bridges get what is said."""
         self._tell, self._told = tell, set[str]()
         self._lock = threading.Lock()
         self._jobs: deque[tuple[bool, str, Receiver]] = deque()

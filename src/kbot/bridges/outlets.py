@@ -1,32 +1,30 @@
-"""From the simulation's thread to a server's loop: which topics are wanted, and what they said last."""
+"""From the simulation's thread to the loop of the bridges: which topics are wanted, what they said last."""
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from kbot.bridges.link import Link
+from kbot.bridges.loop import later
 from kbot.wire import Packet
+
+if TYPE_CHECKING:
+    from kbot.bridges.link import Link
 
 Sink = Callable[[Packet], None]
 WAITING = 1000
 
 
 class Outlets:
-    """Opens a topic while somebody wants it. `want` and `leave` are called on the loop, sinks too."""
+    """Opens a topic while somebody wants it, once for the peers of all bridges, so that they share what a
+    message is encoded to. `want` and `leave` are called on the loop, sinks too."""
 
-    def __init__(self, link: Link, prepare: Callable[[Packet], object]) -> None:
-        """`prepare` makes the encoding that sinks need, on the simulation's thread."""
-        self._link, self._prepare = link, prepare
-        self._loop: asyncio.AbstractEventLoop | None = None
+    def __init__(self, link: Link) -> None:
+        self._link = link
         self._sinks: dict[str, list[Sink]] = {}
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
-
-    def start(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Hand out on this loop from now on."""
-        self._loop = loop
 
     def want(self, topic: str, sink: Sink) -> None:
         """Hear a topic; what is latched comes at once."""
@@ -48,13 +46,11 @@ class Outlets:
 
     def _receive(self, packet: Packet) -> None:
         """On the simulation's thread."""
-        self._prepare(packet)
         self._waiting.append(packet)
         self._link.stir(self._wake)
 
     def _wake(self) -> None:
-        if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._hand_out)
+        later(self._hand_out)
 
     def _hand_out(self) -> None:
         for _ in range(len(self._waiting)):

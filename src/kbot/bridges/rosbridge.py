@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from typing import Any
 
 from kbot.bridges.link import Link, Topic
+from kbot.bridges.loop import later
 from kbot.bridges.rosapi import Values, call_rosapi
 from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.bridges.websocket import Wire
@@ -73,7 +74,7 @@ class _Talk(JsonTalk):
 
     def close(self) -> None:
         for subscription in self._subscriptions.values():
-            self._bridge.outlets.leave(subscription.topic, subscription.send)
+            self._bridge.link.outlets.leave(subscription.topic, subscription.send)
 
     def fault(self, text: str) -> None:
         self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
@@ -95,7 +96,7 @@ class _Talk(JsonTalk):
             self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
         )
         self._subscriptions[key] = subscription
-        self._bridge.outlets.want(topic.name, subscription.send)
+        self._bridge.link.outlets.want(topic.name, subscription.send)
 
     def _unsubscribe(self, request: Request) -> None:
         name, number = str(request["topic"]), request.get("id")
@@ -104,7 +105,7 @@ class _Talk(JsonTalk):
 
     def _end(self, key: tuple[str, str]) -> None:
         subscription = self._subscriptions.pop(key)
-        self._bridge.outlets.leave(subscription.topic, subscription.send)
+        self._bridge.link.outlets.leave(subscription.topic, subscription.send)
 
     def _advertise(self, request: Request) -> None:
         topic = self._input(str(request["topic"]))
@@ -128,7 +129,7 @@ class _Talk(JsonTalk):
             if refusal or self._tells_all:
                 level, text = ("error", refusal) if refusal else ("info", "taken")
                 status = json.dumps({"op": "status", "level": level, "msg": text, "id": number})
-                self._bridge.later(lambda: self._wire.put(status))
+                later(lambda: self._wire.put(status))
 
         self._bridge.link.send(topic.name, message, tell)
 
@@ -150,7 +151,7 @@ class _Talk(JsonTalk):
         def tell(done: Future[Any]) -> None:
             error = done.exception()
             plain = {"message": str(error)} if error else to_plain(done.result(), ros1=not self._bridge.exact)
-            self._bridge.later(lambda: answer(plain, error is None))
+            later(lambda: answer(plain, error is None))
 
         try:
             if name in link.services:

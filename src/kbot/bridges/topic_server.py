@@ -7,10 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.bridges.link import Link
-from kbot.bridges.outlets import Outlets
 from kbot.bridges.websocket import Data, Talk, WebSocketBridge, Wire
 from kbot.text import KbotError
-from kbot.wire import Packet
 
 LOOPBACK = "127.0.0.1"
 MOST_SUBSCRIPTIONS = 1000
@@ -30,23 +28,19 @@ class TopicServer:
         port: int,
         make_talk: Callable[[Wire], Talk],
         *,
-        prepare: Callable[[Packet], object] = lambda packet: None,
         subprotocols: Sequence[str] = (),
         origins: Sequence[str] = (),
         token: str = "",
     ) -> None:
-        """`prepare` makes the encoding that clients get, on the simulation's thread; the rest as for
-        `WebSocketBridge`.
+        """As for `WebSocketBridge`.
 
         Raises:
             KbotError: no port is free, or the address is not this machine's.
         """
         self.link = link
-        self.outlets = Outlets(link, prepare)
         self._server = WebSocketBridge(
             name, host or LOOPBACK, port, make_talk, subprotocols=subprotocols, origins=origins, token=token
         )
-        self.outlets.start(self._server.loop)
 
     @property
     def address(self) -> str:
@@ -55,12 +49,6 @@ class TopicServer:
     def close(self) -> None:
         """Take leave of all clients."""
         self._server.close()
-
-    def later(self, work: Callable[[], None]) -> None:
-        """Do something on the server's loop."""
-        loop = self._server.loop
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(work)
 
 
 class JsonTalk:

@@ -1,4 +1,4 @@
-"""A WebSocket server on a thread of its own, whose clients are never waited for."""
+"""A WebSocket server on the loop of the bridges, whose clients are never waited for."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import ipaddress
 import secrets
-import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
@@ -18,6 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
+from kbot.bridges.loop import wait_for
 from kbot.text import KbotError
 
 LARGEST_MESSAGE = 1 << 22
@@ -104,19 +104,14 @@ class WebSocketBridge:
         Raises:
             KbotError: no port is free, or the address is not this machine's.
         """
-        self._name, self._host, self._make_talk = name, host, make_talk
+        self._host, self._make_talk = host, make_talk
         self._subprotocols = [Subprotocol(item) for item in subprotocols]
         self._origins, self._token = frozenset(origins), token
         self._clients = 0
         self._server: Server | None = None
-        self.loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._run, daemon=True, name=f"kbot-{name}")
-        self._thread.start()
-        future = asyncio.run_coroutine_threadsafe(self._listen(port), self.loop)
         try:
-            self.port = future.result()
+            self.port = wait_for(self._listen(port))
         except OSError as error:
-            self.close()
             raise KbotError(f"{name} cannot be served at {host}:{port}: {error.strerror or error}") from None
 
     @property
@@ -126,16 +121,7 @@ class WebSocketBridge:
 
     def close(self) -> None:
         """Take leave of all clients."""
-        if self.loop.is_running():
-            asyncio.run_coroutine_threadsafe(self._shut(), self.loop).result(10)
-            self.loop.call_soon_threadsafe(self.loop.stop)
-            self._thread.join()
-        if not self.loop.is_closed():
-            self.loop.close()
-
-    def _run(self) -> None:
-        asyncio.set_event_loop(self.loop)
-        self.loop.run_forever()
+        wait_for(self._shut())
 
     async def _listen(self, port: int) -> int:
         for candidate in range(port, port + TRIES) if port else (0,):

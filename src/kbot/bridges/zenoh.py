@@ -10,14 +10,13 @@ import os
 import secrets
 import struct
 import threading
-import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 import zenoh
 
 from kbot.bridges.link import Link, Topic
+from kbot.bridges.loop import later, wait_for
 from kbot.bridges.zenoh_names import entity_token, node_token, topic_key
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
@@ -26,8 +25,6 @@ from kbot.wire.services import ServiceType
 
 NODE = "kbot"
 ROUTER_PORT = 7447
-WAITING = 500
-LOOK_SECONDS = 0.25
 ANSWER_SECONDS = 30.0
 _ATTACHED = struct.Struct("<qqB16s")
 
@@ -50,13 +47,12 @@ class ZenohBridge:
         self._numbers = itertools.count(1)
         self._outgoing: dict[str, _Outgoing] = {}
         self._incoming: dict[str, list[Any]] = {}
-        self._waiting: deque[Packet] = deque(maxlen=WAITING)
-        self._wake, self._closed, self._changed = threading.Event(), threading.Event(), threading.Event()
+        self._closed, self._changed = threading.Event(), threading.Event()
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
         self._services = [self._offer(name, service.type) for name, service in link.services.items()]
         link.watch(self._changed.set)
         self._changed.set()
-        self._thread = threading.Thread(target=self._send, daemon=True, name="kbot-zenoh")
+        self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-zenoh")
         self._thread.start()
 
     def describe(self) -> str:
@@ -66,30 +62,19 @@ class ZenohBridge:
     def close(self) -> None:
         """Take leave of all peers; a session that is left open keeps the process from ending."""
         self._closed.set()
-        self._wake.set()
+        self._changed.set()
         self._thread.join(5.0)
         for topic in self._outgoing.values():
             topic.close()
         self._session.close()
 
-    def _send(self) -> None:
-        look_at = 0.0
-        while not self._closed.is_set():
-            if self._changed.is_set():
-                self._changed.clear()
-                self._declare()
-                look_at = 0.0
-            if time.monotonic() >= look_at:
-                for outgoing in self._outgoing.values():
-                    outgoing.open_if_heard()
-                look_at = time.monotonic() + LOOK_SECONDS
-            self._wake.wait(LOOK_SECONDS)
-            self._wake.clear()
-            while self._waiting and not self._closed.is_set():
-                packet = self._waiting.popleft()
-                found = self._outgoing.get(packet.topic)
-                if found is not None and found.topic.type_name == packet.type_name:
-                    found.put(packet)
+    def _run(self) -> None:
+        while True:
+            self._changed.wait()
+            self._changed.clear()
+            if self._closed.is_set():
+                return
+            self._declare()
 
     def _declare(self) -> None:
         topics = self._link.topics
@@ -101,15 +86,7 @@ class ZenohBridge:
             elif not topic.is_input and topic.name not in self._outgoing:
                 token = self._token("MP", topic.name, topic.type_name, latched=topic.is_latched)
                 key = topic_key(self.domain, topic.name, topic.type_name)
-                self._outgoing[topic.name] = _Outgoing(
-                    self._link, topic, self._session, key, token, self._take
-                )
-
-    def _take(self, packet: Packet) -> None:
-        """On the simulation's thread."""
-        packet.cdr  # noqa: B018 - encoded here, once for all bridges
-        self._waiting.append(packet)
-        self._link.stir(self._wake.set)
+                self._outgoing[topic.name] = _Outgoing(self._link, topic, self._session, key, token)
 
     def _hear(self, topic: Topic) -> list[Any]:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
@@ -163,46 +140,48 @@ class ZenohBridge:
 
 
 class _Outgoing:
-    """One topic; what is latched is kept for those who come late."""
+    """One topic. What is latched is kept for those who come late; else only what somebody hears is made."""
 
     def __init__(
         self,
         link: Link,
         topic: Topic,
-        session: Any,  # noqa: ANN401
+        session: Any,  # noqa: ANN401 - the library's
         key: str,
-        token: Any,  # noqa: ANN401
-        take: Callable[[Packet], None],
+        token: Any,  # noqa: ANN401 - the library's
     ) -> None:
         self.topic = topic
-        self._link, self._take, self._token = link, take, token
-        self._is_open = False
+        self._link, self._token = link, token
         self._gid, self._count = secrets.token_bytes(16), 0
         self._publisher: Any
         if topic.is_latched:
             self._publisher = zenoh.ext.declare_advanced_publisher(
                 session, key, cache=zenoh.ext.CacheConfig(max_samples=1), publisher_detection=True
             )
+            self._want(True)
         else:
             self._publisher = session.declare_publisher(key)
+            self._publisher.declare_matching_listener(lambda status: self._want(status.matching))
 
-    def open_if_heard(self) -> None:
-        """Only what somebody hears is made."""
-        is_heard = self.topic.is_latched or bool(self._publisher.matching_status.matching)
-        if is_heard != self._is_open:
-            self._is_open = is_heard
-            (self._link.open if is_heard else self._link.close)(self.topic.name, self._take)
+    def close(self) -> None:
+        """Send nothing more."""
+        wait_for(self._leave())
+        self._publisher.undeclare()
+        self._token.undeclare()
 
-    def put(self, packet: Packet) -> None:
+    async def _leave(self) -> None:
+        self._link.outlets.leave(self.topic.name, self._send)
+
+    def _want(self, is_heard: bool) -> None:
+        change = self._link.outlets.want if is_heard else self._link.outlets.leave
+        later(lambda: change(self.topic.name, self._send))
+
+    def _send(self, packet: Packet) -> None:
+        if packet.type_name != self.topic.type_name:
+            return
         self._count += 1
         attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
         self._publisher.put(packet.cdr, attachment=attached)
-
-    def close(self) -> None:
-        if self._is_open:
-            self._link.close(self.topic.name, self._take)
-        self._publisher.undeclare()
-        self._token.undeclare()
 
 
 def _open(host: str | None) -> tuple[Any, str]:

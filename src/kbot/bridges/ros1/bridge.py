@@ -8,9 +8,10 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from kbot.bridges.link import Link
+from kbot.bridges.ros1.door import Door
 from kbot.bridges.ros1.master import Master
 from kbot.bridges.ros1.parameters import flat_parameters
-from kbot.bridges.ros1.publisher import Door, Outgoing
+from kbot.bridges.ros1.publisher import Outgoing
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
 from kbot.bridges.ros1.subscriber import Incoming
 from kbot.text import KbotError

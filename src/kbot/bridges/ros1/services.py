@@ -3,11 +3,11 @@ response, or in words why not."""
 
 from __future__ import annotations
 
-import socket
+import asyncio
 import struct
 
 from kbot.bridges.link import Link
-from kbot.bridges.ros1.tcpros import ProtocolError, encode_header, read_block
+from kbot.bridges.ros1.tcpros import ProtocolError, encode_header, receive_block
 from kbot.bridges.services import require_service
 from kbot.text import KbotError
 from kbot.wire import decode_ros1, encode_ros1
@@ -15,12 +15,18 @@ from kbot.wire import decode_ros1, encode_ros1
 ANSWER_SECONDS = 30.0
 
 
-def serve_service(link: Link, node: str, connection: socket.socket, header: dict[str, str]) -> None:
+async def serve_service(
+    link: Link,
+    node: str,
+    reader: asyncio.StreamReader,
+    writer: asyncio.StreamWriter,
+    header: dict[str, str],
+) -> None:
     """Answer one caller: one request, or as many as come where it wants a persistent connection.
 
     Raises:
         ProtocolError: there is no such service, or the caller means another definition of it.
-        OSError: the caller is gone.
+        OSError, EOFError: the caller is gone.
     """
     try:
         kind = require_service(link.services, header["service"]).type
@@ -37,20 +43,24 @@ def serve_service(link: Link, node: str, connection: socket.socket, header: dict
         "response_type": f"{kind.name}Response",
         "type": kind.name,
     }
-    connection.sendall(encode_header(answer))
+    writer.write(encode_header(answer))
     if header.get("probe") == "1":
         return
-    connection.settimeout(None if header.get("persistent") == "1" else ANSWER_SECONDS)
+    is_persistent = header.get("persistent") == "1"
     while True:
-        data = read_block(connection)
+        async with asyncio.timeout(None if is_persistent else ANSWER_SECONDS):
+            data = await receive_block(reader)
         try:
             request = decode_ros1(data, kind.request, kind.request_name)
-            response = link.call(header["service"], request).result(ANSWER_SECONDS)
+            answered = asyncio.wrap_future(link.call(header["service"], request))
+            response = await asyncio.wait_for(answered, ANSWER_SECONDS)
             ok, body = 1, encode_ros1(response, kind.response_name)
         except KbotError as error:
             ok, body = 0, str(error).encode()
         except TimeoutError:
             ok, body = 0, b"the simulation does not answer"
-        connection.sendall(struct.pack("<BI", ok, len(body)) + body)
-        if header.get("persistent") != "1":
+        writer.write(struct.pack("<BI", ok, len(body)) + body)
+        async with asyncio.timeout(ANSWER_SECONDS):
+            await writer.drain()
+        if not is_persistent:
             return

@@ -28,6 +28,7 @@ class Incoming(TopicEnd):
 
     def __init__(self, link: Link, topic: Topic, node: str) -> None:
         super().__init__(link, topic, node)
+        self._lock = threading.Lock()
         self._publishers: dict[str, _Publisher] = {}
 
     @property

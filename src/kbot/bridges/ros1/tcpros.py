@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import struct
 
@@ -53,10 +54,7 @@ def read_block(connection: socket.socket, largest: int = LARGEST_MESSAGE) -> byt
         ProtocolError: it is longer than `largest`.
         OSError: the other side is gone.
     """
-    (length,) = struct.unpack("<I", read_exactly(connection, 4))
-    if length > largest:
-        raise ProtocolError(f"{length} bytes at once, where {largest} are the most")
-    return read_exactly(connection, length)
+    return read_exactly(connection, _length(read_exactly(connection, 4), largest))
 
 
 def read_exactly(connection: socket.socket, length: int) -> bytes:
@@ -68,6 +66,23 @@ def read_exactly(connection: socket.socket, length: int) -> bytes:
             raise ConnectionResetError("the other side is gone")
         parts += part
     return bytes(parts)
+
+
+async def receive_header(reader: asyncio.StreamReader) -> dict[str, str]:
+    """As `read_header`, on a loop. Raises ProtocolError, OSError, EOFError."""
+    return decode_header(await receive_block(reader, LARGEST_HEADER))
+
+
+async def receive_block(reader: asyncio.StreamReader, largest: int = LARGEST_MESSAGE) -> bytes:
+    """As `read_block`, on a loop. Raises ProtocolError, OSError, EOFError."""
+    return await reader.readexactly(_length(await reader.readexactly(4), largest))
+
+
+def _length(data: bytes, largest: int) -> int:
+    (length,) = struct.unpack("<I", data)
+    if length > largest:
+        raise ProtocolError(f"{length} bytes at once, where {largest} are the most")
+    return int(length)
 
 
 def check_header(fields: dict[str, str], topic: str, type_name: str, md5: str) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.ros1.tcpros import check_header
 from kbot.wire import ros1_definition
@@ -17,7 +15,6 @@ class TopicEnd:
         self.type_name = topic.type_name.replace("/msg/", "/")
         self._definition, self._md5 = ros1_definition(topic.type_name)
         self._link, self._node = link, node
-        self._lock = threading.Lock()
 
     def header(self, **more: str) -> dict[str, str]:
         """The fields that a connection begins with."""

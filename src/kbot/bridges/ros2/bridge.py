@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections import deque
 from typing import Any
 
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
@@ -17,6 +16,7 @@ from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
 from kbot.bridges.link import Link, Topic
+from kbot.bridges.loop import later, wait_for
 from kbot.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
 from kbot.bridges.ros2.types import sample_of, sample_type
 from kbot.messages.types import Twist, TwistStamped
@@ -24,7 +24,6 @@ from kbot.text import KbotError
 from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
 
 NODE = "/kbot"
-WAITING = 500
 LOOK_SECONDS = 0.25
 MOST_AT_ONCE = 64
 HIGHEST_DOMAIN = 232
@@ -39,7 +38,7 @@ LOOPBACK = """<CycloneDDS><Domain>
 
 class Ros2Bridge:
     """A node /kbot: topics out reliably, latched ones also for those who come late, commands in by best
-    effort. A thread of its own does what may have to wait for a peer."""
+    effort. A thread of its own hears them, and finds out who is there."""
 
     def __init__(self, link: Link, host: str | None = None, node: str = NODE) -> None:
         """The domain is ROS_DOMAIN_ID's, else 0. It stays on this machine unless `host` is the address of
@@ -59,12 +58,10 @@ class Ros2Bridge:
             )
         except DDSException as error:
             raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
-        self._writers: dict[str, tuple[Topic, Any, Any]] = {}
+        self._outgoing: dict[str, _Outgoing] = {}
         self._readers: dict[Any, tuple[str, type]] = {}
-        self._open: set[str] = set()
-        self._waiting: deque[Packet] = deque(maxlen=WAITING)
-        self._wake, self._closed, self._changed = threading.Event(), threading.Event(), threading.Event()
-        latched = Qos(Policy.Durability.TransientLocal, _RELIABLE, Policy.History.KeepLast(1))
+        self._closed, self._changed = threading.Event(), threading.Event()
+        latched = Qos(Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1))
         graph = sample_type(GRAPH_TYPE)
         self._graph: Any = DataWriter(
             self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
@@ -72,11 +69,8 @@ class Ros2Bridge:
         self._waitset: Any = WaitSet(self._participant)
         link.watch(self._changed.set)
         self._changed.set()
-        self._threads = [
-            threading.Thread(target=work, daemon=True, name="kbot-ros2") for work in (self._send, self._hear)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-ros2")
+        self._thread.start()
 
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""
@@ -86,54 +80,40 @@ class Ros2Bridge:
     def close(self) -> None:
         """Take leave of all peers."""
         self._closed.set()
-        self._wake.set()
-        for thread in self._threads:
-            thread.join(5.0)
-        for topic in self._open:
-            self._link.close(topic, self._take)
+        self._thread.join(5.0)
+        wait_for(self._leave())
         self._waitset = None  # DDS takes leave when nothing holds its entities, and this one holds the others
-        self._writers.clear()
+        self._outgoing.clear()
         self._readers.clear()
         self._graph = self._participant = None
 
-    def _take(self, packet: Packet) -> None:
-        """On the simulation's thread."""
-        packet.cdr  # noqa: B018 - encoded here, once for all bridges
-        self._waiting.append(packet)
-        self._link.stir(self._wake.set)
+    async def _leave(self) -> None:
+        for outgoing in self._outgoing.values():
+            outgoing.close()
 
-    def _send(self) -> None:
+    def _run(self) -> None:
+        """Hear, and now and then look who is there: DDS takes its time to tell."""
         look_at = 0.0
         while not self._closed.is_set():
             if self._changed.is_set():
                 self._changed.clear()
                 self._make_endpoints()
                 look_at = 0.0
-            if time.monotonic() >= look_at:  # not at every message: DDS takes its time to tell
-                self._open_what_is_heard()
+            if time.monotonic() >= look_at:
+                for outgoing in self._outgoing.values():
+                    outgoing.look()
                 look_at = time.monotonic() + LOOK_SECONDS
-            self._wake.wait(LOOK_SECONDS)
-            self._wake.clear()
-            while self._waiting and not self._closed.is_set():
-                packet = self._waiting.popleft()
-                entry = self._writers.get(packet.topic)
-                if entry is not None and entry[0].type_name == packet.type_name:
-                    self._write(entry[1], entry[2], packet.cdr)
-
-    def _write(self, writer: Any, kind: Any, data: bytes) -> None:  # noqa: ANN401 - of DDS
-        try:
-            writer.write(sample_of(kind, data))
-        except DDSException as error:
-            self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+            self._waitset.wait(duration(milliseconds=100))
+            self._hear()
 
     def _make_endpoints(self) -> None:
         for topic in self._link.topics.values():
             if topic.is_input:
                 self._make_readers(topic)
-            elif topic.name not in self._writers:
+            elif topic.name not in self._outgoing:
                 kind = sample_type(topic.type_name)
                 writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
-                self._writers[topic.name] = topic, writer, kind
+                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind)
         self._tell_graph()
 
     def _make_readers(self, topic: Topic) -> None:
@@ -152,35 +132,51 @@ class Ros2Bridge:
         return DdsTopic(self._participant, f"rt{name}", kind)
 
     def _tell_graph(self) -> None:
-        writers = [entry[1].guid.bytes for entry in self._writers.values()]
+        writers = [outgoing.writer.guid.bytes for outgoing in self._outgoing.values()]
         readers = [reader.guid.bytes for reader in self._readers]
         data = node_message(self._participant.guid.bytes, self._node, readers, writers)
-        self._write(self._graph, sample_type(GRAPH_TYPE), data)
-
-    def _open_what_is_heard(self) -> None:
-        """Only what somebody hears is made; what is latched is kept by DDS for those who come late."""
-        for name, (topic, writer, _) in self._writers.items():
-            is_heard = topic.is_latched or bool(writer.get_matched_subscriptions())
-            if is_heard and name not in self._open:
-                self._open.add(name)
-                self._link.open(name, self._take)
-            elif not is_heard and name in self._open:
-                self._open.discard(name)
-                self._link.close(name, self._take)
+        self._graph.write(sample_of(sample_type(GRAPH_TYPE), data))
 
     def _hear(self) -> None:
-        while not self._closed.is_set():
-            self._waitset.wait(duration(milliseconds=100))
-            for reader, (topic, message_type) in list(self._readers.items()):
-                for sample in reader.take(MOST_AT_ONCE):
-                    if sample.sample_info.valid_data:
-                        self._deliver(topic, message_type, sample.encoded)
+        for reader, (topic, message_type) in list(self._readers.items()):
+            for sample in reader.take(MOST_AT_ONCE):
+                if sample.sample_info.valid_data:
+                    self._deliver(topic, message_type, sample.encoded)
 
     def _deliver(self, topic: str, message_type: type, data: bytes) -> None:
         try:
             self._link.send(topic, decode_cdr(data, message_type))
         except KbotError as error:
             self._link.tell(f"ROS 2: a message on {topic} was refused: {error}")
+
+
+class _Outgoing:
+    """One topic. What is latched is kept by DDS for those who come late; else only what is heard is made."""
+
+    def __init__(self, link: Link, topic: Topic, writer: Any, kind: Any) -> None:  # noqa: ANN401 - of DDS
+        self.writer = writer
+        self._link, self._topic, self._kind = link, topic, kind
+        self._is_open = False
+
+    def look(self) -> None:
+        """Open it when somebody came, close it when nobody is left."""
+        is_heard = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
+        if is_heard != self._is_open:
+            self._is_open = is_heard
+            change = self._link.outlets.want if is_heard else self._link.outlets.leave
+            later(lambda: change(self._topic.name, self._send))
+
+    def close(self) -> None:
+        """On the loop: send nothing more."""
+        self._link.outlets.leave(self._topic.name, self._send)
+
+    def _send(self, packet: Packet) -> None:
+        if packet.type_name != self._topic.type_name:
+            return
+        try:
+            self.writer.write(sample_of(self._kind, packet.cdr))
+        except DDSException as error:
+            self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
 
 
 _domains: dict[int, Any] = {}
@@ -206,7 +202,8 @@ def _network(host: str) -> str:
     )
 
 
-_RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
+_WAITS = Policy.Reliability.Reliable(duration(milliseconds=100))
+_NEVER_WAITS = Policy.Reliability.Reliable(0)
 _ANY_NEW = ViewState.Any | InstanceState.Alive | SampleState.NotRead
 
 
@@ -215,13 +212,12 @@ def _type_hash(type_name: str) -> Any:  # noqa: ANN401
 
 
 def _writer_qos(topic: Topic) -> Any:  # noqa: ANN401
-    durability = Policy.Durability.TransientLocal if topic.is_latched else Policy.Durability.Volatile
-    return Qos(
-        durability,
-        _RELIABLE,
-        Policy.History.KeepLast(1 if topic.is_latched else 10),
-        _type_hash(topic.type_name),
-    )
+    """A peer that is slow to take what is latched is waited for a moment, lest it never gets it."""
+    if topic.is_latched:
+        kept = Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1)
+    else:
+        kept = Policy.Durability.Volatile, _NEVER_WAITS, Policy.History.KeepLast(10)
+    return Qos(*kept, _type_hash(topic.type_name))
 
 
 def _reader_qos(message_type: type) -> Any:  # noqa: ANN401

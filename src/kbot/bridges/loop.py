@@ -1,0 +1,30 @@
+"""The one thread on which the bridges of a process send, and serve what never waits."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from functools import cache
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+CLOSE_SECONDS = 10.0
+
+
+@cache
+def loop() -> asyncio.AbstractEventLoop:
+    """It runs until the process ends. What is called on it must not wait, for all bridges would."""
+    made = asyncio.new_event_loop()
+    threading.Thread(target=made.run_forever, daemon=True, name="kbot-bridges").start()
+    return made
+
+
+def later(work: Callable[[], object]) -> None:
+    """Do something on the loop; from any thread."""
+    loop().call_soon_threadsafe(work)
+
+
+def wait_for(work: Coroutine[Any, Any, T]) -> T:
+    """The result of what is run on the loop; from any other thread."""
+    return asyncio.run_coroutine_threadsafe(work, loop()).result(CLOSE_SECONDS)
