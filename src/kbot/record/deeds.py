@@ -32,7 +32,7 @@ def do_again(simulation: Simulation, what: str, note: Note) -> None:
 
 _PLAIN = frozenset(
     {
-        "attach", "clear_body_wrenches", "command_joints", "detach", "follow_trajectory", "release_joint",
+        "attach", "clear_body_wrenches", "command_joints", "detach", "end_fault", "follow_trajectory", "release_joint",
         "reset", "reset_time", "reset_world", "set_joint", "set_pose", "set_twist", "spawn_thing",
     }
 )  # fmt: skip

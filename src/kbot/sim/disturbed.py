@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.drive import DriveLimits
@@ -11,7 +13,7 @@ from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, pos
 from kbot.sim.population import Population
 from kbot.sim.pushes import Push, apply
 from kbot.sim.recipe import Contacts
-from kbot.sim.schedule import FOREVER, Schedule
+from kbot.sim.schedule import FOREVER, Placed, Schedule
 from kbot.sim.welds import STANDING
 from kbot.sim.world_builder import PREFIX
 from kbot.text import KbotError
@@ -85,9 +87,10 @@ class Disturbed(Population):
         self._pushes_are_new()
         self._note("clear_body_wrenches", link=link, robot=robot)
 
-    def schedule(self, fault: Fault, at: float, duration: float | None = None) -> None:
+    def schedule(self, fault: Fault, at: float, duration: float | None = None) -> int:
         """Let something go wrong `at` seconds of simulated time, for `duration` seconds (None is for good).
-        It stays in the schedule over a reset, and comes again.
+        It stays in the schedule over a reset, and comes again, until `end_fault` takes it out by the number
+        that is returned.
 
         Raises:
             KbotError: a time that is none or is past, or a fault of something that is not there.
@@ -107,12 +110,40 @@ class Disturbed(Population):
             stop = start + 1
         elif (end := fault.begin(self)) is not None:
             end()  # begun on trial: what it speaks of is there
-        self._schedule.add(fault, start, stop)
+        number = self._schedule.add(fault, start, stop)
         self._schedule.bring_to(self, self._steps)
         self._find_due()
         self._plan_stop()
         if self.journal is not None:
             self._note("schedule", **to_journal(fault), at=float(at), duration=duration)
+        return number
+
+    def end_fault(self, number: int) -> None:
+        """Let a fault be over, and not come again.
+
+        Raises:
+            KbotError: there is none of that number.
+        """
+        if not self._schedule.take_out(self, number):
+            known = ", ".join(str(one.number) for one in self._schedule.entries) or "none at all"
+            raise KbotError(f"there is no fault {shortened(number)} (there are {known})")
+        self._find_due()
+        self._plan_stop()
+        self._note("end_fault", number=number)
+
+    @property
+    def faults(self) -> tuple[Placed, ...]:
+        """The faults that act now or are to come."""
+        return tuple(
+            Placed(
+                one.number,
+                one.fault,
+                one.start * self.timestep,
+                inf if one.stop == FOREVER else one.stop * self.timestep,
+            )
+            for one in self._schedule.entries
+            if one.stop > self._steps
+        )
 
     def _body_called(self, link: str, robot: str | None) -> str:
         """The engine's name of a robot's link, or where no robot is named also of a body of the world."""

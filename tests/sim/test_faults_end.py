@@ -1,0 +1,75 @@
+"""Faults that overlap, and faults that are ended before their time."""
+
+from math import inf
+
+import pytest
+
+from kbot.sim.faults import BlockedJoint, Payload, Slip
+from kbot.text import KbotError
+
+
+def mass(sim) -> float:
+    model, _ = sim.engine()
+    return float(model.body_subtreemass[0])
+
+
+def test_of_two_loads_each_is_put_down_at_its_own_time(sim):
+    before = mass(sim)
+    sim.schedule(Payload("base_link", 1.0), at=0.0, duration=0.4)
+    sim.schedule(Payload("base_link", 2.0), at=0.2, duration=0.4)
+    carried = []
+    for _ in range(4):
+        sim.run(0.1)
+        carried.append(mass(sim) - before)
+        sim.run(0.1)
+    assert carried == pytest.approx([1.0, 3.0, 2.0, 0.0])
+    assert mass(sim) == before
+
+
+def test_a_wheel_grips_again_after_two_faults_of_it(sim):
+    model, _ = sim.engine()
+    geom = next(g for g in range(model.ngeom) if model.geom_bodyid[g] == sim.named().body("left_wheel"))
+    before = model.geom_friction[geom, 0]
+    sim.schedule(Slip("left_wheel", 0.2), at=0.0, duration=0.2)
+    sim.schedule(Slip("left_wheel", 0.1), at=0.1, duration=0.2)
+    found = []
+    for _ in range(4):
+        sim.run(0.05)
+        found.append(float(model.geom_friction[geom, 0]))
+        sim.run(0.05)
+    assert found == [0.2, 0.1, 0.1, before]
+
+
+def test_a_fault_that_is_ended_is_over_and_does_not_come_again(sim):
+    number = sim.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(0.5)
+    assert abs(sim.joint_positions["left_wheel_joint"]) < 0.01
+    sim.end_fault(number)
+    for _ in range(2):
+        start = sim.joint_positions["left_wheel_joint"]
+        sim.run(1.0)
+        assert sim.joint_positions["left_wheel_joint"] - start > 1.0
+        sim.reset()
+        sim.cmd_vel(0.1, 0.0)
+    with pytest.raises(KbotError, match=f"no fault {number} .there are none at all"):
+        sim.end_fault(number)
+
+
+def test_the_first_of_two_loads_is_taken_off(sim):
+    before = mass(sim)
+    first = sim.schedule(Payload("base_link", 1.0), at=0.0)
+    second = sim.schedule(Payload("base_link", 2.0), at=0.0, duration=5.0)
+    later = sim.schedule(Payload("base_link", 4.0), at=3.0, duration=1.0)
+    sim.run(0.1)
+    assert [(one.number, one.start, one.stop) for one in sim.faults] == [
+        (first, 0.0, inf),
+        (second, 0.0, 5.0),
+        (later, 3.0, 4.0),
+    ]
+    sim.end_fault(first)
+    assert mass(sim) - before == pytest.approx(2.0)
+    assert [one.number for one in sim.faults] == [second, later]
+    sim.run(5.0)
+    assert sim.faults == ()
+    assert mass(sim) == before
