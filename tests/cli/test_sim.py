@@ -156,9 +156,9 @@ def test_a_picture_is_drawn_even_of_a_drive_that_fails(capsys, tmp_path):
         capsys, "kbot", "--headless", "--world", "boxes", "--script", str(script), "--plot", str(picture)
     )
     assert status == 1
-    from kbot.world.images import read_grey
+    from kbot.world.images import read_picture
 
-    assert read_grey(str(picture)).shape == (900, 900)
+    assert read_picture(picture)[0].shape == (900, 900)
 
 
 def test_a_picture_that_cannot_be_written_is_said(capsys, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from kbot.text import KbotError
 from kbot.world import load_world
-from kbot.world.images import read_grey
+from kbot.world.images import read_picture
 from kbot.world.maps import rectangles
 
 YAML = "image: {image}\nresolution: 0.5\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
@@ -69,7 +69,9 @@ GREY = np.arange(12, dtype=np.uint8).reshape(3, 4) * 20
 )
 def test_pictures_are_read(tmp_path, data):
     (tmp_path / "picture").write_bytes(data)
-    assert (read_grey(str(tmp_path / "picture")) == GREY).all()
+    grey, opaque = read_picture(tmp_path / "picture")
+    assert grey == pytest.approx(GREY / 255.0)
+    assert opaque.all()
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3, 4])
@@ -86,7 +88,7 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
             paeth = min((a, b, corner), key=lambda v, p=p: abs(p - v))
             coded[r, c] = (pixels[r, c] - {1: a, 2: b, 3: (a + b) // 2, 4: paeth}[kind]) % 256
     (tmp_path / "p.png").write_bytes(png(coded.astype(np.uint8), filters=kind))
-    assert (read_grey(str(tmp_path / "p.png")) == pixels).all()
+    assert read_picture(tmp_path / "p.png")[0] == pytest.approx(pixels / 255.0)
 
 
 @pytest.mark.parametrize(
@@ -111,4 +113,4 @@ def test_what_is_no_map_is_said(tmp_path, files, message):
 def test_a_broken_png_is_said(tmp_path):
     (tmp_path / "p.png").write_bytes(png(GREY)[:40])
     with pytest.raises(KbotError, match="no kind that can be read"):
-        read_grey(str(tmp_path / "p.png"))
+        read_picture(tmp_path / "p.png")

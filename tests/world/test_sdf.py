@@ -15,6 +15,7 @@ FRICTION = "<surface><friction><ode>{}</ode></friction></surface>"
 NEGATIVE = "\n<mu>-1</mu>"
 TURN = "<pose relative_to='{}'>0 0 0 0 0 0</pose>"
 HEAVY = "<model name='m'><link name='l'><inertial>{}</inertial></link></model>"
+HEIGHTMAP = "<collision name='c'><geometry><heightmap>{}<size>1 1 1</size></heightmap></geometry></collision>"
 NO_MESH = "<collision name='c'><geometry><mesh><uri>no.stl</uri></mesh></geometry></collision>"
 
 
@@ -260,6 +261,8 @@ def test_what_is_not_simulated_is_said_once_at_its_line(world):
         ("<include><uri>model://crat</uri></include>", "W202", "model://crat is not found"),
         ("<include><uri>https://fuel.gazebosim.org/x</uri></include>", "W202", "fetched from the network"),
         ("<include></include>", "W205", "no <uri>"),
+        (static(link(HEIGHTMAP.format(""))), "W205", "<heightmap> has no <uri>"),
+        (static(link(HEIGHTMAP.format("<uri>test.world</uri>"))), "W206", "no kind that can be read"),
         (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above zero"),
         (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
         (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
@@ -391,6 +394,21 @@ def test_a_shape_that_is_none_leaves_the_rest_of_the_world(world, tmp_path, inne
     found = world(static(link(inner)) + static(link(), "other"))
     assert [(d.code, d.origin.span.line, d.is_error) for d in found.diagnostics] == [(code, 3, False)]
     assert [len(body.parts) for body in found.bodies] == [0, 1]
+
+
+def test_a_heightmap_of_sixteen_bits_keeps_them(world, tmp_path):
+    """At 6.5535 m to white a grey is 0.1 mm; the picture's first row is the far side, +y."""
+    from PIL import Image
+
+    Image.fromarray(np.array([[0, 1, 2], [255, 256, 65535]], dtype=np.uint16)).save(tmp_path / "hills.png")
+    size = "<uri>hills.png</uri><size>8 4 6.5535</size><pos>0 0 1</pos>"
+    found = world(
+        static(link(f"<collision name='c'><geometry><heightmap>{size}</heightmap></geometry></collision>"))
+    )
+    (part,) = found.bodies[0].parts
+    assert part.shape.size == (8.0, 4.0)
+    assert part.shape.heights * 1e4 == pytest.approx(np.array([[255, 256, 65535], [0, 1, 2]]))
+    assert place(found.bodies[0]) == pytest.approx([0, 0, 1, 0, 0, 0])
 
 
 def test_fuels_ground_and_sun_and_gazebos_own_plugins_are_known(world):

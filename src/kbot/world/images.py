@@ -15,8 +15,6 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-Grey = NDArray[np.uint8]
-
 MOST_PIXELS = 100_000_000
 """A picture of more is taken for a mistake."""
 
@@ -49,16 +47,6 @@ def read_picture(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np.bool
     if pixels.ndim == 2:
         return pixels / top, np.ones(pixels.shape, dtype=bool)
     return pixels[..., :3].mean(axis=2) / top, pixels[..., 3] == top
-
-
-def read_grey(path: str) -> Grey:
-    """Grey values (rows from the top, columns), 0 black to 255 white; what is see-through counts as white.
-
-    Raises:
-        KbotError: as `read_picture`.
-    """
-    grey, opaque = read_picture(path)
-    return np.round(np.where(opaque, grey, 1.0) * 255.0).astype(np.uint8)
 
 
 def _white(image: Image) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.model.meshes import load_mesh
 from kbot.text import Element, KbotError
-from kbot.world.images import read_grey
+from kbot.world.images import read_picture
 from kbot.world.outline import Outline, prisms
 from kbot.world.sdf.values import Values
 from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
@@ -42,21 +42,29 @@ class Shapes:
             return []
         make = getattr(self, f"_{shape.tag}", None) if shape.tag in SHAPES else None
         if make is None:
-            if (
-                shape.tag == "image" or ":" in shape.tag
-            ):  # any other is no name of SDF's: that is told already
+            # any other is no name of SDF's: that is told already
+            if shape.tag == "image" or ":" in shape.tag:
                 self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
             return []
         try:
             placed: list[Placed] = make(shape)
         except KbotError as error:
-            tell = self._values.findings.warning if shape.tag == "mesh" else self._values.findings.error
-            tell("W206", str(error), shape.origin, "it is left out")
+            if shape.tag == "mesh":
+                self._values.findings.warning("W206", str(error), shape.origin, "it is left out")
+            else:
+                self._values.findings.error("W206", str(error), shape.origin)
             return []
         return placed
 
     def _numbers(self, shape: Element, tag: str, count: int = 1) -> tuple[float, ...] | None:
         return self._values.sizes(shape.find(tag), shape, tag, count)
+
+    def _file(self, shape: Element) -> str | None:
+        uri = shape.find("uri") or shape.find("filename")
+        if uri is None:
+            self._values.findings.error("W205", f"<{shape.tag}> has no <uri>", shape.origin)
+            return None
+        return self._find_file(uri)
 
     def _box(self, shape: Element) -> list[Placed]:
         size = self._numbers(shape, "size", 3)
@@ -102,11 +110,7 @@ class Shapes:
         return [(plane, _turned_to(np.array(values)) if values and any(values) else Transform.identity())]
 
     def _mesh(self, shape: Element) -> list[Placed]:
-        uri = shape.find("uri") or shape.find("filename")
-        if uri is None:
-            self._values.findings.error("W205", "<mesh> has no <uri>", shape.origin)
-            return []
-        path = self._find_file(uri)
+        path = self._file(shape)
         if path is None:
             return []
         written = shape.find("scale")
@@ -118,18 +122,14 @@ class Shapes:
         return [(Mesh(vertices, data.faces.astype(np.int32)), Transform.identity())]
 
     def _heightmap(self, shape: Element) -> list[Placed]:
-        uri, size = shape.find("uri"), self._numbers(shape, "size", 3)
-        if uri is None or size is None:
+        path, size = self._file(shape), self._numbers(shape, "size", 3)
+        if path is None or size is None:
             return []
-        path = self._find_file(uri)
-        if path is None:
-            return []
-        grey = read_grey(path)
+        grey, _ = read_picture(path)
         where = shape.find("pos")
         place = (self._values.numbers(where, 3) if where is not None else None) or (0.0, 0.0, 0.0)
         # the picture's first row is the far side, +y
-        heights = np.flipud(grey).astype(np.float64) / 255.0 * size[2]
-        field = HeightField(heights, (size[0], size[1]))
+        field = HeightField(np.flipud(grey) * size[2], (size[0], size[1]))
         return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]
 
     def _polyline(self, shape: Element) -> list[Placed]:
