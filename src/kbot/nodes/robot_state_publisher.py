@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from kbot.kinematics.frames import FrameTree
+from math import isfinite
+
+from kbot.kinematics.frames import mimics
+from kbot.kinematics.joint_pose import JointPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.model import Joint, Robot
 from kbot.nodes.static_transform_publisher import say_static
+from kbot.text import KbotError
 
 FREQUENCY = 50.0
 
@@ -35,16 +39,14 @@ class RobotStatePublisher:
         frame_prefix: str = "",
         namespace: str = "",
     ) -> None:
-        self._robot = robot
-        self._tree = FrameTree(robot)
         self._clock = clock
         self._period = round(1e9 / frequency) if frequency > 0.0 else 0
         self._use_tf_static = use_tf_static
         self._ignore_timestamp = ignore_timestamp
-        self._prefix = frame_prefix
-        self._fixed = [joint for joint in robot.joints.values() if not joint.is_movable]
-        self._moving = list(robot.movable_joints)
-        self._names = {joint.name for joint in self._moving}
+        self._fixed = [_Said(j, frame_prefix) for j in robot.joints.values() if not j.is_movable]
+        self._moving = [_Said(joint, frame_prefix) for joint in robot.movable_joints]
+        self._follow = mimics(robot)
+        self._names = frozenset(joint.name for joint in robot.movable_joints)
         self._positions: dict[str, float] = {}
         self._last: int | None = None
         self._tf = bus.advertise("/tf", msg.TFMessage)
@@ -60,9 +62,15 @@ class RobotStatePublisher:
         self._subscription.close()
 
     def hear(self, message: msg.JointState) -> None:
-        """Take joint positions and say the transforms they make; names it does not know are left out."""
+        """Take joint positions and say the transforms they make; names it does not know are left out.
+
+        Raises:
+            KbotError: a position that is not finite.
+        """
         for name, position in zip(message.name, message.position, strict=False):
             if name in self._names:
+                if not isfinite(position):
+                    raise KbotError(f"the position of joint '{name}' is not finite")
                 self._positions[name] = position
         stamp = message.header.stamp
         now = stamp.nanoseconds
@@ -71,21 +79,35 @@ class RobotStatePublisher:
         if not (due or came_back or self._ignore_timestamp):
             return
         self._last = now
-        joints = self._moving if self._use_tf_static else self._moving + self._fixed
-        self._tf.publish(self._message(joints, stamp))
+        if self._tf.is_heard:
+            joints = self._moving if self._use_tf_static else self._moving + self._fixed
+            self._tf.publish(self._message(joints, stamp))
 
-    def _message(self, joints: list[Joint], stamp: msg.Time) -> msg.TFMessage:
-        return msg.TFMessage(
-            tuple(
-                transform_message(
-                    self._tree.pose(joint.child, joint.parent, self._positions)
-                    if joint.has_position
-                    else Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy),
-                    msg.Header(stamp, self._prefix + joint.parent),
-                    self._prefix + joint.child,
-                )
-                for joint in joints
-            )
+    def _message(self, joints: list[_Said], stamp: msg.Time) -> msg.TFMessage:
+        return msg.TFMessage(tuple(joint.message(stamp, self._position(joint.name)) for joint in joints))
+
+    def _position(self, joint: str) -> float:
+        """Where a joint is; it stands at 0 as long as nobody told."""
+        if joint not in self._positions and joint in self._follow:
+            follow = self._follow[joint]
+            return follow.multiplier * self._positions.get(follow.leader, 0.0) + follow.offset
+        return self._positions.get(joint, 0.0)
+
+
+class _Said:
+    """A joint as it is said."""
+
+    def __init__(self, joint: Joint, prefix: str) -> None:
+        self.name = joint.name
+        self._parent, self._child = prefix + joint.parent, prefix + joint.child
+        self._pose = JointPose(joint)
+
+    def message(self, stamp: msg.Time, position: float) -> msg.TransformStamped:
+        translation, rotation = self._pose.at(position)
+        return msg.TransformStamped(
+            msg.Header(stamp, self._parent),
+            self._child,
+            msg.Transform(msg.Vector3(*translation), msg.Quaternion(*rotation)),
         )
 
 

@@ -6,10 +6,12 @@ from collections.abc import Callable
 from math import cos, sin
 from typing import Any
 
+from kbot.kinematics.joint_pose import product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription, absolute
 from kbot.messages.clock import Clock
 from kbot.sim.joint_topics import hear
+from kbot.sim.motion import Motion
 from kbot.sim.robot import SimulatedRobot
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
@@ -63,6 +65,10 @@ class RobotTopics:
                 for topic in robot.settings.odometry_topics[1:]
             ]
         self._heard = self._outputs
+        self._motion: Motion | None = None
+        """The odometry of this period, made for the first that says it."""
+        x, y, z = robot.base_from_root.translation.tolist()
+        self._base_from_root = (x, y, z), robot.base_from_root.quaternion_xyzw
 
     def close(self) -> None:
         """Hear no more commands."""
@@ -76,8 +82,10 @@ class RobotTopics:
 
     def publish(self, clock: Clock) -> None:
         """Say what time it is and where the robot is now, to those who listen."""
+        stamp = clock.stamp
+        self._motion = None
         for publisher, message in self._heard:
-            publisher.publish(message(clock.stamp))
+            publisher.publish(message(stamp))
 
     def joint_state(self, stamp: msg.Time) -> msg.JointState:
         """Positions (rad or m), speeds and efforts of every joint with a position."""
@@ -92,7 +100,7 @@ class RobotTopics:
         )
 
     def _odometry(self, stamp: msg.Time) -> msg.Odometry:
-        motion = self._robot.odometry
+        motion = self._motion = self._motion or self._robot.odometry
         pose, twist = motion.pose, motion.twist
         return msg.Odometry(
             msg.Header(stamp, self._odometry_frame),
@@ -108,15 +116,20 @@ class RobotTopics:
 
     def _transform(self, stamp: msg.Time) -> msg.TFMessage:
         """odom -> the robot's root, so that every frame keeps one parent."""
-        robot = self._robot
-        odom_from_root = robot.odom_from_root
-        x, y, z = odom_from_root.translation.tolist()
+        motion = self._motion = self._motion or self._robot.odometry
+        pose = motion.pose
+        (x, y, z), turn = self._base_from_root
+        c, s = cos(pose.yaw), sin(pose.yaw)
+        half = pose.yaw / 2.0
         return msg.TFMessage(
             (
                 msg.TransformStamped(
                     msg.Header(stamp, self._odometry_frame),
-                    self._frame_prefix + robot.robot.root,
-                    msg.Transform(msg.Vector3(x, y, z), msg.Quaternion(*odom_from_root.quaternion_xyzw)),
+                    self._frame_prefix + self._robot.robot.root,
+                    msg.Transform(
+                        msg.Vector3(pose.x + c * x - s * y, pose.y + s * x + c * y, z),
+                        msg.Quaternion(*product((0.0, 0.0, sin(half), cos(half)), turn)),
+                    ),
                 ),
             )
         )
