@@ -15,7 +15,7 @@ from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
 from kbot.record.entry import Entry, Types
-from kbot.record.reader import Note
+from kbot.record.formats import Note
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 

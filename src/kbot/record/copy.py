@@ -6,9 +6,10 @@ import shutil
 from pathlib import Path
 
 from kbot.record.entry import Entry
+from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
-from kbot.record.writer import NOTES_TOPIC, open_writer
+from kbot.record.writer import open_writer
 from kbot.text import KbotError
 
 ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static"})

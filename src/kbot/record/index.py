@@ -4,40 +4,12 @@ from __future__ import annotations
 
 import heapq
 from bisect import bisect_right
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Protocol
 
 from kbot.record.entry import Entry
+from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
 from kbot.record.reader import Recording
-from kbot.record.writer import NOTES_TOPIC
-from kbot.text import KbotError
-
-
-class Index(Protocol):
-    """A recording that is open, to be asked by time in nanoseconds of its clock."""
-
-    start: int
-    end: int
-
-    @property
-    def topics(self) -> Mapping[str, str]:
-        """Names and types, as ROS 2 writes them."""
-        ...
-
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
-        """What a topic said last until a time; None where it said nothing yet. Raises KbotError: damaged."""
-        ...
-
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
-        """What topics said after a time and until another, in its order. Raises KbotError: damaged."""
-        ...
-
-    def close(self) -> None: ...
-
-
-class NoIndex(KbotError):
-    """The recording has no index, or one that does not put its messages in the order of time."""
 
 
 class WholeIndex:

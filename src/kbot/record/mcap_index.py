@@ -14,7 +14,7 @@ from mcap.records import Chunk, ChunkIndex, Message
 from mcap.stream_reader import breakup_chunk
 
 from kbot.record.entry import Entry, Types
-from kbot.record.index import NoIndex
+from kbot.record.formats import NoIndex
 from kbot.record.mcap_reader import CARRIED, RECORD_HEAD, full_name, unreadable
 from kbot.text import KbotError
 

@@ -16,7 +16,7 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from kbot.record.entry import Entry, Types
-from kbot.record.reader import BrokenOff, Note
+from kbot.record.formats import BrokenOff, Note
 from kbot.text import KbotError
 
 LARGEST_RECORD = 1 << 30

@@ -7,8 +7,8 @@ from typing import IO, Any, cast
 
 from mcap.writer import CompressionType, Writer
 
+from kbot.record.formats import Recordable
 from kbot.record.whole_file import WholeFile
-from kbot.record.writer import Recordable
 
 CHUNK_BYTES = 256 * 1024
 

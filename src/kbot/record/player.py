@@ -7,9 +7,9 @@ from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher
 from kbot.record.entry import Entry
+from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
-from kbot.record.writer import NOTES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, known_type
 

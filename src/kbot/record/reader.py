@@ -3,34 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 from kbot.record.entry import Entry
-from kbot.record.writer import NOTES_TOPIC
+from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-
-Note = Callable[[str, dict[str, str]], None]
-
-
-class Source(Protocol):
-    """One kind of file."""
-
-    kind: str
-
-    def entries(self, note: Note) -> Iterator[Entry]:
-        """Every message in the order it was written; `note` is told of metadata on the way.
-
-        Raises BrokenOff where the file ends early, after all that is whole.
-        """
-        ...
-
-
-class BrokenOff(KbotError):
-    """The file ends before its end: it was not closed, or was cut short."""
 
 
 @dataclass

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rosbags.rosbag1 import Writer
 
 from kbot.messages.types import String
-from kbot.record.writer import NOTES_TOPIC, Recordable
+from kbot.record.formats import NOTES_TOPIC, Recordable
 from kbot.wire import Packet
 
 if TYPE_CHECKING:

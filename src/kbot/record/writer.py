@@ -1,59 +1,15 @@
-"""What every kind of recording can be asked to do while it is written, and which kind a name means."""
+"""New recordings: which format a name means."""
 
 from __future__ import annotations
 
 import shutil
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
+from kbot.record.formats import RecordingWriter
 from kbot.text import KbotError
 
 SUFFIXES = {".mcap": "an MCAP file", ".bag": "a bag of ROS 1", "": "a folder as rosbag2 has it"}
-
-NOTES_TOPIC = "/kbot/recording"
-"""Where formats without metadata of their own carry it, as JSON in a String."""
-
-
-class Recordable(Protocol):
-    """A message with its bytes in both encodings; a `kbot.wire.Packet`, or one read from a recording."""
-
-    @property
-    def topic(self) -> str: ...
-    @property
-    def type_name(self) -> str: ...
-    @property
-    def nanoseconds(self) -> int: ...
-    @property
-    def cdr(self) -> bytes: ...
-    @property
-    def ros1(self) -> bytes: ...
-    @property
-    def ros1_definition(self) -> tuple[str, str]: ...
-    @property
-    def ros2_definition(self) -> tuple[str, str]: ...
-
-
-class RecordingWriter(Protocol):
-    """A recording that grows. Each method raises OSError where the disk does not take it."""
-
-    def write(self, packet: Recordable) -> None: ...
-
-    def annotate(self, name: str, values: dict[str, str]) -> None:
-        """Put in facts of the run: robot, world, seed, versions."""
-        ...
-
-    def flush(self) -> None:
-        """What was written so far is to be readable, whatever happens next."""
-        ...
-
-    def close(self) -> None:
-        """Finish the file."""
-        ...
-
-    def abandon(self) -> None:
-        """Let go of a file that can no longer be finished; what is whole in it stays."""
-        ...
 
 
 def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:

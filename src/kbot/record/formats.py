@@ -1,0 +1,98 @@
+"""What every format of recordings has: its writer, its source, its index."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Protocol
+
+from kbot.record.entry import Entry
+from kbot.text import KbotError
+
+NOTES_TOPIC = "/kbot/recording"
+"""Where formats without metadata of their own carry it, as JSON in a String."""
+
+Note = Callable[[str, dict[str, str]], None]
+
+
+class Recordable(Protocol):
+    """A message with its bytes in both encodings; a `kbot.wire.Packet`, or one read from a recording."""
+
+    @property
+    def topic(self) -> str: ...
+    @property
+    def type_name(self) -> str: ...
+    @property
+    def nanoseconds(self) -> int: ...
+    @property
+    def cdr(self) -> bytes: ...
+    @property
+    def ros1(self) -> bytes: ...
+    @property
+    def ros1_definition(self) -> tuple[str, str]: ...
+    @property
+    def ros2_definition(self) -> tuple[str, str]: ...
+
+
+class RecordingWriter(Protocol):
+    """A recording that grows. Each method raises OSError where the disk does not take it."""
+
+    def write(self, packet: Recordable) -> None: ...
+
+    def annotate(self, name: str, values: dict[str, str]) -> None:
+        """Put in facts of the run: robot, world, seed, versions."""
+        ...
+
+    def flush(self) -> None:
+        """What was written so far is to be readable, whatever happens next."""
+        ...
+
+    def close(self) -> None:
+        """Finish the file."""
+        ...
+
+    def abandon(self) -> None:
+        """Let go of a file that can no longer be finished; what is whole in it stays."""
+        ...
+
+
+class Source(Protocol):
+    """One kind of file."""
+
+    kind: str
+
+    def entries(self, note: Note) -> Iterator[Entry]:
+        """Every message in the order it was written; `note` is told of metadata on the way.
+
+        Raises BrokenOff where the file ends early, after all that is whole.
+        """
+        ...
+
+
+class BrokenOff(KbotError):
+    """The file ends before its end: it was not closed, or was cut short."""
+
+
+class Index(Protocol):
+    """A recording that is open, to be asked by time in nanoseconds of its clock."""
+
+    start: int
+    end: int
+
+    @property
+    def topics(self) -> Mapping[str, str]:
+        """Names and types, as ROS 2 writes them."""
+        ...
+
+    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+        """What a topic said last until a time; None where it said nothing yet. Raises KbotError: damaged."""
+        ...
+
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+        """What topics said after a time and until another, in its order. Raises KbotError: damaged."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class NoIndex(KbotError):
+    """The recording has no index, or one that does not put its messages in the order of time."""
