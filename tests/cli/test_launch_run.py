@@ -15,10 +15,13 @@ from kbot.launch import read_launch
 from kbot.launch.stage import Stage, stage
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
+from kbot.model.load import load_robot
 from kbot.nodes.teleop_twist_keyboard import TeleopKeys
-from kbot.record import Recording
+from kbot.record import Recorder, Recording
 from kbot.record.replay import replay
+from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
+from kbot.wire import Feed
 from kbot.workbench.session import Session
 from kbot.xacro import Packages
 
@@ -307,3 +310,57 @@ def test_robots_that_would_stand_in_each_other_are_told_of_with_the_line(package
     done = launched(package, GAZEBO.format("") + robots)
     assert done.returncode == 2
     assert "a.launch:3:1: 'q' cannot stand there: it would be inside 'r" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a command of 0.3 m/s, ten times a second for two seconds."""
+    path = tmp_path_factory.mktemp("driven") / "drive.bag"
+    sim = Simulation("kbot")
+    sim.bus.advertise("/cmd_vel", Twist)
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path)):
+        for _ in range(20):
+            sim.bus.publish("/cmd_vel", Twist(Vector3(0.3), Vector3()))
+            sim.run(0.1)
+    return path
+
+
+def play(bag: Path, words: str = "", more: str = "") -> str:
+    return f'<node pkg="rosbag" type="play" name="p" args="{bag} {words}" {more}/>'
+
+
+def test_a_recording_that_the_launch_plays_drives_the_robot(package: Path, driven: Path) -> None:
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("") + play(driven))
+    sim = session._motion._sim
+    sim.run(1.9)
+    assert sim.odometry.twist.x == pytest.approx(0.3, abs=0.01)
+    sim.run(2.0)
+    assert sim.odometry.twist.x == pytest.approx(0.0, abs=0.01)
+    assert 0.4 < sim.ground_truth.pose.x < 0.8
+
+
+def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, tmp_path: Path) -> None:
+    bag = tmp_path / "joints.mcap"
+    sim = Simulation(load_robot(str(package / "urdf" / "my_robot.xacro")).require())
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
+        sim.cmd_vel(0.2, 0.0)
+        sim.run(2.0)
+    session = _shown(staged(package, play(bag)), Companions(Wishes(), print), PLACE)
+    session.advance(2.5)
+    shown, end = session._motion.moment().positions, sim.joint_positions
+    assert end["left_wheel_joint"] > 1.0
+    assert shown["left_wheel_joint"] == pytest.approx(end["left_wheel_joint"], abs=0.1)
+
+
+def test_a_launch_of_a_recording_alone_ends_with_it(package: Path, driven: Path) -> None:
+    file = package / "launch" / "a.launch"
+    file.write_text(f"<launch>{play(driven, '-r 4')}</launch>")
+    done = subprocess.run(
+        [sys.executable, "-m", "kbot", "launch", str(file)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "KBot's player of recordings" in done.stdout

@@ -1,11 +1,14 @@
 """Bags that KBot writes, read by Debian's rosbag; bags that rosbag writes, read by KBot."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 import kbot
+from kbot.messages import Twist, Vector3
 from kbot.record import Recorder, Recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
@@ -95,3 +98,49 @@ def _has_master(ros: Ros) -> bool:
     except AssertionError:
         return False
     return True
+
+
+@pytest.mark.parametrize(
+    "args", ["-d 4 -s 0.45 -u 1 --topics /cmd_vel --bags={}", "-d 4 -r 2 {} --topics /cmd_vel"]
+)
+def test_a_launch_file_plays_the_same_under_roslaunch_and_kbot_launch(
+    ros: Ros, tmp_path: Path, args: str
+) -> None:
+    bag = tmp_path / "drive.bag"
+    sim = Simulation("kbot")
+    sim.bus.advertise("/cmd_vel", Twist)
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
+        for number in range(1, 21):
+            sim.bus.publish("/cmd_vel", Twist(Vector3(number / 10), Vector3()))
+            sim.run(0.1)
+    file = tmp_path / "play.launch"
+    file.write_text(
+        f'<launch><node pkg="rosbag" type="play" name="p" args="{args.format(bag)}" required="true">'
+        '<remap from="/cmd_vel" to="/again"/></node></launch>'
+    )
+    core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
+    try:
+        wait_until(lambda: _has_master(ros), "a master")
+        theirs = _heard(ros, tmp_path / "theirs.txt", "roslaunch", str(file))
+        ours = _heard(ros, tmp_path / "ours.txt", sys.executable, "-m", "kbot", "launch", str(file), "--ros1")
+    finally:
+        stop(core)
+    assert len(theirs) >= 10
+    assert ours == theirs
+
+
+def _heard(ros: Ros, file: Path, *launch: str) -> list[str]:
+    """What a topic says while a launch runs, which ends by itself."""
+    with file.open("w") as said:
+        echo = subprocess.Popen(
+            ["rostopic", "echo", "-p", "/again/linear/x"],
+            env=ros.environment,
+            stdout=said,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    try:
+        subprocess.run(launch, env=ros.environment, capture_output=True, timeout=90, check=False)
+    finally:
+        stop(echo)
+    return [line.partition(",")[2] for line in file.read_text().splitlines() if line[:1].isdecimal()]

@@ -101,12 +101,16 @@ def command(
     report([*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers])
     if any(note.is_error for note in staged.notes):
         return 2
-    if staged.path is None and not staged.programs:
+    if staged.path is None and not staged.programs and not staged.playings:
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
     if staged.path is None:
+        click.echo(table(plan, staged))
+        if staged.playings:
+            from kbot.cli.launch_play import play_alone
+
+            return play_alone(plan, staged, wishes)
         from kbot.cli.launch_programs import run_alone
 
-        click.echo(table(plan, staged))
         return run_alone(plan, staged.programs)
     from kbot.cli.launch_run import Place, carry_out
 

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from kbot.launch.programs import Program, command_line, environment
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
+    from kbot.bridges.wishes import Wishes
     from kbot.launch import Node, Plan
 
 _LOOK_SECONDS = 0.1
@@ -49,6 +50,32 @@ def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
         finally:
             processes.close()
     return processes.status
+
+
+def start_programs(
+    stack: ExitStack, plan: Plan, programs: Sequence[Program], wishes: Wishes
+) -> Processes | None:
+    """Start a launch's programs, until the stack is closed; None where there are none. The end of a required
+    one interrupts the main thread."""
+    if not programs:
+        return None
+    told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
+    built = stack.enter_context(processes_of(plan, programs, told))
+    processes = Processes(built, _tell, _thread.interrupt_main)
+    stack.callback(processes.close)
+    return processes
+
+
+def live_for_programs(programs: Sequence[Program], wishes: Wishes) -> Wishes:
+    """With a bridge for programs of the user's own to come in by, where none is asked for."""
+    if not programs or wishes.is_live:
+        return wishes
+    from kbot.client import wanted_transport
+
+    speaks_2 = any("rclpy" in program.ros for program in programs)
+    if speaks_2 or wanted_transport(os.environ) == "ros2":
+        return replace(wishes, ros2=True)
+    return replace(wishes, ros1=True)
 
 
 def _tell(text: str) -> None:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import _thread
-import os
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_programs import processes_of
+from kbot.cli.launch_programs import live_for_programs, start_programs
 from kbot.cli.output import fail
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.launch.processes import Processes
 from kbot.model.spawned import with_controllers
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.text import DescriptionError, KbotError
@@ -31,7 +29,8 @@ if TYPE_CHECKING:
     from kbot.launch import Plan
     from kbot.launch.spawning import Spawn, SpawnedRobot
     from kbot.launch.stage import Stage
-    from kbot.messages import Bus
+    from kbot.messages import Bus, Clock
+    from kbot.record.playback import Playback
     from kbot.sim import Simulation
     from kbot.workbench.session import Session
 
@@ -64,12 +63,7 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
             session = _simulated(staged, going, world or _known_world(staged.world), place, teleop)
         else:
             session = _shown(staged, going, place)
-        processes = None
-        if staged.programs:
-            told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
-            built = stack.enter_context(processes_of(plan, staged.programs, told))
-            processes = Processes(built, _tell, _thread.interrupt_main)
-            stack.callback(processes.close)
+        processes = start_programs(stack, plan, staged.programs, wishes)
         if teleop is not None and staged.simulate:
             _tell(HELP)
             stack.enter_context(keys(teleop.press))
@@ -106,14 +100,7 @@ def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
         if not wishes.record and staged.simulate:
             wishes = replace(wishes, record=recording.path, topics=recording.topics)
             _tell(f"Recording to {recording.path}")
-    if staged.programs and not wishes.is_live:
-        from kbot.client import wanted_transport
-
-        speaks_2 = any("rclpy" in program.ros for program in staged.programs)
-        if speaks_2 or wanted_transport(os.environ) == "ros2":
-            return replace(wishes, ros2=True)
-        return replace(wishes, ros1=True)
-    return wishes
+    return live_for_programs(staged.programs, wishes)
 
 
 def _can_be_told(value: object) -> bool:
@@ -141,6 +128,8 @@ def _simulated(
         lambda robot: with_controllers(robot, staged.controllers),
     )
 
+    players: list[Playback] = []
+
     def attend(simulation: Simulation) -> None:
         _publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
@@ -149,6 +138,8 @@ def _simulated(
             for other in staged.others:
                 _spawn(simulation, other, place.package_path)
         mount_on_others(simulation)
+        bus = simulation.bus
+        players[:] = _play(staged, bus, simulation.clock, players, bus.topics.keys() - bus.inputs)
         if teleop is not None:
             simulation.clock.every(RATE, lambda: teleop.drive(simulation.command))
 
@@ -208,6 +199,7 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     from kbot.workbench.session import Session
 
     joints = staged.joints
+    players: list[Playback] = []
 
     def attend(sliders: Sliders) -> None:
         _publish_maps(sliders.bus, staged)
@@ -222,6 +214,8 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
 
         for topic in joints.sources:
             sliders.bus.subscribe(topic, JointState, take_over)
+        instead = {"/joint_states": take_over}
+        players[:] = _play(staged, sliders.bus, sliders.clock, players, instead=instead)
 
     description = Description(
         str(staged.path),
@@ -231,6 +225,40 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     )
     setting = SliderSetting(joints.zeros, joints.rate, attend)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
+
+
+def _play(
+    staged: Stage,
+    bus: Bus,
+    clock: Clock,
+    before: list[Playback],
+    theirs: Collection[str] = (),
+    instead: Mapping[str, Callable[[Any], None]] | None = None,
+) -> list[Playback]:
+    """Let the launch's recordings be said; those that were said `before`, to a bus that is no more, go on.
+
+    Raises:
+        KbotError: one cannot be read, or has nothing of what is asked for.
+    """
+    from kbot.record.playback import Playback
+
+    for playback in before:
+        playback.close()
+    players = [
+        Playback(
+            bus,
+            clock,
+            playing,
+            _tell,
+            theirs=theirs,
+            instead=instead,
+            on_end=_thread.interrupt_main if playing.required else lambda: None,
+        )
+        for playing in staged.playings
+    ]
+    for old, new in zip(before, players, strict=False):
+        new.go_on_from(old)
+    return players
 
 
 def _publish_maps(bus: Bus, staged: Stage) -> None:

@@ -22,6 +22,7 @@ class Role(StrEnum):
     TRANSFORM = "a static transform of KBot's"
     MAP = "KBot's map"
     RECORDER = "KBot's recorder"
+    PLAYER = "KBot's player of recordings"
 
 
 NODES: Mapping[str, Mapping[str, Role | None]] = {
@@ -48,7 +49,7 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "tf2_ros": {"static_transform_publisher": Role.TRANSFORM},
     "map_server": {"map_server": Role.MAP, "map_saver": None},
     "nav2_map_server": {"map_server": Role.MAP, "map_saver_cli": None, "map_saver_server": None},
-    "rosbag": {"play": None, "record": Role.RECORDER},
+    "rosbag": {"play": Role.PLAYER, "record": Role.RECORDER},
     "rviz2": {"rviz2": Role.VIEWER},
     "ros_gz_sim": {"create": Role.SPAWNER, "gzserver": Role.SIMULATOR},
     "ros_ign_gazebo": {"create": Role.SPAWNER},
@@ -61,11 +62,6 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
 }
 
 """The nodes of packages that KBot knows, and what stands in for each; None where nothing does."""
-
-ELSEWHERE: Mapping[tuple[str, str], str] = {
-    ("rosbag", "play"): "kbot bag play FILE says a recording again",
-}
-"""What does the work of a node that has no place in a launch."""
 
 STAND_IN_PACKAGES = frozenset({*NODES, "xacro"})
 
@@ -181,6 +177,7 @@ LAUNCH_FILES_2 = frozenset(
 
 _COMMANDS_2: Mapping[tuple[str, ...], Role] = {
     ("bag", "record"): Role.RECORDER,
+    ("bag", "play"): Role.PLAYER,
     **{
         ("control", verb): Role.CONTROLLER
         for verb in ("load_controller", "load_start_controller", "set_controller_state")

@@ -11,11 +11,12 @@ from typing import TypeVar
 from kbot.launch.controllers import read_controllers, runs_hardware
 from kbot.launch.gazebo import read_gazebo
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
-from kbot.launch.known import ELSEWHERE, NODES, RENAMED, Role, role
+from kbot.launch.known import NODES, RENAMED, Role, role
 from kbot.launch.plan import Node, Plan
 from kbot.launch.population import read_population
 from kbot.launch.programs import Program, find_program
 from kbot.launch.rosbag import Recording, read_recording
+from kbot.launch.rosbag_play import Playing, read_playing
 from kbot.launch.spawning import Spawn, SpawnedRobot
 from kbot.launch.static_transforms import StaticTransform, read_static_transform
 from kbot.launch.words import split
@@ -40,6 +41,7 @@ class Stage:
     others           robots that are spawned after it
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
+    playings         recordings that are said again
     controllers      those that are spawned for it
     programs         the user's own nodes that can be run
     notes            what is not done and why
@@ -60,6 +62,7 @@ class Stage:
     transforms: tuple[StaticTransform, ...]
     maps: tuple[str, ...]
     recordings: tuple[Recording, ...]
+    playings: tuple[Playing, ...]
     has_teleop: bool
     controllers: tuple[SpawnedController, ...]
     programs: tuple[Program, ...]
@@ -78,6 +81,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     transforms = [_taken(read_static_transform(node), notes) for node in cast.get(Role.TRANSFORM, [])]
     now = datetime.now()
     recordings = [_taken(read_recording(node, now), notes) for node in cast.get(Role.RECORDER, [])]
+    playings = [_taken(read_playing(node), notes) for node in cast.get(Role.PLAYER, [])]
     gazebo, found = read_gazebo(plan)
     notes += found
     joints, found = read_joint_states(plan)
@@ -105,6 +109,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         transforms=tuple(t for t in transforms if t is not None),
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
         recordings=tuple(recordings),
+        playings=tuple(playing for playing in playings if playing is not None),
         has_teleop=bool(cast.get(Role.TELEOP)),
         controllers=first.controllers if first else controllers,
         programs=tuple(programs),
@@ -156,7 +161,7 @@ def _unknown(node: Node) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
     message = f"nothing stands in for the {what}: {node.full_name} is not run"
-    hint = ELSEWHERE.get((node.package, node.type), "it runs where a ROS is installed")
+    hint = "it runs where a ROS is installed"
     hint = f"the launch needs it (required); {hint}" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 

@@ -45,19 +45,25 @@ def split(node: Node) -> list[str]:
 
 
 def read_options(node: Node, values: Mapping[str, int]) -> Options:
-    """`values` tells how many words follow each option that there is; `-1` is all up to the next option."""
+    """`values` tells how many words follow each option that there is; `-1` is all up to the next option.
+    A long one may have its word after a `=` too."""
     given: dict[str, tuple[str, ...]] = {}
     rest: list[str] = []
     words = split(node)
     at = 0
     while at < len(words):
         word, at = words[at], at + 1
+        name, mark, value = word.partition("=")
+        if mark and name.startswith("--") and values.get(name):
+            given[name] = (*given.get(name, ()), value) if values[name] < 0 else (value,)
+            continue
         if word not in values:
             rest.append(word)
             continue
         count = values[word]
         if count < 0:
-            count = next((i for i, w in enumerate(words[at:]) if w in values), len(words) - at)
+            ends = (i for i, w in enumerate(words[at:]) if w in values or w.partition("=")[0] in values)
+            count = next(ends, len(words) - at)
         given[word] = (*given.get(word, ()), *words[at : at + count]) if count else ()
         at += count
     return Options(node, given, tuple(rest))

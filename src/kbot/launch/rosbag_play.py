@@ -1,0 +1,138 @@
+"""rosbag play and ros2 bag play: which recordings are said again, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from kbot.launch import names
+from kbot.launch.plan import Node
+from kbot.launch.words import Options, place_of, read_options
+from kbot.text import Diagnostic, Origin, Severity
+
+_ROS1: Mapping[str, int] = {
+    **dict.fromkeys(("-q", "--quiet", "-i", "--immediate", "--pause", "--clock", "-l", "--loop"), 0),
+    **dict.fromkeys(("-k", "--keep-alive", "--try-future-version", "--skip-empty-bags"), 0),
+    **dict.fromkeys(("--wait-for-subscribers", "--bags-only"), 0),
+    **dict.fromkeys(("--queue", "--hz", "-d", "--delay", "-r", "--rate", "-s", "--start"), 1),
+    **dict.fromkeys(("-u", "--duration", "--skip-empty", "--rate-control-topic"), 1),
+    **dict.fromkeys(("--rate-control-max-delay", "-p", "--prefix"), 1),
+    **dict.fromkeys(("--topics", "--pause-topics", "--bags"), -1),
+}
+_ROS2: Mapping[str, int] = {
+    **dict.fromkeys(("-l", "--loop", "-p", "--start-paused", "--clock", "--clock-topics-all"), 0),
+    **dict.fromkeys(("--disable-keyboard-controls", "--disable-loan-message", "--wait-for-all-acked"), 0),
+    **dict.fromkeys(("-s", "--storage", "-r", "--rate", "-d", "--delay", "--start-offset"), 1),
+    **dict.fromkeys(("--playback-duration", "--read-ahead-queue-size", "-e", "--regex", "--log-level"), 1),
+    **dict.fromkeys(("--qos-profile-overrides-path", "--storage-config-file", "-i", "--input"), 1),
+    **dict.fromkeys(("--topics", "--exclude-topics", "-m", "--remap", "-x", "--exclude"), -1),
+}
+_SUFFIXES = (".bag", ".mcap", ".db3")
+_NOT_DONE: Mapping[str, str] = {
+    "--pause": "it begins at once",
+    "--start-paused": "it begins at once",
+    "--clock": "KBot tells the time",
+    "--rate-control-topic": "the rate is that of --rate",
+    "--pause-topics": "it goes on",
+    "--regex": "topics are named one by one",
+    "-x": "topics are chosen by --topics",
+    "--exclude": "topics are chosen by --topics",
+    "--exclude-topics": "topics are chosen by --topics",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Playing:
+    """Recordings that are said again together: from `start` seconds after the first message on, `rate` times
+    as fast, after a `delay` (s). `topics` empty means all; `remaps` are by the recording's names. At the end
+    a `required` one ends the launch."""
+
+    paths: tuple[str, ...]
+    origin: Origin
+    rate: float = 1.0
+    start: float = 0.0
+    seconds: float | None = None
+    delay: float = 0.0
+    loop: bool = False
+    topics: tuple[str, ...] = ()
+    remaps: Mapping[str, str] = field(default_factory=dict)
+    prefix: str = ""
+    required: bool = False
+
+    def said_on(self, topic: str) -> str:
+        """Where a topic of the recording is said."""
+        prefix = names.canonical(f"/{self.prefix}") if self.prefix else ""
+        return self.remaps.get(topic, f"{prefix}{topic}")
+
+
+def read_playing(node: Node) -> tuple[Playing | None, list[Diagnostic]]:
+    """What a player of ROS 1 (rosbag play) or of ROS 2 (ros2 bag play) would say; None where no recording is
+    there."""
+    is_ros_2 = node.package != "rosbag"
+    options = read_options(node, _ROS2 if is_ros_2 else _ROS1)
+    words = [word for word in options.rest[2 if is_ros_2 else 0 :] if not word.startswith("__")]
+    remaps = dict(node.remaps)
+    said = (*words, *_given(options, "-m", "--remap"))
+    remaps |= dict(word.split(":=", 1) for word in said if ":=" in word)
+    named = [word for word in words if ":=" not in word and not _is_number(word)]
+    named += [*_given(options, "--bags"), *_given(options, "-i", "--input")]
+    topics = list(_given(options, "--topics"))
+    if not named and topics:  # argparse takes a bag after --topics for a topic, and so the bag is last
+        named = [topic for topic in topics if topic.endswith(_SUFFIXES)]
+        topics = [topic for topic in topics if topic not in named]
+    for option, why in _NOT_DONE.items():
+        if options.has(option):
+            options.notes.append(
+                Diagnostic("L063", Severity.INFO, f"{option}: {why}", place_of(node, option))
+            )
+    missing = [path for path in named if not Path(path).exists()]
+    if missing or not named:
+        options.notes.append(_nothing(node, missing))
+        return None, options.notes
+    rate = options.number("--rate" if options.has("--rate") else "-r", 1.0)
+    if rate <= 0.0:
+        message = f"the rate of a recording is a number above 0, not {rate:g}"
+        options.notes.append(Diagnostic("L062", Severity.ERROR, message, node.spans["args"]))
+        rate = 1.0
+    ahead = ("--start-offset",) if is_ros_2 else ("--start", "-s")
+    for_seconds = ("--playback-duration",) if is_ros_2 else ("--duration", "-u")
+    seconds = _seconds(options, *for_seconds) if options.has(*for_seconds) else None
+    keeps_on = options.has("-k", "--keep-alive")
+    return Playing(
+        paths=tuple(named),
+        origin=node.origin,
+        rate=rate,
+        start=_seconds(options, *ahead),
+        seconds=seconds if seconds is None or seconds >= 0.0 else None,
+        delay=_seconds(options, "--delay", "-d") + node.delay,
+        loop=options.has("-l", "--loop"),
+        topics=tuple(_absolute(topic) for topic in topics),
+        remaps={_absolute(source): _absolute(target) for source, target in remaps.items()},
+        prefix="" if is_ros_2 else (options.text("--prefix", "-p") or "").strip("/"),
+        required=node.required and not keeps_on,
+    ), options.notes
+
+
+def _given(options: Options, *names: str) -> tuple[str, ...]:
+    return tuple(word for name in names for word in options.given.get(name, ()))
+
+
+def _seconds(options: Options, *names: str) -> float:
+    return options.number(next((name for name in names if options.has(name)), names[0]))
+
+
+def _is_number(word: str) -> bool:
+    """What follows `--clock`, whose rate may be left out."""
+    return word.replace(".", "", 1).isdecimal()
+
+
+def _absolute(topic: str) -> str:
+    return names.canonical(f"/{topic}")
+
+
+def _nothing(node: Node, missing: list[str]) -> Diagnostic:
+    what = f"the recording {missing[0]} is not there" if missing else "no recording is named"
+    where = place_of(node, missing[0]) if missing else node.spans.get("args", node.origin)
+    severity = Severity.ERROR if node.required else Severity.WARNING
+    return Diagnostic("L059", severity, f"{what}: {node.full_name} says nothing", where)

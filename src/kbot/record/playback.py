@@ -1,0 +1,158 @@
+"""A recording said again on a bus on which others speak too, as its clock passes."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import Any
+
+from kbot.launch.rosbag_play import Playing
+from kbot.messages import Bus, Clock, Publisher, TFMessage
+from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
+from kbot.nodes.static_transform_publisher import say_static
+from kbot.record.entry import Entry
+from kbot.record.player import LATCHED, NOT_SAID
+from kbot.record.reader import Recording
+from kbot.record.recorder import DESCRIPTION_TOPIC
+from kbot.text import KbotError
+from kbot.wire import decode_cdr, known_type
+
+RATE = 100.0
+"""Hz at which it looks what is due."""
+
+Say = Callable[[Any], None]
+
+
+class Playback:
+    """Says what is due until the end, or for good where it loops."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        playing: Playing,
+        tell: Callable[[str], None],
+        *,
+        theirs: Collection[str] = (),
+        instead: Mapping[str, Say] | None = None,
+        on_end: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`tell` is given sentences for the user. Topics that are `theirs` are left to those who speak on
+        them; what is said on those of `instead` is handed on there.
+
+        Raises:
+            KbotError: a recording cannot be read, has no such topic, or holds nothing from the start on.
+        """
+        self._playing, self._tell, self._on_end = playing, tell, on_end
+        self._recordings = [Recording(path) for path in playing.paths]
+        summaries = [recording.summary() for recording in self._recordings]
+        starts = [summary.start for summary in summaries if summary.start is not None]
+        ends = [summary.end for summary in summaries if summary.end is not None]
+        if not starts:
+            raise KbotError(f"{playing.paths[0]} holds no messages")
+        self._first = min(starts) + round(playing.start * 1e9)
+        self._last = max(ends)
+        if playing.seconds is not None:
+            self._last = min(self._last, self._first + round(playing.seconds * 1e9))
+        if self._first > self._last:
+            raise KbotError(
+                f"{playing.paths[0]} is {(max(ends) - min(starts)) * 1e-9:g} s long: "
+                f"nothing is left of it {playing.start:g} s on"
+            )
+        types = {name: topic.type_name for summary in summaries for name, topic in summary.topics.items()}
+        for topic in playing.topics:
+            for recording in self._recordings[:1] if topic not in types else ():
+                recording.require_topics((topic,))
+        self._say: dict[str, tuple[Say, type]] = {}
+        for name, type_name in types.items():
+            self._offer(bus, name, type_name, theirs, instead or {})
+        self._at = float(self._first) - playing.delay * 1e9 * playing.rate
+        self._entries = self._wanted()
+        self._next = next(self._entries, None)
+        self._step = playing.rate * 1e9 / RATE
+        self._timer = clock.every(RATE, self._advance)
+
+    def close(self) -> None:
+        """Say no more."""
+        self._timer.cancel()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left to say."""
+        return self._timer.cancelled
+
+    @property
+    def nanoseconds(self) -> int:
+        """Where it stands, by the recording's clock."""
+        return max(0, round(self._at))
+
+    @property
+    def name(self) -> str:
+        """That of its first file."""
+        return self._playing.paths[0]
+
+    @property
+    def description(self) -> str:
+        """The robot's URDF, empty where the recordings have none."""
+        entries = (entry for recording in self._recordings for entry in recording.entries())
+        return next((str(e.message().data) for e in entries if e.topic == DESCRIPTION_TOPIC), "")
+
+    def go_on_from(self, other: Playback) -> None:
+        """Stand where another of the same recording does; what is latched is said again."""
+        self._at = other._at
+        while self._next is not None and self._next.nanoseconds <= self._at:
+            if self._next.topic in LATCHED:
+                self._speak(self._next)
+            self._next = next(self._entries, None)
+        if other.is_over:
+            self._timer.cancel()
+
+    def _offer(
+        self, bus: Bus, name: str, type_name: str, theirs: Collection[str], instead: Mapping[str, Say]
+    ) -> None:
+        if name in NOT_SAID or (self._playing.topics and name not in self._playing.topics):
+            return
+        topic, kind = self._playing.said_on(name), known_type(type_name)
+        if kind is None:
+            self._tell(f"{name} is not said: KBot does not know {type_name}")
+        elif topic in theirs:
+            self._tell(f"{name} of the recording is left out: {topic} is said here already")
+        elif topic in instead:
+            self._say[name] = instead[topic], kind
+        elif topic == TF_STATIC and kind is TFMessage:
+            self._say[name] = lambda message: say_static(bus, message), kind
+        else:
+            try:
+                publisher: Publisher[Any] = bus.advertise(topic, kind, latched=topic in LATCHED)
+            except KbotError as error:
+                self._tell(f"{name} of the recording is left out: {error}")
+                return
+            self._say[name] = publisher.publish, kind
+
+    def _advance(self) -> None:
+        self._at += self._step
+        while self._next is not None and self._next.nanoseconds <= self._at:
+            self._speak(self._next)
+            self._next = next(self._entries, None)
+        if self._next is None and self._at >= self._last:
+            self._end()
+
+    def _speak(self, entry: Entry) -> None:
+        say, kind = self._say[entry.topic]
+        say(decode_cdr(entry.cdr, kind))
+
+    def _end(self) -> None:
+        if self._playing.loop and self._say:
+            self._at = float(self._first)
+            self._entries = self._wanted()
+            self._next = next(self._entries, None)
+            return
+        self._timer.cancel()
+        self._on_end()
+
+    def _wanted(self) -> Iterator[Entry]:
+        recordings = (recording.entries() for recording in self._recordings)
+        for entry in heapq.merge(*recordings, key=lambda entry: entry.nanoseconds):
+            is_early = entry.topic in LATCHED and entry.nanoseconds < self._first
+            if entry.topic in self._say and (is_early or self._first <= entry.nanoseconds <= self._last):
+                yield entry

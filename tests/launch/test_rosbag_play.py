@@ -1,0 +1,91 @@
+"""What rosbag play and ros2 bag play are told."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.launch import read_launch, read_launch_2
+from kbot.launch.rosbag_play import Playing
+from kbot.launch.stage import Stage, stage
+from kbot.xacro import Packages
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("a.bag", "b.bag", "c.mcap"):
+        (tmp_path / name).touch()
+    return tmp_path
+
+
+def staged(folder: Path, args: str, more: str = "", inner: str = "") -> Stage:
+    file = folder / "a.launch"
+    file.write_text(
+        f'<launch><node pkg="rosbag" type="play" name="p" args="{args}" {more}>{inner}</node></launch>'
+    )
+    return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
+
+
+def staged_2(folder: Path, args: str) -> Stage:
+    file = folder / "a.launch.xml"
+    file.write_text(f'<launch><executable cmd="ros2 bag play {args}"/></launch>')
+    return stage(read_launch_2(str(file), packages=Packages(around=str(file))).require())
+
+
+def only(found: Stage) -> Playing:
+    (playing,) = found.playings
+    return playing
+
+
+def test_options_of_ros_1_long_and_short(folder: Path) -> None:
+    bags = f"{folder}/a.bag {folder}/b.bag"
+    long = only(staged(folder, f"--rate=2 --start=1.5 --duration=3 --delay=0.5 --loop {bags}"))
+    short = only(staged(folder, f"-r 2 -s 1.5 -u 3 -d 0.5 -l {bags}"))
+    for playing in (long, short):
+        assert playing.paths == (f"{folder}/a.bag", f"{folder}/b.bag")
+        assert (playing.rate, playing.start, playing.seconds, playing.delay) == (2.0, 1.5, 3.0, 0.5)
+        assert (playing.loop, playing.required) == (True, False)
+
+
+def test_topics_stand_after_the_bag_or_before_it(folder: Path) -> None:
+    after = only(staged(folder, f"{folder}/a.bag --topics /odom scan"))
+    before = only(staged(folder, f"--topics /odom scan --bags={folder}/a.bag"))
+    last = only(staged(folder, f"--topics /odom scan {folder}/a.bag"))
+    for playing in (after, before, last):
+        assert (playing.topics, playing.paths) == (("/odom", "/scan"), (f"{folder}/a.bag",))
+
+
+def test_topics_are_renamed_by_words_by_tags_and_by_a_prefix(folder: Path) -> None:
+    inner = '<remap from="/scan" to="/bag/scan"/>'
+    playing = only(staged(folder, f"{folder}/a.bag -p old odom:=/truth", inner=inner))
+    said = [playing.said_on(topic) for topic in ("/odom", "/scan", "/tf")]
+    assert said == ["/truth", "/bag/scan", "/old/tf"]
+
+
+def test_options_of_ros_2_where_s_is_the_storage(folder: Path) -> None:
+    words = f"-s mcap {folder}/c.mcap --clock 100 -r 0.5 --start-offset 2 --remap /a:=/b /c:=/d -l"
+    playing = only(staged_2(folder, words))
+    assert (playing.paths, playing.rate, playing.start) == ((f"{folder}/c.mcap",), 0.5, 2.0)
+    assert (dict(playing.remaps), playing.loop) == ({"/a": "/b", "/c": "/d"}, True)
+
+
+def test_a_player_whose_end_ends_the_launch(folder: Path) -> None:
+    required = 'required="true"'
+    assert only(staged(folder, f"{folder}/a.bag", required)).required
+    assert not only(staged(folder, f"-k {folder}/a.bag", required)).required
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "is_error", "word"),
+    [
+        ("missing.bag", "L059", False, "missing.bag"),
+        ("", "L059", False, ""),
+        ("-r fast {}/a.bag", "L062", True, "fast"),
+        ("--pause {}/a.bag", "L063", False, "--pause"),
+    ],
+)
+def test_what_cannot_be_is_said_at_the_word(
+    folder: Path, args: str, code: str, is_error: bool, word: str
+) -> None:
+    (note,) = staged(folder, args.format(folder)).notes
+    assert note.origin is not None
+    assert (note.code, note.is_error, note.origin.span.text) == (code, is_error, word)
