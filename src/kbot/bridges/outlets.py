@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from kbot.bridges.loop import later
+from kbot.text import KbotError
 from kbot.wire import Packet
 
 if TYPE_CHECKING:
@@ -58,5 +59,8 @@ class Outlets:
             topic = self._link.topics.get(packet.topic)
             if topic is not None and topic.is_latched:
                 self._last[packet.topic] = packet
-            for sink in tuple(self._sinks.get(packet.topic, ())):
-                sink(packet)
+            try:
+                for sink in tuple(self._sinks.get(packet.topic, ())):
+                    sink(packet)
+            except KbotError as error:
+                self._link.tell(f"{packet.topic}: a message cannot be sent: {error}")
