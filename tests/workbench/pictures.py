@@ -1,16 +1,28 @@
 """What a screenshot shows: a PNG as an array, and where a colour is in it."""
 
+import base64
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
+DRAWN = """async () => {
+  await kbot.drawn();
+  const { x, y, width, height } = document.querySelector(".picture").getBoundingClientRect();
+  return { x, y, width, height, scale: 1 };
+}"""
+
 
 def screenshot(page: Any) -> np.ndarray:
-    """The canvas as a person sees it, (height, width, 3) in 0..255."""
-    page.evaluate("kbot.drawn()")
-    return decode_png(page.locator(".picture").screenshot())
+    """The picture as a person sees it, with all that lies over it, (height, width, 3) in 0..255.
+
+    Asks the browser itself: Playwright's own would wait until a picture that moves stands still.
+    """
+    if not hasattr(page, "tools"):
+        page.tools = page.context.new_cdp_session(page)
+    wanted = {"format": "png", "optimizeForSpeed": True, "clip": page.evaluate(DRAWN)}
+    return decode_png(base64.b64decode(page.tools.send("Page.captureScreenshot", wanted)["data"]))
 
 
 def decode_png(data: bytes) -> np.ndarray:

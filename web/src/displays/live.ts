@@ -43,8 +43,9 @@ export class LiveDisplays {
     this.report();
   }
 
+  /** Tells of a state; what moved is drawn by the view, and what else changes by the display that knows. */
   state(state: State): void {
-    this.each((display) => display.state?.(state));
+    for (const { display } of this.live.values()) display?.state?.(state);
   }
 
   frame(): void {

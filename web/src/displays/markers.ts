@@ -42,7 +42,9 @@ class Markers implements Display {
   state(state: State): void {
     if (state.resets !== this.resets) this.clear();
     this.resets = state.resets;
-    for (const [key, { until }] of this.drawn) if (state.time > until) this.drop(key);
+    const over = [...this.drawn].filter(([, { until }]) => state.time > until);
+    for (const [key] of over) this.drop(key);
+    if (over.length > 0) this.picture.invalidate();
   }
 
   frame(): void {

@@ -16,6 +16,7 @@ import { RobotObject } from "./robot";
 import { forgetPrimitives } from "./shapes";
 import { sideOf, SIDES, type Side } from "./sides";
 import { Stage } from "./stage";
+import { looksTheSame } from "./still";
 import { Transforms } from "./transforms";
 import { readView, viewHash } from "./address";
 
@@ -38,6 +39,8 @@ export class View implements Picture {
   private readonly world = new Group();
   private readonly lastSeen = new Vector3();
   private placed = false;
+  /** The state in the picture, null where it must be drawn anew. */
+  private drawn: State | null = null;
   /** How one looked last: without perspective, as the robot sees, along with it. */
   private kind = "";
 
@@ -180,6 +183,7 @@ export class View implements Picture {
   }
 
   private build(scene: Scene): void {
+    this.drawn = null;
     this.bodies?.dispose();
     if (this.robot !== null && this.robot.scene.links === scene.links) {
       this.furnish(scene);
@@ -223,6 +227,7 @@ export class View implements Picture {
       }
     } else if (this.app.options.value.ride) {
       this.ride();
+      this.stage.invalidate();
     } else if (this.app.options.value.follow) {
       const moved = centre.clone().sub(this.lastSeen);
       this.stage.controls.target.add(moved);
@@ -233,7 +238,8 @@ export class View implements Picture {
     this.stage.lightAround(centre, radius * 1.5);
     const { x, y } = this.root;
     if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, PALETTES[this.app.theme.value].shadow);
-    this.stage.invalidate();
+    if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
+    this.drawn = state;
   }
 
   private get root(): Vector3 {
