@@ -162,7 +162,7 @@ def test_distances_and_an_angle_are_measured_and_drawn(
     row, column = round(y - box["y"]), round(x - box["x"])
     line = screenshot(page).astype(int)[row - 2 : row + 3, column]
     assert np.abs(line - before[row - 2 : row + 3, column]).max() > 80
-    page.keyboard.press("Escape")
+    tool(page, "Interact").click()
     until(lambda: page.locator(".measure").count() == 0)
     assert (
         np.abs(

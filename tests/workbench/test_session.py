@@ -230,7 +230,7 @@ def test_another_world_starts_again(xacro: Path) -> None:
     session.announce = told.append
     drive_on(session, 0.2, 0.5)
     assert "boxes" in [world.name for world in session.about().worlds]
-    session.obey(SetWorld("boxes:count=3"), 1)
+    session.obey(SetWorld("boxes:count=3", 0), 1)
     state = session.state()
     assert (state.time, state.resets, state.command) == (0.0, 1, (0.0, 0.0))
     assert session.about().world == "boxes"
@@ -238,7 +238,7 @@ def test_another_world_starts_again(xacro: Path) -> None:
     assert isinstance(scene, Scene)
     assert len(scene.bodies) == 3
     with pytest.raises(KbotError, match="did you mean 'maze'"):
-        session.obey(SetWorld("mase"), 1)
+        session.obey(SetWorld("mase", 0), 1)
     assert session.about().world == "boxes"
     drive_on(session, 0.2, 0.5)
 
@@ -251,7 +251,7 @@ def test_a_push_moves_the_robot(xacro: Path) -> None:
     with pytest.raises(KbotError, match="no body, 'base': did you mean 'base_link'"):
         session.obey(Push("base", 1.0, 0.0, 0.0, 0.1), 1)
     arm_less = open_session(str(xacro), simulate=False)
-    for message in (Push("base_link", 1.0, 0.0, 0.0, 0.1), SetWorld("boxes")):
+    for message in (Push("base_link", 1.0, 0.0, 0.0, 0.1), SetWorld("boxes", 0)):
         with pytest.raises(KbotError, match="kbot sim"):
             arm_less.obey(message, 1)
 

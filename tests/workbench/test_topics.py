@@ -91,7 +91,7 @@ def test_of_many_messages_pages_get_the_newest() -> None:
 def test_a_page_goes_on_hearing_in_another_world() -> None:
     session = open_session("kbot", simulate=True, world="boxes", arguments=LIDAR)
     session.topics.subscribe("/scan", 1)
-    session.obey(SetWorld("empty"), 1)
+    session.obey(SetWorld("empty", 0), 1)
     for _ in range(5):
         session.advance(0.1)
     ((_, frame, _),) = session.topics.news()

@@ -14,7 +14,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
     f: () => (app.selected.value === "" ? view.fit() : view.focus(app.selected.value)),
-    l: () => app.about.value?.mode === "sim" && app.plots.set(!app.plots.value),
+    l: () => app.about.value?.mode !== "view" && app.plots.set(!app.plots.value),
     y: () => app.about.value?.mode !== "view" && app.traffic.set(!app.traffic.value),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
     "?": help,
@@ -25,7 +25,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
     Backspace: () => body.remove(),
     Escape: () => {
       if (app.travel.isPast) return app.travel.goLive();
-      if (tools.leave()) return;
+      if (tools.back()) return;
       body.leave();
       app.spot.set(null);
       app.selected.set("");

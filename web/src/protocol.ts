@@ -12,7 +12,7 @@ export interface WorldChoice {
   parameters: readonly WorldParameter[];
 }
 
-/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world. */
+/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, and `seed` is that of whatever is random. */
 export interface About {
   version: string;
   file: string;
@@ -24,6 +24,7 @@ export interface About {
   files: readonly string[];
   worlds: readonly WorldChoice[];
   things: readonly string[];
+  seed: number;
   client: number;
   type: "about";
 }
@@ -112,6 +113,14 @@ export interface Things {
   type: "things";
 }
 
+/** Something that goes wrong, in words, from `start` to `stop` s of simulated time; None is for good. */
+export interface FaultView {
+  number: number;
+  words: string;
+  start: number;
+  stop: number | null;
+}
+
 /** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. */
 export interface State {
   revision: number;
@@ -130,6 +139,7 @@ export interface State {
   driver: number;
   resets: number;
   at: number;
+  faults: readonly FaultView[];
   type: "state";
 }
 
@@ -335,7 +345,7 @@ export interface SetSpeed {
   type: "set_speed";
 }
 
-/** Push a link with a force in N along the world's axes, for a moment of simulated time. */
+/** Push a link of the robot, or a body of the world, with a force in N along the world's axes for a while of simulated time. */
 export interface Push {
   link: string;
   x: number;
@@ -374,13 +384,27 @@ export interface MoveModel {
   type: "move_model";
 }
 
-/** Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or carries a payload in kg; a joint is blocked; a topic is silent. A kick gives the robot a speed in m/s at once. */
+/** Give the robot a speed at once, m/s along the world's axes. */
+export interface Kick {
+  x: number;
+  y: number;
+  z: number;
+  type: "kick";
+}
+
+/** Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or carries a payload in kg; a joint is blocked; a topic is silent. */
 export interface Disturb {
-  fault: "slip" | "payload" | "kick" | "blocked" | "silent";
+  fault: "slip" | "payload" | "blocked" | "silent";
   target: string;
   value: number;
   seconds: number;
   type: "disturb";
+}
+
+/** Let a fault of `State.faults` be over, and not come again. */
+export interface EndFault {
+  number: number;
+  type: "end_fault";
 }
 
 /** Everything back to its start while time goes on, or time to 0 while everything goes on. */
@@ -396,9 +420,10 @@ export interface JointSpeed {
   type: "joint_speed";
 }
 
-/** Start again in another world: a built-in world's name, with parameters if any. */
+/** Start again in another world: a built-in world's name, with parameters if any. `seed` is that of whatever is random in a run, as the noise of sensors is. */
 export interface SetWorld {
   world: string;
+  seed: number;
   type: "set_world";
 }
 
@@ -531,4 +556,4 @@ export interface DrawPlot {
 
 export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Series | PlotDrawn | Told | Refused;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | AskSeries | DrawPlot;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | AskSeries | DrawPlot;

@@ -26,7 +26,7 @@ class Offers:
     things: tuple[str, ...] = ()
 
 
-def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, client: int) -> About:
+def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, seed: int, client: int) -> About:
     """What the page of that number is told."""
     linear, angular = offers.limits(shown.robot)
     return About(
@@ -40,5 +40,6 @@ def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, client:
         files=shown.files,
         worlds=offers.worlds,
         things=offers.things,
+        seed=seed,
         client=client,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -40,12 +40,15 @@ from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
 from kbot.workbench.source.shown import Reader
 from kbot.workbench.timeline.recording import RunRecording
+from kbot.workbench.timeline.series import Field
 from kbot.workbench.world_actions import (
     SPAWNED,
     WorldActions,
+    faults,
     joint_controls,
     model_of,
     other_robots,
+    push,
 )
 from kbot.world import BUILDERS, World, load_world
 from kbot.world.registry import parameters
@@ -162,6 +165,10 @@ class Driving:
         return self._sim.clock
 
     @property
+    def seed(self) -> int:
+        return self._sim.seed
+
+    @property
     def paused(self) -> bool:
         return self._sim.paused
 
@@ -197,6 +204,7 @@ class Driving:
             command=robot.controller.wanted if robot.can_drive else (0.0, 0.0),
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
+            faults=faults(sim),
         )
 
     def _other_links(self) -> Iterator[Transform]:
@@ -238,7 +246,7 @@ class Driving:
         self._sim.cmd_vel(linear, angular)
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
-        self._sim.apply_body_wrench(link, force, seconds)
+        push(self._sim, link, force, seconds)
 
     def set_joint(self, name: str, position: float) -> None:
         if name not in self.controls:
@@ -271,6 +279,9 @@ class Driving:
     def timeline(self) -> None:
         return None
 
+    def series(self, fields: Sequence[Field], start: float, end: float) -> None:
+        return None
+
     def seek(self, at: float) -> None:
         raise KbotError("a simulation goes on from where it is")
 
@@ -286,9 +297,9 @@ class Driving:
         other.paused = self.paused
         return other
 
-    def enter(self, world: str) -> tuple[Driving, World]:
+    def enter(self, world: str, seed: int) -> tuple[Driving, World]:
         """The robot at the start of another world."""
-        setup = dataclasses.replace(self._setup, world=load_world(world), start=ORIGIN)
+        setup = dataclasses.replace(self._setup, world=load_world(world), seed=seed, start=ORIGIN)
         other = Driving(self._sim.robot, setup)
         other.paused = self.paused
         return other, setup.world

@@ -14,7 +14,7 @@ from kbot.model import Joint, JointType, Robot
 from kbot.nodes.robot_state_publisher import transform_message
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
-from kbot.workbench.protocol import Action, Timeline
+from kbot.workbench.protocol import Action, FaultView, Timeline
 from kbot.workbench.scene import Control, slider_range
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
@@ -33,6 +33,7 @@ class Moment:
     command: tuple[float, float] = (0.0, 0.0)
     twist: tuple[float, float] = (0.0, 0.0)
     odometry: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    faults: tuple[FaultView, ...] = ()
 
 
 class Motion(Protocol):
@@ -51,6 +52,11 @@ class Motion(Protocol):
 
     paused: bool
     """Whether time waits."""
+
+    @property
+    def seed(self) -> int:
+        """That of whatever is random."""
+        ...
 
     def moment(self) -> Moment: ...
 
@@ -116,7 +122,7 @@ class Motion(Protocol):
         """The same with a changed robot, standing as this one does. Raises KbotError."""
         ...
 
-    def enter(self, world: str) -> tuple[Motion, World]:
+    def enter(self, world: str, seed: int) -> tuple[Motion, World]:
         """The same robot at the start of another world. Raises KbotError."""
         ...
 
@@ -149,6 +155,7 @@ class Sliders:
     bus: Bus = field(default_factory=Bus, init=False)
     loop: bool = field(default=False, init=False)
     errands: list[Callable[[], bool]] = field(default_factory=list, init=False)
+    seed: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         self._tree = FrameTree(self.robot)
@@ -208,7 +215,7 @@ class Sliders:
     def record(self, recording: RunRecording) -> None:
         raise KbotError("nothing is simulated here, so there is nothing to record: kbot sim does it")
 
-    def enter(self, world: str) -> tuple[Motion, World]:
+    def enter(self, world: str, seed: int) -> tuple[Motion, World]:
         raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")
 
     def set_joint(self, name: str, position: float) -> None:

@@ -14,15 +14,12 @@ from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.motion import Motion, flat
 from kbot.workbench.protocol import (
     About,
+    Action,
     Advance,
-    Delete,
-    Disturb,
     Drive,
     Findings,
     FromPage,
     FromServer,
-    JointSpeed,
-    MoveModel,
     OpenDisplays,
     OpenSource,
     Pause,
@@ -40,7 +37,6 @@ from kbot.workbench.protocol import (
     SetLoop,
     SetSpeed,
     SetWorld,
-    Spawn,
     State,
     Stop,
     Timeline,
@@ -142,7 +138,7 @@ class Session:
         return self._robot, {name: positions[name] for name in free if name in positions}
 
     def about(self, client: int = NOBODY) -> About:
-        return about(self.shown, self.mode, self._stage.world, self._offers, client)
+        return about(self.shown, self.mode, self._stage.world, self._offers, self._motion.seed, client)
 
     def findings(self) -> Findings:
         return self.shown.findings()
@@ -166,6 +162,7 @@ class Session:
             driver=self._deadman.driver,
             resets=self._resets,
             at=round(self._along(moment.time), 4),
+            faults=moment.faults,
         )
 
     def _along(self, time: float) -> float:
@@ -232,12 +229,12 @@ class Session:
                 self.speed = factor
             case Push(link=link, x=x, y=y, z=z, seconds=seconds):
                 self._motion.push(link, (x, y, z), seconds)
-            case Spawn() | Delete() | MoveModel() | Disturb() | ResetPart() | JointSpeed():
+            case _ if isinstance(message, Action):
                 self._motion.act(message)
                 self._resets += isinstance(message, ResetPart)
                 self._look_around()
-            case SetWorld(world=world):
-                self._enter(world)
+            case SetWorld(world=world, seed=seed):
+                self._enter(world, round(seed))
             case Publish(topic=topic, kind=kind, message=fields):
                 self.topics.publish(topic, kind, fields)
             case SaveDisplays(kind=to, setup=setup):
@@ -270,8 +267,8 @@ class Session:
         else:
             self.recording.end()
 
-    def _enter(self, name: str) -> None:
-        self._motion, self._stage.world = self._motion.enter(name)
+    def _enter(self, name: str, seed: int) -> None:
+        self._motion, self._stage.world = self._motion.enter(name, seed)
         self.recording.end()
         self.topics.attach(self._motion.bus)
         self._resets += 1

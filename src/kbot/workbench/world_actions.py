@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Literal
 
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.sim.controller_kinds import Interface
-from kbot.sim.faults import BlockedJoint, Fault, Payload, SilentTopic, Slip
+from kbot.sim.faults import BlockedJoint, Fault, LostCommands, Payload, SilentTopic, Slip
 from kbot.text import KbotError
-from kbot.workbench.protocol import Action, Delete, Disturb, JointSpeed, MoveModel, ResetPart, Spawn
+from kbot.workbench.protocol import (
+    Action,
+    Delete,
+    Disturb,
+    EndFault,
+    FaultView,
+    JointSpeed,
+    Kick,
+    MoveModel,
+    ResetPart,
+    Spawn,
+)
 from kbot.world.things import BOX, THINGS
 
 ROBOT = "robot"
@@ -54,8 +66,12 @@ class WorldActions:
                     sim.set_pose(x, y, yaw, model)
                 else:
                     sim.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
+            case Kick(x=x, y=y, z=z):
+                sim.set_twist((x, y, z))
             case Disturb():
                 self._disturb(action)
+            case EndFault(number=number):
+                sim.end_fault(round(number))
             case ResetPart(what=what):
                 {"world": sim.reset_world, "time": sim.reset_time}[what]()
             case JointSpeed(name=name, velocity=velocity):
@@ -74,9 +90,6 @@ class WorldActions:
 
     def _disturb(self, asked: Disturb) -> None:
         sim = self._sim
-        if asked.fault == "kick":
-            sim.set_twist((asked.value, 0.0, 0.0))
-            return
         if self._faults >= MOST_FAULTS:
             raise KbotError(f"{MOST_FAULTS} faults were asked for already: start again in a world for more")
         sim.schedule(_fault(asked), sim.time, asked.seconds)
@@ -93,6 +106,42 @@ def _fault(asked: Disturb) -> Fault:
             return BlockedJoint(asked.target)
         case _:
             return SilentTopic(asked.target)
+
+
+def push(simulation: Simulation, name: str, force: tuple[float, float, float], seconds: float) -> None:
+    """Push a link of the robot on show, a link of another (`robot_2/base_link`), or a body of the world.
+
+    Raises:
+        KbotError: there is nothing of that name, or it stands still for good.
+    """
+    owner, _, link = name.partition("/")
+    if link and owner in simulation.robots:
+        simulation.apply_body_wrench(link, force, seconds, robot=owner)
+    else:
+        simulation.apply_body_wrench(name, force, seconds)
+
+
+def faults(simulation: Simulation) -> tuple[FaultView, ...]:
+    """What goes wrong now, or will."""
+    return tuple(
+        FaultView(one.number, _words(one.fault), one.start, one.stop if isfinite(one.stop) else None)
+        for one in simulation.faults
+    )
+
+
+def _words(fault: Fault) -> str:
+    match fault:
+        case Slip(link=link, friction=friction):
+            return f"{link} slips: friction {friction:g}"
+        case Payload(link=link, mass=mass):
+            return f"{link} carries {mass:g} kg"
+        case BlockedJoint(joint=joint):
+            return f"{joint} is blocked"
+        case SilentTopic(topic=topic):
+            return f"{topic} is silent"
+        case LostCommands(share=share):
+            return f"{share:.0%} of commands are lost"
+    return type(fault).__name__
 
 
 def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "velocity"]]:

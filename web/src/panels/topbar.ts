@@ -10,7 +10,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
   const mode = h("span", { class: "mode" }, "view");
   const world = h("select", { class: "mode", "aria-label": "World", title: "Start again in another world" });
   world.addEventListener("change", () => {
-    app.send({ type: "set_world", world: world.value });
+    app.send({ type: "set_world", world: world.value, seed: app.about.value?.seed ?? 0 });
     world.blur();
   });
   const link = h("span", { class: "status", role: "status" });

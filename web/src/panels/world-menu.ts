@@ -1,24 +1,24 @@
+import { MathUtils, Vector3 } from "three";
+
 import type { App } from "../app";
 import { h } from "../dom";
 import { icon } from "../icons";
-import type { Disturb } from "../protocol";
+import { robotPose } from "../tools/poses";
+import { faultForm, faultList } from "./faults";
+import { PushFields } from "./push-fields";
 
-type Kind = Disturb["fault"];
-
-/** What may go wrong: its name, what it befalls, and its number: what that is, the unit, the usual value. */
-const FAULTS: Record<Kind, { label: string; on: "link" | "joint" | "topic" | null; number: readonly [string, string, number] | null }> = {
-  slip: { label: "A link slips", on: "link", number: ["Friction", "", 0.1] },
-  payload: { label: "A load", on: "link", number: ["Mass", "kg", 0.5] },
-  blocked: { label: "A joint is blocked", on: "joint", number: null },
-  silent: { label: "A topic is silent", on: "topic", number: null },
-  kick: { label: "A kick", on: null, number: ["Speed", "m/s", 0.5] },
-};
-
-/** A button that opens what one does with a whole world: its parameters, resets, and what goes wrong. */
+/** A button that opens what one does with a whole world: its parameters, resets, pushes, and what goes wrong. */
 export function worldMenu(app: App): HTMLElement {
   const menu = h("div", { class: "menu", id: "world-menu", popover: "auto", role: "dialog", "aria-label": "World and faults" });
   const button = h("button", { type: "button", class: "icon-button", popovertarget: menu.id, title: "World and faults", "aria-label": "World and faults" }, icon("sliders"));
-  menu.append(parametersOf(app, () => menu.hidePopover()), resets(app), faults(app));
+  const count = h("span", { class: "badge", "aria-hidden": "true", hidden: true });
+  const counted = (acting: number): void => {
+    count.hidden = acting === 0;
+    count.textContent = String(acting);
+    button.setAttribute("aria-label", `World and faults${acting === 0 ? "" : `: ${acting} acting`}`);
+  };
+  button.append(count);
+  menu.append(faultList(app, counted), parametersOf(app, () => menu.hidePopover()), resets(app), pushForm(app), faultForm(app));
   const holder = h("span", { class: "world-menu" }, button, menu);
   app.about.watch((about) => (holder.hidden = about?.mode !== "sim"));
   return holder;
@@ -26,22 +26,25 @@ export function worldMenu(app: App): HTMLElement {
 
 function parametersOf(app: App, done: () => void): HTMLElement {
   const fields = h("div", { class: "fields" });
+  const seed = h("input", { type: "number", min: 0, max: 2 ** 53 - 1, step: 1, value: 0, required: true, title: "Of whatever is random in a run, as noise is" });
   const title = h("h2", {});
   let shown = "";
   app.about.watch((about) => {
     const choice = about?.worlds.find(({ name }) => name === about.world);
-    if (about === null || shown === about.world) return;
+    if (about === null || (shown === about.world && seed.value === String(about.seed))) return;
+    seed.value = String(about.seed);
+    if (shown === about.world) return;
     shown = about.world;
     title.textContent = shown.replaceAll("_", " ");
     fields.replaceChildren(
       ...(choice?.parameters ?? []).map(({ name, value, is_whole }) => h("label", {}, name, h("input", { type: "number", name, value, step: is_whole ? 1 : "any", required: true }))),
     );
   });
-  const form = h("form", {}, title, fields, h("button", { class: "primary", type: "submit" }, "Start"));
+  const form = h("form", {}, title, fields, h("div", { class: "fields" }, h("label", {}, "noise seed", seed)), h("button", { class: "primary", type: "submit" }, "Start"));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const values = [...fields.querySelectorAll("input")].map((input) => `${input.name}=${input.value}`).join(",");
-    app.send({ type: "set_world", world: values === "" ? shown : `${shown}:${values}` });
+    app.send({ type: "set_world", world: values === "" ? shown : `${shown}:${values}`, seed: seed.valueAsNumber });
     done();
   });
   return form;
@@ -57,42 +60,26 @@ function resets(app: App): HTMLElement {
   );
 }
 
-function faults(app: App): HTMLElement {
-  const kind = h("select", { "aria-label": "Fault" }, ...Object.entries(FAULTS).map(([name, { label }]) => h("option", { value: name }, label)));
-  const target = h("select", { "aria-label": "Befalls" });
-  const value = h("input", { type: "number", step: "any", required: true });
-  const unit = h("span", { class: "unit" });
-  const seconds = h("input", { type: "number", min: 0.01, max: 3600, step: "any", value: 5, required: true, "aria-label": "Seconds" });
-  const what = h("span", {});
-  const number = h("label", {}, what, h("span", {}, value, unit));
-  const lasting = h("label", {}, "for", h("span", {}, seconds, h("span", { class: "unit" }, "s")));
-  const chosen = (): (typeof FAULTS)[Kind] => FAULTS[kind.value as Kind];
-  const fill = (): void => {
-    const scene = app.scene.value;
-    const names = { link: scene?.links.map((link) => link.name), joint: scene?.joints.map((joint) => joint.name), topic: app.topics.list.value.filter((topic) => !topic.is_input).map((topic) => topic.name) };
-    const before = target.value;
-    const { on } = chosen();
-    target.replaceChildren(...((on === null ? [] : names[on]) ?? []).map((name) => h("option", { value: name }, name)));
-    if ([...target.options].some((option) => option.value === before)) target.value = before;
-    target.hidden = on === null;
-  };
-  const show = (): void => {
-    const about = chosen().number;
-    number.hidden = about === null;
-    lasting.hidden = kind.value === "kick";
-    [what.textContent, unit.textContent, value.value] = [about?.[0] ?? "", about?.[1] ?? "", String(about?.[2] ?? 0)];
-    fill();
-  };
-  kind.addEventListener("change", show);
-  app.scene.watch(fill);
-  app.topics.list.watch(fill);
-  show();
-  const form = h("form", {}, h("h2", {}, "Let something go wrong"), h("div", { class: "row" }, kind, target), h("div", { class: "fields" }, number, lasting), h("button", { type: "submit", class: "stop" }, "Let it happen"));
+/** Pushes a link of the robot, in a direction that is told from where it looks. */
+function pushForm(app: App): HTMLElement {
+  const link = h("select", { "aria-label": "Link to push" });
+  const strength = new PushFields(app, (kick) => (link.hidden = kick));
+  const angle = (label: string, title: string): HTMLInputElement => h("input", { type: "number", min: -360, max: 360, step: "any", value: 0, required: true, "aria-label": label, title });
+  const heading = angle("Direction in degrees", "0 is ahead, 90 to the left");
+  const up = angle("Upwards in degrees", "0 is level, 90 straight up");
+  app.scene.watch((scene) => {
+    const before = link.value;
+    const names = scene?.links.filter((one) => one.inertia !== null).map((one) => one.name) ?? [];
+    link.replaceChildren(...names.map((name) => h("option", { value: name }, name)));
+    if (names.includes(before)) link.value = before;
+  });
+  const degrees = (text: string, field: HTMLInputElement): HTMLElement => h("label", {}, text, h("span", {}, field, h("span", { class: "unit" }, "°")));
+  const form = h("form", {}, h("h2", {}, "Push it"), h("div", { class: "row push" }, strength.element, link), h("div", { class: "fields" }, degrees("Direction", heading), degrees("Up", up)), h("button", { type: "submit" }, "Give it"));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    app.send({ type: "disturb", fault: kind.value as Kind, target: target.value, value: value.valueAsNumber, seconds: seconds.valueAsNumber });
-    const { label, on } = chosen();
-    app.told.set({ text: on === null ? `${label} was given.` : `${label}: ${target.value}, for ${seconds.value} s.` });
+    const rise = MathUtils.degToRad(up.valueAsNumber);
+    const yaw = robotPose(app).yaw + MathUtils.degToRad(heading.valueAsNumber);
+    strength.give(link.value, false, new Vector3(Math.cos(rise) * Math.cos(yaw), Math.cos(rise) * Math.sin(yaw), Math.sin(rise)));
   });
   return form;
 }

@@ -4,7 +4,7 @@ import { Signal } from "../signal";
 import { Bookmarks } from "./bookmarks";
 
 /** Who acts on the simulation wants to see what comes of it. */
-const ACTS: ReadonlySet<FromPage["type"]> = new Set(["drive", "push", "reset", "advance", "spawn", "delete", "move_model", "set_world", "publish"]);
+const ACTS: ReadonlySet<FromPage["type"]> = new Set(["drive", "push", "reset", "advance", "spawn", "delete", "move_model", "kick", "disturb", "end_fault", "set_world", "publish"]);
 
 /** Where this page stands in time: at what is, at a moment of the last minutes, or within a recording. */
 export class TimeTravel {

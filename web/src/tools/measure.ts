@@ -6,6 +6,7 @@ import type { Tool } from "./tool";
 
 const COLOUR = 0xff9f1c;
 const DOT = 9;
+const MOST = 3;
 
 /** The distance of two places on surfaces, and with a third the angle at the second. */
 export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
@@ -23,18 +24,22 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
   const labels = h("div", { class: "measures", role: "status" });
   view.overlay.after(labels);
   let at: Vector3[] = [];
+  /** Where the pointer is: the end that is not set yet. */
+  let over: Vector3 | null = null;
 
   const show = (): void => {
+    const all = over === null || points.length === 0 || points.length === MOST ? points : [...points, over];
     line.geometry.dispose();
-    line.geometry = dots.geometry = new BufferGeometry().setFromPoints(points);
-    drawn.visible = points.length > 0;
-    const [a, b, c] = points;
-    const found: [string, Vector3][] = [];
-    if (a && b) found.push([metres(a.distanceTo(b)), a.clone().lerp(b, 0.5)]);
-    if (b && c) found.push([metres(b.distanceTo(c)), b.clone().lerp(c, 0.5)]);
-    if (a && b && c) found.push([`${((a.clone().sub(b).angleTo(c.clone().sub(b)) * 180) / Math.PI).toFixed(1)}°`, b]);
+    line.geometry = dots.geometry = new BufferGeometry().setFromPoints(all);
+    drawn.visible = all.length > 0;
+    const [a, b, c] = all;
+    const found: [string, Vector3, boolean][] = [];
+    if (a && b) found.push([metres(a.distanceTo(b)), a.clone().lerp(b, 0.5), points.length < 2]);
+    if (b && c) found.push([metres(b.distanceTo(c)), b.clone().lerp(c, 0.5), points.length < 3]);
+    if (a && b && c) found.push([`${((a.clone().sub(b).angleTo(c.clone().sub(b)) * 180) / Math.PI).toFixed(1)}°`, b, points.length < 3]);
     at = found.map(([, place]) => place);
-    labels.replaceChildren(...found.map(([text]) => h("span", { class: "measure" }, text)));
+    // what still moves is not read out
+    labels.replaceChildren(...found.map(([text, , moves]) => h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text)));
     view.invalidate();
   };
   view.stage.onFrame(() => {
@@ -48,6 +53,7 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
   });
   const clear = (): void => {
     points.length = 0;
+    over = null;
     show();
   };
   return {
@@ -55,15 +61,25 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     label: "Measure",
     key: "m",
     image: "ruler",
-    hint: "Click two places for their distance, a third for the angle.",
+    hint: "Click two places for their distance, a third for the angle; Escape takes one back.",
     simulated: false,
     press: ({ point }) => {
-      if (points.length === 3) points.length = 0;
+      if (points.length === MOST) points.length = 0;
       points.push(point.clone());
+      over = null;
       show();
       return true;
     },
     release: () => false,
+    hover: (place) => {
+      over = place?.point ?? null;
+      if (points.length > 0 && points.length < MOST) show();
+    },
+    back: () => {
+      if (points.pop() === undefined) return false;
+      show();
+      return true;
+    },
     leave: clear,
   };
 }

@@ -15,6 +15,10 @@ export interface Tool {
   readonly simulated: boolean;
   /** More to choose while it is active. */
   readonly options?: HTMLElement;
+  /** The pointer is over a place, or over none, without being pressed. */
+  hover?(place: Place | null): void;
+  /** Takes back the last step; whether there was one. */
+  back?(): boolean;
   /** The pointer goes down on a surface; whether there is something to do there. */
   press?(place: Place): boolean;
   /** It moved to a place on the level through the one that was pressed. */

@@ -3,9 +3,11 @@ import type { Vector3 } from "three";
 import type { App } from "../app";
 import { Signal } from "../signal";
 import type { View } from "../view/view";
+import { KeyCursor } from "./key-cursor";
 import { measureTool } from "./measure";
 import { Picker } from "./pick";
 import { estimateTool, focusTool, goalTool, pointTool } from "./poses";
+import { pushTool } from "./push";
 import type { Tool } from "./tool";
 import { addTool, moveTool } from "./world";
 
@@ -18,6 +20,7 @@ export class ToolBox {
   readonly picker: Picker;
   private readonly canvas: HTMLCanvasElement;
   private held: AbortController | null = null;
+  private waiting = 0;
 
   constructor(
     private readonly app: App,
@@ -26,11 +29,14 @@ export class ToolBox {
     this.picker = new Picker(view);
     this.canvas = view.stage.renderer.domElement;
     const pictureFromWorld = (point: Vector3): Vector3 => point.clone().applyMatrix4(this.picker.worldFromPicture().invert());
-    this.tools = [INTERACT, moveTool(app), goalTool(app, view), estimateTool(app, view), pointTool(app), measureTool(view, pictureFromWorld), focusTool(view, pictureFromWorld), addTool(app, view)];
+    this.tools = [INTERACT, moveTool(app), pushTool(app, view), goalTool(app, view), estimateTool(app, view), pointTool(app), measureTool(view, pictureFromWorld), focusTool(view, pictureFromWorld), addTool(app, view)];
     this.canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     this.canvas.addEventListener("dblclick", (event) => this.active.value.press && event.stopImmediatePropagation(), { capture: true });
-    this.canvas.addEventListener("keydown", (event) => event.key === "Enter" && this.pressMiddle(event));
+    const keys = new KeyCursor(this.canvas, this.picker, () => this.active.value, (tool) => this.up(tool));
+    this.canvas.addEventListener("pointermove", (event) => this.hover(event));
+    this.canvas.addEventListener("pointerleave", () => this.active.value.hover?.(null));
     this.active.watch((tool) => {
+      keys.centre();
       if (tool === INTERACT) delete document.documentElement.dataset["tool"];
       else document.documentElement.dataset["tool"] = tool.name;
     });
@@ -59,6 +65,22 @@ export class ToolBox {
     const was = this.active.value !== INTERACT;
     this.choose(INTERACT);
     return was;
+  }
+
+  /** Takes back the last step, or leaves the tool where there is none; whether another tool was active. */
+  back(): boolean {
+    if (this.held !== null) {
+      this.drop();
+      return true;
+    }
+    return this.active.value.back?.() === true || this.leave();
+  }
+
+  private hover({ clientX, clientY, pointerType }: PointerEvent): void {
+    const { active } = this;
+    if (active.value.hover === undefined || this.held !== null || pointerType === "touch") return;
+    cancelAnimationFrame(this.waiting);
+    this.waiting = requestAnimationFrame(() => active.value.hover?.(this.picker.at(clientX, clientY)));
   }
 
   private down(event: PointerEvent): void {
@@ -101,15 +123,5 @@ export class ToolBox {
     this.held.abort();
     this.held = null;
     this.active.value.cancel?.();
-  }
-
-  /** By the keyboard a tool is used in the middle of the picture. */
-  private pressMiddle(event: KeyboardEvent): void {
-    const tool = this.active.value;
-    const box = this.canvas.getBoundingClientRect();
-    const place = this.picker.at(box.left + box.width / 2, box.top + box.height / 2);
-    if (tool.press === undefined || place === null || event.repeat) return;
-    event.preventDefault();
-    if (tool.press(place)) this.up(tool);
   }
 }

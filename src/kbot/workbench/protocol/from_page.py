@@ -70,14 +70,25 @@ class SetSpeed:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Push a link with a force in N along the world's axes, for a moment of simulated time."""
+    """Push a link of the robot, or a body of the world, with a force in N along the world's axes for a while
+    of simulated time."""
 
     link: Name
     x: Annotated[float, Range(-1000, 1000)]
     y: Annotated[float, Range(-1000, 1000)]
     z: Annotated[float, Range(-1000, 1000)]
-    seconds: Annotated[float, Range(0.001, 1)]
+    seconds: Annotated[float, Range(0.001, 10)]
     type: Literal["push"] = "push"
+
+
+@dataclass(frozen=True, slots=True)
+class Kick:
+    """Give the robot a speed at once, m/s along the world's axes."""
+
+    x: Annotated[float, Range(-100, 100)]
+    y: Annotated[float, Range(-100, 100)]
+    z: Annotated[float, Range(-100, 100)]
+    type: Literal["kick"] = "kick"
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,14 +130,21 @@ class MoveModel:
 @dataclass(frozen=True, slots=True)
 class Disturb:
     """Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or
-    carries a payload in kg; a joint is blocked; a topic is silent. A kick gives the robot a speed in m/s
-    at once."""
+    carries a payload in kg; a joint is blocked; a topic is silent."""
 
-    fault: Literal["slip", "payload", "kick", "blocked", "silent"]
+    fault: Literal["slip", "payload", "blocked", "silent"]
     target: Name
     value: Annotated[float, Range(-1e3, 1e3)]
     seconds: Annotated[float, Range(0.01, 3600)]
     type: Literal["disturb"] = "disturb"
+
+
+@dataclass(frozen=True, slots=True)
+class EndFault:
+    """Let a fault of `State.faults` be over, and not come again."""
+
+    number: Annotated[float, Range(0, 1e9)]
+    type: Literal["end_fault"] = "end_fault"
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,9 +166,11 @@ class JointSpeed:
 
 @dataclass(frozen=True, slots=True)
 class SetWorld:
-    """Start again in another world: a built-in world's name, with parameters if any."""
+    """Start again in another world: a built-in world's name, with parameters if any. `seed` is that of
+    whatever is random in a run, as the noise of sensors is."""
 
     world: Name
+    seed: Annotated[float, Range(0, 2**53)]
     type: Literal["set_world"] = "set_world"
 
 
@@ -255,7 +275,7 @@ class OpenDisplays:
     type: Literal["open_displays"] = "open_displays"
 
 
-Action = Spawn | Delete | MoveModel | Disturb | ResetPart | JointSpeed
+Action = Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed
 """What changes a running world."""
 
 FromPage = (
@@ -271,7 +291,9 @@ FromPage = (
     | Spawn
     | Delete
     | MoveModel
+    | Kick
     | Disturb
+    | EndFault
     | ResetPart
     | JointSpeed
     | SetWorld

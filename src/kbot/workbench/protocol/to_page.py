@@ -12,6 +12,16 @@ from kbot.workbench.protocol.values import Place
 
 
 @dataclass(frozen=True, slots=True)
+class FaultView:
+    """Something that goes wrong, in words, from `start` to `stop` s of simulated time; None is for good."""
+
+    number: int
+    words: str
+    start: float
+    stop: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class State:
     """One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies`
     those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells
@@ -38,6 +48,7 @@ class State:
     driver: int
     resets: int
     at: float = 0.0
+    faults: tuple[FaultView, ...] = ()
     type: Literal["state"] = "state"
 
 
@@ -104,7 +115,7 @@ class WorldChoice:
 @dataclass(frozen=True, slots=True)
 class About:
     """What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what
-    may be put into the world."""
+    may be put into the world, and `seed` is that of whatever is random."""
 
     version: str
     file: str
@@ -116,6 +127,7 @@ class About:
     files: tuple[str, ...]
     worlds: tuple[WorldChoice, ...]
     things: tuple[str, ...]
+    seed: int
     client: int
     type: Literal["about"] = "about"
 

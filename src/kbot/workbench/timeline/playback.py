@@ -74,6 +74,10 @@ class Playback:
         return WORLD
 
     @property
+    def seed(self) -> int:
+        return self._run.seed
+
+    @property
     def paused(self) -> bool:
         return self._is_paused
 
@@ -192,7 +196,7 @@ class Playback:
         other.loop, other.paused = self.loop, self.paused
         return other
 
-    def enter(self, world: str) -> NoReturn:
+    def enter(self, world: str, seed: int) -> NoReturn:
         _refuse()
 
     def _listen(self) -> None:

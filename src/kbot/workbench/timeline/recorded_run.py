@@ -54,6 +54,11 @@ class RecordedRun:
         """Nanoseconds from the recording's clock to that of the stamps in it."""
 
     @property
+    def seed(self) -> int:
+        """What chance began from in the run, 0 where that is not said."""
+        return int(self.facts.get("seed", "0"))
+
+    @property
     def seconds(self) -> float:
         return (self.index.end - self.index.start) * 1e-9
 

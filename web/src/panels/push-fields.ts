@@ -1,0 +1,67 @@
+import type { Vector3 } from "three";
+
+import type { App } from "../app";
+import { h } from "../dom";
+
+/** What is usual: 1.5 times the robot's weight, so that it slides, for some seconds; or a speed in m/s. */
+const WEIGHTS = 1.5 * 9.81;
+const LASTING = 0.2;
+const SPEED = 0.5;
+const [STRONGEST, FASTEST] = [1000, 100];
+
+/** How hard one pushes: with a force for a while, or a speed at once. */
+export class PushFields {
+  private readonly how = h("select", { "aria-label": "Push or kick" }, h("option", { value: "push" }, "Push"), h("option", { value: "kick" }, "Kick"));
+  private readonly strength = h("input", { type: "number", min: 0, step: "any", required: true, "aria-label": "Strength" });
+  private readonly unit = h("span", { class: "unit" });
+  private readonly seconds = h("input", { type: "number", min: 0.001, max: 10, step: "any", value: LASTING, required: true, "aria-label": "Seconds of the push" });
+  private readonly lasting = h("span", { class: "for" }, "for ", this.seconds, h("span", { class: "unit" }, "s"));
+  readonly element = h("span", { class: "tool-options" }, this.how, this.strength, this.unit, this.lasting);
+  private wasChosen = false;
+
+  /** `changed` is told whether it is a kick. */
+  constructor(
+    private readonly app: App,
+    changed: (kick: boolean) => void = () => {},
+  ) {
+    const show = (): void => {
+      this.unit.textContent = this.isKick ? "m/s" : "N";
+      this.strength.max = String(this.isKick ? FASTEST : STRONGEST);
+      this.strength.title = this.isKick ? "Speed in m/s" : "Force in N";
+      this.lasting.hidden = this.isKick;
+      this.suggest();
+      changed(this.isKick);
+    };
+    this.how.addEventListener("change", () => {
+      this.wasChosen = false;
+      show();
+    });
+    this.strength.addEventListener("input", () => (this.wasChosen = true));
+    app.scene.watch(() => this.suggest());
+    show();
+  }
+
+  get isKick(): boolean {
+    return this.how.value === "kick";
+  }
+
+  /** Pushes a link or a body this way, a unit vector in the world; a kick is the robot's. Whether it can be done. */
+  give(name: string, isBody: boolean, direction: Vector3): boolean {
+    if (!this.strength.reportValidity() || !(this.isKick || this.seconds.reportValidity())) return false;
+    const { x, y, z } = direction.clone().multiplyScalar(this.strength.valueAsNumber);
+    if (!this.isKick) this.app.send({ type: "push", link: name, x, y, z, seconds: this.seconds.valueAsNumber });
+    else if (isBody) {
+      this.app.refused.set({ reason: `Only the robot is kicked: push ${name} instead.` });
+      return false;
+    } else this.app.send({ type: "kick", x, y, z });
+    this.app.told.set({ text: this.isKick ? `Kicked at ${this.strength.value} m/s.` : `Pushed ${name} with ${this.strength.value} N for ${this.seconds.value} s.` });
+    return true;
+  }
+
+  /** A strength that suits the robot, until one is chosen. */
+  private suggest(): void {
+    if (this.wasChosen) return;
+    const mass = this.app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
+    this.strength.value = String(this.isKick ? SPEED : Math.min(STRONGEST, Number((WEIGHTS * mass).toPrecision(2))));
+  }
+}
