@@ -34,6 +34,7 @@ def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_
     assert rows.max() - rows.min() > 0.3 * risen.shape[0]
     assert not np.array_equal(flat, risen)
     with page.expect_download() as saved:
+        page.get_by_role("button", name="Save the plot").click()
         page.get_by_role("button", name="Save as CSV").click()
     lines = saved.value.path().read_text().splitlines()
     assert lines[0] == '"time [s]","forward speed [m/s]","forward speed asked [m/s]","left_wheel_joint [rad]"'

@@ -58,6 +58,7 @@ def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: 
     page.keyboard.up("w")
     until(lambda: driving[1].state().twist[0] == 0.0)
     with page.expect_download() as saved:
+        page.get_by_role("button", name="Save the plot").click()
         page.get_by_role("button", name="Save as CSV").click()
     lines = [line.split(",") for line in saved.value.path().read_text().splitlines()]
     column = lines[0].index('"/odom twist.twist.linear.x"')

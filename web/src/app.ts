@@ -2,10 +2,10 @@ import { Connection, type Line } from "./connection";
 import { DisplaySet, type LookingFrom, type Setup, type Status } from "./displays/set";
 import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
-import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, Scene, SourceText, State } from "./protocol";
+import { fieldName, TopicField } from "./plots/topic-field";
+import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, Scene, Series, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
-import { fieldName, TopicField } from "./topic-fields";
 import { Topics } from "./topics";
 
 /** What the source panel shows: a place, and what is said about it. */
@@ -30,6 +30,9 @@ export class App {
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
   readonly plots = new Signal(false);
+  /** How numbers went, as the server said last, and what it drew of them. */
+  readonly series = new Signal<Series | null>(null);
+  readonly drawing = new Signal<PlotDrawn | null>(null);
   /** Whether topics and the log are seen. */
   readonly traffic = new Signal(false);
   /** The fields of topics that were ever plotted here. */
@@ -164,6 +167,15 @@ export class App {
         break;
       case "message":
         if (!this.frozen) this.topics.heard(message);
+        break;
+      case "series":
+        this.series.set(message);
+        break;
+      case "plot_drawn":
+        this.drawing.set(message);
+        break;
+      case "told":
+        this.told.set({ text: message.text });
         break;
       case "parameters":
         this.parameters.set(message);

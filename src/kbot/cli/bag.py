@@ -13,6 +13,9 @@ from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
+    from kbot.record.export import Table
+
+SMALLEST_PLOT = 200
 
 
 @click.group(
@@ -109,6 +112,7 @@ def _copy(
     epilog=examples(
         "kbot bag export run.mcap --topic /odom -o odom.csv",
         "kbot bag export run.mcap --topic /scan --to parquet -o scan.parquet",
+        "kbot bag export run.mcap --topic /odom --field twist.twist.linear.x -o speed.svg     a plot",
     ),
 )
 @_recording
@@ -116,27 +120,52 @@ def _copy(
 @click.option(
     "--to",
     "kind",
-    type=click.Choice(["csv", "parquet"]),
-    default="csv",
-    show_default=True,
-    help="Kind of table; Parquet needs the extra parquet.",
+    type=click.Choice(["csv", "parquet", "svg"]),
+    help="Kind of table, or svg for a plot; Parquet needs the extra parquet.  "
+    "[default: by FILE's ending, or csv]",
 )
+@click.option(
+    "--field",
+    "fields",
+    multiple=True,
+    metavar="NAME",
+    help="Only this column; may be repeated. A plot needs it.",
+)
+@click.option("--size", metavar="WxH", default="1000x400", show_default=True, help="Pixels of a plot.")
 @click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
-def export(recording: str, topic: str, kind: str, output: str | None) -> None:
-    """Write a topic as a table: one row a message, `time` in seconds first."""
-    from kbot.record.export import to_csv, to_parquet
+def export(
+    recording: str, topic: str, kind: str | None, fields: tuple[str, ...], size: str, output: str | None
+) -> None:
+    """Write a topic as a table, one row a message, `time` in seconds first; or as a plot against time."""
+    from kbot.record.export import Table
     from kbot.text.files import write_bytes, write_text
 
+    kind = kind or {".svg": "svg", ".parquet": "parquet"}.get(Path(output or "").suffix.lower(), "csv")
+    if kind == "parquet" and output is None:
+        fail("a Parquet file is no text to print: name it with -o FILE")
+    table = Table.of(recording, topic)
+    if kind == "svg" and not fields:
+        fail(f"a plot is of --field NAME; {topic} has {', '.join(table.numbers) or 'no numbers'}")
+    table = table.only(fields)
     if kind == "parquet":
-        if output is None:
-            fail("a Parquet file is no text to print: name it with -o FILE")
-        write_bytes(output, to_parquet(recording, topic))
+        write_bytes(str(output), table.parquet())
         return
-    text = to_csv(recording, topic)
+    text = _plot(table, size) if kind == "svg" else table.csv()
     if output is None:
         click.echo(text, nl=False)
     else:
         write_text(output, text)
+
+
+def _plot(table: Table, size: str) -> str:
+    from kbot.cli.looks import parse_size
+    from kbot.workbench.export.plot import Curve, plot_svg
+
+    width, height = parse_size(size)
+    if min(width, height) < SMALLEST_PLOT:
+        fail(f"--size {size}: a plot has at least {SMALLEST_PLOT} pixels a side")
+    curves = [Curve(name, table.column(name)) for name in table.columns[1:]]
+    return plot_svg(table.times, curves, width, height)
 
 
 @command.command(

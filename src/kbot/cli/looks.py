@@ -43,6 +43,23 @@ def look_options(function: _Function) -> _Function:
     return function
 
 
+def parse_size(size: str) -> tuple[int, int]:
+    """Width and height in pixels, up to the largest that is drawn.
+
+    Raises:
+        KbotError: it is none; the text says how to write it.
+    """
+    from kbot.workbench.export.look import MOST_PIXELS
+
+    try:
+        width, height = (int(word) for word in size.lower().split("x"))
+    except ValueError:
+        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+    if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
+        fail(f"--size {size}: a picture has 1 to {MOST_PIXELS} pixels a side")
+    return width, height
+
+
 def parse_look(size: str, side: str, transparent: bool) -> Look:
     """What the options of `look_options` say.
 
@@ -51,10 +68,7 @@ def parse_look(size: str, side: str, transparent: bool) -> Look:
     """
     from kbot.workbench.export.look import Look
 
-    try:
-        width, height = (int(word) for word in size.lower().split("x"))
-    except ValueError:
-        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+    width, height = parse_size(size)
     try:
         azimuth, elevation = (to_float(word) for word in side.split(","))
     except ValueError:

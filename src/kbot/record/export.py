@@ -5,60 +5,101 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from kbot.record.reader import Recording
 from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
 
 Cell = float | int | str | bool
+TIME = "time"
 
 
-def to_csv(path: str, topic: str) -> str:
-    """The topic as CSV. The first column is `time` in seconds; a list's entries are numbered, those of
-    joint states named by joint. Numbers are written so that they read back the same.
+@dataclass(frozen=True)
+class Table:
+    """A topic's messages. The first column is `time` in seconds; a list's entries are numbered, those of
+    joint states named by joint."""
 
-    Raises:
-        KbotError: no such recording or topic, or its messages cannot be read.
-    """
-    columns, rows = _table(path, topic)
-    text = io.StringIO()
-    table = csv.DictWriter(text, columns, lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    return text.getvalue()
+    topic: str
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, Cell], ...]
 
+    @classmethod
+    def of(cls, path: str, topic: str) -> Table:
+        """Raises KbotError: no such recording or topic, or its messages cannot be read."""
+        recording = Recording(path)
+        recording.require_topics((topic,))
+        rows: list[dict[str, Cell]] = []
+        columns: dict[str, None] = {TIME: None}
+        for entry in recording.entries():
+            if entry.topic == topic:
+                row: dict[str, Cell] = {TIME: entry.nanoseconds * 1e-9, **dict(_cells(entry.message(), ""))}
+                columns.update(dict.fromkeys(row))
+                rows.append(row)
+        if not rows:
+            raise KbotError(f"{path} holds no messages on {topic}")
+        return cls(topic, tuple(columns), tuple(rows))
 
-def to_parquet(path: str, topic: str) -> bytes:
-    """The same table as an Apache Parquet file, compressed; by the extra `parquet`.
+    def only(self, names: Sequence[str]) -> Table:
+        """Of these columns, beside the time; all where none is named. Raises KbotError: there is none."""
+        for name in names:
+            if name not in self.columns:
+                hint = did_you_mean(name, self.columns)
+                told = hint or f"what changes is {', '.join(self.numbers) or 'nothing'}"
+                raise KbotError(f"{self.topic} has no field {name}: {told}")
+        return replace(self, columns=(TIME, *dict.fromkeys(names))) if names else self
 
-    Raises:
-        KbotError: as `to_csv`, or the extra is not installed.
-    """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ModuleNotFoundError:
-        raise KbotError("Parquet needs an extra: pip install 'kbot[parquet]'") from None
-    columns, rows = _table(path, topic)
-    table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns})
-    buffer = io.BytesIO()
-    parquet.write_table(table, buffer, compression="zstd")
-    return buffer.getvalue()
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """The columns of numbers that change."""
+        return tuple(
+            name
+            for name in self.columns
+            if name != TIME
+            and not any(isinstance(row.get(name), str) for row in self.rows)
+            and len({row.get(name) for row in self.rows}) > 1
+        )
 
+    @property
+    def times(self) -> list[float]:
+        """Seconds of the recording's clock."""
+        return [float(row[TIME]) for row in self.rows]
 
-def _table(path: str, topic: str) -> tuple[list[str], list[dict[str, Cell]]]:
-    recording = Recording(path)
-    recording.require_topics((topic,))
-    rows: list[dict[str, Cell]] = []
-    columns: dict[str, None] = {"time": None}
-    for entry in recording.entries():
-        if entry.topic == topic:
-            row: dict[str, Cell] = {"time": entry.nanoseconds * 1e-9, **dict(_cells(entry.message(), ""))}
-            columns.update(dict.fromkeys(row))
-            rows.append(row)
-    if not rows:
-        raise KbotError(f"{path} holds no messages on {topic}")
-    return list(columns), rows
+    def column(self, name: str) -> list[float | None]:
+        """Its numbers, None where there is none. Raises KbotError: it holds text."""
+        values: list[float | None] = []
+        for row in self.rows:
+            value = row.get(name)
+            if isinstance(value, str):
+                raise KbotError(f"{name} of {self.topic} is text: only numbers are plotted")
+            values.append(None if value is None or not math.isfinite(value) else float(value))
+        return values
+
+    def csv(self) -> str:
+        """Numbers are written so that they read back the same."""
+        text = io.StringIO()
+        table = csv.DictWriter(text, self.columns, lineterminator="\n", extrasaction="ignore")
+        table.writeheader()
+        table.writerows(self.rows)
+        return text.getvalue()
+
+    def parquet(self) -> bytes:
+        """An Apache Parquet file, compressed; by the extra `parquet`.
+
+        Raises:
+            KbotError: the extra is not installed.
+        """
+        try:
+            import pyarrow
+            from pyarrow import parquet
+        except ModuleNotFoundError:
+            raise KbotError("Parquet needs an extra: pip install 'kbot[parquet]'") from None
+        table = pyarrow.table({name: [row.get(name) for row in self.rows] for name in self.columns})
+        buffer = io.BytesIO()
+        parquet.write_table(table, buffer, compression="zstd")
+        return buffer.getvalue()
 
 
 def _cells(value: object, name: str) -> Iterator[tuple[str, Cell]]:

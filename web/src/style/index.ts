@@ -4,5 +4,6 @@ import "./controls.css";
 import "./panels.css";
 import "./displays.css";
 import "./source.css";
+import "./plots.css";
 import "./tools.css";
 import "./time.css";

@@ -31,6 +31,10 @@ class Table:
     is_thinned: bool = False
 
     def add(self, at: float, time: float, row: tuple[Number, ...]) -> None:
+        """A moment that is told of again, as when it is paused, counts as it was told last."""
+        if self.at and round(at, 4) <= self.at[-1]:
+            for told in (self.at, self.time, self.rows):
+                told.pop()
         self.at.append(round(at, 4))
         self.time.append(round(time, 6))
         self.rows.append(row)

@@ -1,6 +1,6 @@
-import type { App } from "./app";
-import type { Field } from "./history";
-import type { State } from "./protocol";
+import type { App } from "../app";
+import type { State } from "../protocol";
+import type { Field } from "./fields";
 
 /** Samples of one field that are kept: a minute at the most that pages are sent. */
 const MOST = 2000;
@@ -13,6 +13,7 @@ export function fieldName(topic: string, path: readonly string[]): string {
 /** A number in a topic's messages against time; heard from when it is first plotted on. */
 export class TopicField implements Field {
   readonly name: string;
+  readonly key: string;
   readonly group = "Topics";
   readonly unit = "";
   private times: number[] = [];
@@ -23,7 +24,7 @@ export class TopicField implements Field {
     readonly topic: string,
     readonly path: readonly string[],
   ) {
-    this.name = fieldName(topic, path);
+    this.name = this.key = fieldName(topic, path);
     app.topics.listen(topic, ({ time, message }) => this.add(time, numberAt(message, path)));
   }
 

@@ -1,0 +1,226 @@
+"""Plots and time in the page: what was, going there, looking closer, and taking it along."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kbot.record import Recorder
+from kbot.sim import Simulation
+from kbot.wire import Feed
+from kbot.workbench.serve import serving
+from kbot.workbench.session import Session
+from kbot.workbench.timeline.playback import played_session
+
+from .conftest import until
+from .test_plot import points, ticks
+
+OpenPage = Callable[..., Any]
+
+WIDE = {"width": 1280, "height": 800}
+
+
+@pytest.fixture
+def page(driving: tuple[str, Session], open_page: OpenPage) -> Any:
+    """A page of a robot that drove and stands, whose plots were not open meanwhile."""
+    address, session = driving
+    page = open_page(address, viewport=WIDE)
+    page.session = session
+    page.began = until(lambda: page.evaluate("kbot.time"))
+    page.keyboard.down("w")
+    until(lambda: session.state().odometry[0] > 0.3)
+    page.keyboard.up("w")
+    until(lambda: session.state().twist[0] == 0.0)
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    open_plots(page)
+    return page
+
+
+def open_plots(page: Any) -> None:
+    page.keyboard.press("l")
+    until(lambda: page.locator("#plots canvas").count() == 1)
+
+
+def save(page: Any, kind: str) -> str:
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save the plot").click()
+        page.get_by_role("button", name=f"Save as {kind}").click()
+    assert saved.value.suggested_filename == f"kbot-plot.{kind.lower()}"
+    return str(saved.value.path().read_text())
+
+
+def table(page: Any) -> np.ndarray:
+    """What is on show: a row a moment, with the time first."""
+    lines = save(page, "CSV").splitlines()[1:]
+    return np.array([[float(cell) for cell in line.split(",")] for line in lines])
+
+
+def once(page: Any, holds: Callable[[np.ndarray], Any]) -> np.ndarray:
+    """What is on show once something holds for it."""
+    found: list[np.ndarray] = []
+
+    def look() -> bool:
+        found[:] = [table(page)]
+        return len(found[0]) > 0 and bool(holds(found[0]))
+
+    until(look)
+    return found[0]
+
+
+def shown(page: Any, first: float) -> np.ndarray:
+    """The same once it reaches back to a time."""
+    return once(page, lambda rows: rows[0, 0] <= first)
+
+
+def plot(page: Any) -> dict[str, float]:
+    return dict(page.locator("#plots .u-over").bounding_box())
+
+
+def click(page: Any, part: float) -> None:
+    box = plot(page)
+    page.mouse.click(box["x"] + box["width"] * part, box["y"] + box["height"] / 2)
+
+
+def drag(page: Any, start: float, end: float) -> None:
+    box = plot(page)
+    page.mouse.move(box["x"] + box["width"] * start, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * end, box["y"] + box["height"] / 2, steps=5)
+    page.mouse.up()
+
+
+def line(page: Any) -> Any:
+    return page.get_by_role("slider", name="Time in the plot")
+
+
+def is_past(page: Any) -> bool:
+    return bool(page.evaluate("document.documentElement.dataset.time === 'past'"))
+
+
+def test_plots_show_what_was_before_they_were_opened(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    assert rows[:, 1].max() > 0.2  # it drove, and the plots were closed
+    assert rows[-1, 0] == pytest.approx(page.session.state().time, abs=0.1)
+    assert (np.diff(rows[:, 0]) > 0).all()
+    way = float(np.trapezoid(rows[:, 1], rows[:, 0]))
+    assert way == pytest.approx(page.session.state().odometry[0], abs=0.02)
+
+
+def test_a_click_goes_there_and_the_line_stands_there(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    click(page, 0.5)
+    middle = (rows[0, 0] + rows[-1, 0]) / 2
+    until(lambda: is_past(page) and abs(page.evaluate("kbot.time") - middle) < 0.15)
+    box = plot(page)
+    until(lambda: abs(line(page).bounding_box()["x"] - box["x"] - box["width"] / 2) < 6)
+    then = page.evaluate("kbot.time")
+    x = line(page).bounding_box()["x"]
+    page.mouse.move(x, box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(x + box["width"] * 0.2, box["y"] + 20, steps=4)
+    page.mouse.up()
+    wanted = then + 0.2 * (rows[-1, 0] - rows[0, 0])
+    until(lambda: abs(page.evaluate("kbot.time") - wanted) < 0.15)
+    assert table(page)[0, 0] == rows[0, 0]  # dragging the line zooms nowhere
+    page.keyboard.press("Escape")
+    until(lambda: not is_past(page))
+
+
+def test_a_drag_looks_closer_and_a_double_click_at_all_again(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    drag(page, 0.25, 0.75)
+    length = rows[-1, 0] - rows[0, 0]
+    until(lambda: abs(np.ptp(table(page)[:, 0]) - length / 2) < 0.2)
+    assert not is_past(page)
+    assert table(page)[0, 0] == pytest.approx(rows[0, 0] + length / 4, abs=0.1)
+    box = plot(page)
+    page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 20)
+    until(lambda: abs(np.ptp(table(page)[:, 0]) - length) < 0.1)
+    until(lambda: not is_past(page))  # two clicks are no click
+
+
+def test_keys_go_about_in_the_plot(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    line(page).focus()
+    page.keyboard.press("Home")
+    until(lambda: is_past(page) and abs(page.evaluate("kbot.time") - rows[0, 0]) < 0.1)
+    page.keyboard.press("PageUp")
+    until(lambda: page.evaluate("kbot.time") > rows[0, 0] + 0.05 * np.ptp(rows[:, 0]))
+    at = page.evaluate("kbot.time")
+    page.keyboard.press("ArrowLeft")
+    until(lambda: page.evaluate("kbot.time") < at)
+    page.keyboard.press("+")
+    until(lambda: np.ptp(table(page)[:, 0]) < 0.6 * np.ptp(rows[:, 0]))
+    line(page).focus()
+    page.keyboard.press("0")
+    until(lambda: abs(np.ptp(table(page)[:, 0]) - np.ptp(rows[:, 0])) < 0.1)
+    assert line(page).get_attribute("aria-valuetext") == f"{page.evaluate('kbot.time'):.2f} s"
+
+
+def test_the_line_and_the_values_are_of_the_moment_on_show(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    fastest = int(rows[:, 1].argmax())
+    click(page, (rows[fastest, 0] - rows[0, 0]) / np.ptp(rows[:, 0]))
+    until(lambda: is_past(page))
+    page.mouse.move(5, 5)
+    value = page.locator("#plots .chip .value").first
+    until(lambda: value.inner_text() and abs(float(value.inner_text()) - rows[fastest, 1]) < 0.05)
+
+
+def test_the_plot_is_saved_as_a_drawing(page: Any) -> None:
+    rows = shown(page, page.began + 0.2)
+    svg = save(page, "SVG")
+    drawn = points(svg, "forward speed [m/s]")
+    numbers, places = ticks(svg, "x")
+    slope, start = np.polyfit(numbers, places, 1)
+    assert (drawn[-1, 0] - start) / slope == pytest.approx(rows[-1, 0], abs=0.1)
+    numbers, places = ticks(svg, "y")
+    slope, start = np.polyfit(numbers, places, 1)
+    assert ((drawn[:, 1] - start) / slope).max() == pytest.approx(rows[:, 1].max(), abs=0.01)
+    assert re.search(r'id="turning speed \[rad/s\]"', svg)
+
+
+def test_a_reset_does_not_end_the_plot(page: Any) -> None:
+    before = shown(page, page.began + 0.2)
+    page.keyboard.press("r")
+    page.keyboard.press("p")
+    until(lambda: 1.0 < page.session.state().time < before[-1, 0])
+    rows = once(page, lambda rows: (np.diff(rows[:, 0]) < 0).any())
+    turn = int(np.argmin(np.diff(rows[:, 0])))
+    assert rows[: turn + 1, 1].max() == pytest.approx(before[:, 1].max(), abs=1e-3)
+    assert rows[turn + 1, 0] < 0.2
+
+
+@pytest.fixture
+def played(tmp_path: Path) -> Session:
+    """Six seconds: standing, driving, standing."""
+    sim = Simulation("kbot")
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.mcap")):
+        for speed in (0.0, 0.25, 0.0):
+            sim.cmd_vel(speed, 0.0)
+            sim.run(2.0)
+    session = played_session(str(tmp_path / "run.mcap"))
+    session.paused = True
+    return session
+
+
+def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> None:
+    with serving(played) as address:
+        page = open_page(address, viewport=WIDE)
+        open_plots(page)
+        page.get_by_label("Plot another field").select_option("left_wheel_joint")
+        rows = once(page, lambda rows: len(rows) > 200)
+        assert np.ptp(rows[:, 0]) == pytest.approx(6.0, abs=0.1)
+        driving = (rows[:, 0] > 2.5) & (rows[:, 0] < 3.9)
+        assert np.allclose(rows[driving, 1], 0.25, atol=0.01)
+        assert np.allclose(rows[rows[:, 0] < 1.9, 1], 0.0, atol=0.01)
+        assert rows[-1, -1] * 0.035 == pytest.approx(0.25 * 2.0, abs=0.03)  # wheel's angle times its radius
+        assert page.get_by_role("option", name="forward speed asked").count() == 0
+        click(page, 0.5)
+        until(lambda: played.timeline().at == pytest.approx(3.0, abs=0.1))
+        until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)
+        page.close()

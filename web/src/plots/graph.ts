@@ -1,0 +1,219 @@
+import type uPlot from "uplot";
+
+import type { App } from "../app";
+import { h } from "../dom";
+import { clock } from "../time/words";
+import type { Span } from "./span";
+import type { Table } from "./table";
+
+export const COLOURS = ["--plot-1", "--plot-2", "--plot-3", "--plot-4", "--plot-5", "--plot-6"];
+/** Pixels beside the line of the moment in which it is taken hold of. */
+const REACH = 7;
+/** Pixels that a hand may move and still have clicked. */
+const STILL = 4;
+
+/** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
+export class Graph {
+  private readonly line = h("div", { class: "moment", role: "slider", tabindex: 0, "aria-label": "Time in the plot", "aria-valuemin": 0, hidden: true, title: "The moment on show: drag it" });
+  private chart: uPlot | null = null;
+  private asked = 0;
+  /** Where one stood before the first of two clicks. */
+  private stood: number | null = null;
+
+  constructor(
+    private readonly app: App,
+    private readonly holder: HTMLElement,
+    private readonly table: Table,
+    private readonly span: Span,
+    private readonly pointed: (index: number) => void,
+  ) {
+    this.line.addEventListener("keydown", (event) => this.press(event));
+    new ResizeObserver(() => this.chart?.setSize(size(holder))).observe(holder);
+  }
+
+  /** Begins anew, with other curves or colours. */
+  async rebuild(): Promise<void> {
+    const hadFocus = document.activeElement === this.line;
+    this.chart?.destroy();
+    this.chart = null; // nothing is drawn with other series than it was made for
+    const wanted = (this.asked += 1);
+    if (!this.app.plots.value) return;
+    const { default: UPlot } = await import("./chart");
+    if (wanted !== this.asked || !this.app.plots.value) return;
+    this.chart = new UPlot(this.options(), this.data(), this.holder);
+    this.chart.over.append(this.line);
+    this.chart.over.addEventListener("pointerdown", (event) => this.pointerDown(event));
+    this.chart.over.addEventListener("pointermove", (event) => this.chart?.over.classList.toggle("at-moment", this.isAtLine(event.clientX)));
+    this.chart.over.addEventListener("dblclick", () => this.whole());
+    this.draw();
+    if (hadFocus) this.line.focus();
+  }
+
+  draw(): void {
+    if (this.chart === null) return;
+    this.chart.setData(this.data());
+    this.drawLine();
+  }
+
+  /** Shows all of the span again, from where one stood before. */
+  private whole(): void {
+    this.span.zoom = null;
+    if (this.stood !== null) this.goTo(this.stood);
+    this.draw();
+  }
+
+  private goTo(at: number): void {
+    const { travel } = this.app;
+    if (at >= this.span.end - 0.03 && travel.timeline.value?.played !== true) travel.goLive();
+    else travel.seek(Math.max(this.span.start, at));
+  }
+
+  /** The moment on show. */
+  private get at(): number {
+    const { travel } = this.app;
+    return travel.isPast || travel.timeline.value?.played ? travel.at : this.span.end;
+  }
+
+  private drawLine(): void {
+    const { chart, line } = this;
+    const { at } = this;
+    const [low, high] = this.span.range();
+    const { travel } = this.app;
+    // where the plot runs on with what is now the line would only hide its edge, but for the keyboard
+    line.hidden = chart === null || at < low - 1e-6 || at > high + 1e-6;
+    line.classList.toggle("now", !travel.isPast && travel.timeline.value?.played !== true);
+    if (chart === null || line.hidden) return;
+    line.style.left = `${chart.valToPos(this.toX(at), "x")}px`;
+    line.setAttribute("aria-valuemin", this.span.start.toFixed(2));
+    line.setAttribute("aria-valuemax", this.span.end.toFixed(2));
+    line.setAttribute("aria-valuenow", at.toFixed(2));
+    line.setAttribute("aria-valuetext", travel.timeline.value?.played ? clock(at) : `${(this.app.state.value?.time ?? 0).toFixed(2)} s`);
+  }
+
+  private press(event: KeyboardEvent): void {
+    const [low, high] = this.span.range();
+    const step = (high - low) / (event.shiftKey ? 10 : 100);
+    const keys: Record<string, () => void> = {
+      ArrowLeft: () => this.goTo(this.at - step),
+      ArrowRight: () => this.goTo(this.at + step),
+      PageDown: () => this.goTo(this.at - (high - low) / 10),
+      PageUp: () => this.goTo(this.at + (high - low) / 10),
+      Home: () => this.goTo(low),
+      End: () => this.goTo(high),
+      "+": () => this.span.zoomBy(0.5, this.at),
+      "-": () => this.span.zoomBy(2, this.at),
+      "0": () => (this.span.zoom = null),
+    };
+    const action = keys[event.key === "=" ? "+" : event.key];
+    if (action === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    action();
+    this.draw();
+  }
+
+  private isAtLine(clientX: number): boolean {
+    const { left, width } = this.line.getBoundingClientRect();
+    return !this.line.hidden && !this.line.classList.contains("now") && Math.abs(clientX - left - width / 2) <= REACH;
+  }
+
+  private atOf(clientX: number): number {
+    const box = this.chart!.over.getBoundingClientRect();
+    return this.toAt(this.chart!.posToVal(Math.min(Math.max(clientX - box.left, 0), box.width), "x"));
+  }
+
+  /** A click goes there, the line of the moment is dragged along, and everything else that is dragged over is
+   * zoomed to, which uPlot draws. */
+  private pointerDown(event: PointerEvent): void {
+    if (event.button !== 0) return;
+    const { over } = this.chart!;
+    const from = event.clientX;
+    const drags = this.isAtLine(from);
+    if (event.detail < 2) this.stood = this.app.travel.isPast || this.app.travel.timeline.value?.played ? this.app.travel.at : this.span.end;
+    if (drags) {
+      event.stopPropagation();
+      over.setPointerCapture(event.pointerId);
+    }
+    const moved = (now: PointerEvent): void => {
+      if (drags) this.goTo(this.atOf(now.clientX));
+    };
+    const done = (now: PointerEvent): void => {
+      removeEventListener("pointermove", moved);
+      removeEventListener("pointerup", done);
+      removeEventListener("pointercancel", done);
+      if (now.type === "pointerup" && !drags && now.detail < 2 && Math.abs(now.clientX - from) <= STILL) this.goTo(this.atOf(now.clientX));
+      this.line.focus({ preventScroll: true });
+    };
+    addEventListener("pointermove", moved);
+    addEventListener("pointerup", done);
+    addEventListener("pointercancel", done);
+  }
+
+  /** What lies between the clock of the simulation and the timeline, in the run on show. */
+  private get offset(): number {
+    if (this.app.travel.timeline.value?.played) return 0;
+    const index = this.table.indexAt(this.span.range()[1]);
+    return index < 0 ? 0 : Math.round((this.table.time[index]! - this.table.at[index]!) * 100) / 100;
+  }
+
+  private toX(at: number): number {
+    return at + this.offset;
+  }
+
+  private toAt(x: number): number {
+    return x - this.offset;
+  }
+
+  private data(): uPlot.AlignedData {
+    const [low, high] = this.span.range();
+    const { offset, table } = this;
+    const first = Math.max(0, table.indexAt(low));
+    const last = table.indexAt(high) + 2;
+    return [table.at.slice(first, last).map((at) => at + offset), ...table.columns.map((column) => column.slice(first, last))];
+  }
+
+  /** What the simulation's clock said at a place of the axis: another time, where it was set back since. */
+  private timeAt(x: number): string {
+    const index = this.table.indexAt(this.toAt(x));
+    const time = this.table.time[index];
+    const isOther = !this.app.travel.timeline.value?.played && time !== undefined && Math.abs(time - x) > 0.1;
+    return `${Number((isOther ? time : x).toFixed(2))} s`;
+  }
+
+  private options(): uPlot.Options {
+    const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    const font = `11px ${colour("--mono")}`;
+    const axis = { stroke: colour("--quiet"), font, grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false } };
+    return {
+      ...size(this.holder),
+      legend: { show: false },
+      cursor: { y: false, drag: { x: true, y: false, setScale: false, dist: STILL }, bind: { dblclick: () => () => null, mousedown: (_, __, handler) => (event) => (this.isAtLine(event.clientX) ? null : handler(event)) } },
+      scales: { x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] }, y: { range: (_, low, high) => around(low, high) } },
+      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick)) }, { ...axis, size: 54 }],
+      series: [{}, ...this.table.fields.map((field, index) => ({ label: field.name, stroke: colour(COLOURS[index % COLOURS.length]!), width: 1.5, points: { show: false } }))],
+      hooks: {
+        setSelect: [(chart) => this.select(chart)],
+        setCursor: [(chart) => this.pointed(chart.cursor.left === undefined || chart.cursor.left < 0 ? -1 : this.table.indexAt(this.toAt(chart.posToVal(chart.cursor.left, "x"))))],
+      },
+    };
+  }
+
+  private select(chart: uPlot): void {
+    const { left, width } = chart.select;
+    if (width <= STILL) return;
+    this.span.zoom = [this.toAt(chart.posToVal(left, "x")), this.toAt(chart.posToVal(left + width, "x"))];
+    chart.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.draw();
+  }
+}
+
+/** A range with some room, also where nothing changes or nothing is known. */
+function around(low: number | null, high: number | null): [number, number] {
+  if (low === null || high === null) return [0, 1];
+  const room = high > low ? (high - low) * 0.06 : Math.abs(low) * 0.1 || 0.5;
+  return [low - room, high + room];
+}
+
+function size(holder: HTMLElement): { width: number; height: number } {
+  return { width: Math.max(120, holder.clientWidth), height: Math.max(60, holder.clientHeight) };
+}
