@@ -14,7 +14,7 @@ import click
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 from kbot.cli.launch_programs import live_for_programs, start_programs
-from kbot.cli.output import fail
+from kbot.cli.output import fail, report
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model.spawned import with_controllers
@@ -115,6 +115,7 @@ def _can_be_told(value: object) -> bool:
 def _simulated(
     staged: Stage, going: Companions, world: str, place: Place, teleop: TeleopKeys | None
 ) -> Session:
+    from kbot.nodes.gz_bridge import GzBridge
     from kbot.sensors.declared import mount_on_others
     from kbot.sim.naming import Naming
     from kbot.workbench.description import Description
@@ -138,6 +139,9 @@ def _simulated(
             for other in staged.others:
                 _spawn(simulation, other, place.package_path)
         mount_on_others(simulation)
+        if staged.bridged:
+            notes = GzBridge(simulation, staged.bridged).notes
+            report(notes if simulation.steps == 0 else ())
         bus = simulation.bus
         players[:] = _play(staged, bus, simulation.clock, players, bus.topics.keys() - bus.inputs)
         if teleop is not None:

@@ -46,6 +46,8 @@ def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
 
 def _included(included: Included) -> GazeboSettings | None:
     given = included.arguments
+    if included.package == "ros_gz_bridge":
+        return None
     if included.package in ("ros_gz_sim", "ros_ign_gazebo"):
         words = given.get("gz_args") or given.get("ign_args")
         return _gz(words or given.get("world_sdf_file") or "", given)

@@ -22,6 +22,7 @@ class Role(StrEnum):
     TRANSFORM = "a static transform of KBot's"
     MAP = "KBot's map"
     RECORDER = "KBot's recorder"
+    BRIDGE = "the topics of KBot's simulation"
     PLAYER = "KBot's player of recordings"
 
 
@@ -53,8 +54,9 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "rviz2": {"rviz2": Role.VIEWER},
     "ros_gz_sim": {"create": Role.SPAWNER, "gzserver": Role.SIMULATOR},
     "ros_ign_gazebo": {"create": Role.SPAWNER},
-    "ros_ign_bridge": {"parameter_bridge": Role.CONTROLLER},
-    "ros_gz_bridge": {"parameter_bridge": Role.CONTROLLER, "bridge_node": Role.CONTROLLER},
+    "ros_ign_bridge": {"parameter_bridge": Role.BRIDGE},
+    "ros_gz_bridge": {"parameter_bridge": Role.BRIDGE, "bridge_node": Role.BRIDGE},
+    "ros_gz_image": {"image_bridge": Role.BRIDGE},
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": Role.TELEOP,
         "teleop_twist_keyboard": Role.TELEOP,
@@ -166,6 +168,7 @@ LAUNCH_FILES_2 = frozenset(
         ("ros_gz_sim", "gz_sim.launch.py"),
         ("ros_gz_sim", "gz_server.launch.py"),
         ("ros_gz_sim", "ros_gz_sim.launch.py"),
+        ("ros_gz_bridge", "ros_gz_bridge.launch.py"),
         ("ros_ign_gazebo", "ign_gazebo.launch.py"),
         ("gazebo_ros", "gazebo.launch.py"),
         ("gazebo_ros", "gzserver.launch.py"),

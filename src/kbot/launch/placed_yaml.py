@@ -12,7 +12,8 @@ Keys = tuple[str, ...]
 
 
 def load_placed_yaml(source: Source) -> tuple[Any, Mapping[Keys, Span]]:
-    """What a file holds, as `load_yaml` has it, and the spans of its keys, by all keys from the root on.
+    """What a file holds, as `load_yaml` has it, and the spans of its keys, by all keys and
+    numbers of items from the root on.
 
     Raises:
         ValueError: it is no valid YAML; its words say where.
@@ -39,9 +40,12 @@ def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:  # noqa: AN
     pending: list[tuple[Any, Keys]] = [(root, ())]
     while pending:
         node, keys = pending.pop()
-        if not isinstance(node, yaml.MappingNode) or id(node) in seen:
+        if not isinstance(node, yaml.CollectionNode) or id(node) in seen:
             continue
         seen.add(id(node))
+        if isinstance(node, yaml.SequenceNode):
+            pending += [(item, (*keys, str(number))) for number, item in enumerate(node.value)]
+            continue
         for key, value in node.value:
             if isinstance(key, yaml.ScalarNode):
                 below = (*keys, str(key.value))

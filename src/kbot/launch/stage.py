@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from kbot.launch.controllers import read_controllers, runs_hardware
 from kbot.launch.gazebo import read_gazebo
+from kbot.launch.gz_bridge import Bridged, read_bridged
 from kbot.launch.joint_states import JointStateSettings, read_joint_states
 from kbot.launch.known import NODES, RENAMED, Role, role
 from kbot.launch.plan import Node, Plan
@@ -43,6 +44,7 @@ class Stage:
     maps             map.yaml files that a map server publishes
     playings         recordings that are said again
     controllers      those that are spawned for it
+    bridged          topics under the names that a bridge to gz gives them
     programs         the user's own nodes that can be run
     notes            what is not done and why
     """
@@ -65,6 +67,7 @@ class Stage:
     playings: tuple[Playing, ...]
     has_teleop: bool
     controllers: tuple[SpawnedController, ...]
+    bridged: tuple[Bridged, ...]
     programs: tuple[Program, ...]
     notes: tuple[Diagnostic, ...]
 
@@ -87,6 +90,8 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     joints, found = read_joint_states(plan)
     notes += found
     controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
+    notes += found
+    bridged, found = read_bridged(plan, cast.get(Role.BRIDGE, []))
     notes += found
     robots, found = read_population(plan, spawners, controllers)
     notes += found
@@ -112,6 +117,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         playings=tuple(playing for playing in playings if playing is not None),
         has_teleop=bool(cast.get(Role.TELEOP)),
         controllers=first.controllers if first else controllers,
+        bridged=bridged,
         programs=tuple(programs),
         notes=tuple(notes),
     )

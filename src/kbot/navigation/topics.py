@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import String, Twist
-from kbot.messages.bus import absolute
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
@@ -56,7 +55,7 @@ class NavigationTopics:
         self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
         self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
-            topics = (absolute(topic, naming.namespace) for topic in settings.command_topics)
+            topics = (naming.topic(topic) for topic in settings.command_topics)
             self._heard += [bus.subscribe(topic, Twist, self._driven) for topic in topics]
         self.goals.watch(self._tell)
 

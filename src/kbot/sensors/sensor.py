@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Header
-from kbot.messages.bus import Publisher, absolute
+from kbot.messages.bus import Publisher
 from kbot.messages.clock import NANOSECONDS
 from kbot.sim import Simulation
 from kbot.text import KbotError, Origin
@@ -88,7 +88,8 @@ class Sensor(ABC, Generic[M]):
     @property
     def topic(self) -> str:
         """Where its readings are heard, in the namespace of its robot."""
-        return absolute(self.spec.topic or self._default_topic, self._namespace)
+        naming = self.simulation.named(self.owner).naming
+        return naming.topic(self.spec.topic or self._default_topic)
 
     @property
     def _default_topic(self) -> str:

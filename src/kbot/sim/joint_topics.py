@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kbot.messages.bus import Bus, Subscription, absolute
+from kbot.messages.bus import Bus, Subscription
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
 from kbot.sim.controller_kinds import Input
 from kbot.sim.joint_controllers import JointController
@@ -18,9 +18,9 @@ _MESSAGES: Mapping[Input, type] = {
 }
 
 
-def hear(bus: Bus, robot: SimulatedRobot, controller: JointController, namespace: str) -> Subscription:
+def hear(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscription:
     """Let a controller's commands reach the joints."""
-    topic, joints = absolute(controller.topic, namespace), controller.joints
+    topic, joints = robot.naming.topic(controller.topic), controller.joints
     if not controller.is_active:
         return bus.subscribe(topic, _MESSAGES[controller.input], lambda _: _refuse(controller))
     if controller.input is Input.NUMBER:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from kbot.messages.bus import absolute
 from kbot.sim.numbers import shortened
 from kbot.text import KbotError
 
@@ -27,6 +28,12 @@ class Naming:
             raise KbotError(f"{shortened(self.namespace)} is no namespace, as tb3_0 and fleet/tb3_0 are")
         if not isinstance(self.frame_prefix, str):
             raise KbotError(f"{shortened(self.frame_prefix)} is no text to stand before frames, as tb3_0/ is")
+
+    def topic(self, name: str) -> str:
+        """The full name of a topic: `odom` and, where a description has the namespace in it already, also
+        `tb3_0/odom` are `/tb3_0/odom`."""
+        has_it = bool(self.namespace) and name.startswith(f"{self.namespace}/")
+        return absolute(name, "" if has_it else self.namespace)
 
 
 PLAIN = Naming()

@@ -8,7 +8,7 @@ from typing import Any
 
 from kbot.kinematics.joint_pose import product
 from kbot.messages import types as msg
-from kbot.messages.bus import Bus, Publisher, Subscription, absolute
+from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import Clock
 from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
@@ -29,39 +29,40 @@ class RobotTopics:
     def __init__(self, bus: Bus, robot: SimulatedRobot, *, tells_time: bool = False) -> None:
         """`tells_time`: whether `/clock` is said too."""
         self._robot = robot
-        namespace, self._frame_prefix = robot.naming.namespace, robot.naming.frame_prefix
+        naming = robot.naming
+        self._frame_prefix = naming.frame_prefix
         self._covariance = covariance(POSE_VARIANCE)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (bus.advertise(absolute("joint_states", namespace), msg.JointState), self.joint_state),
+            (bus.advertise(naming.topic("joint_states"), msg.JointState), self.joint_state),
         ]
         if tells_time:
             self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
         self._outputs += [
-            (bus.advertise(absolute(topic, namespace), msg.JointState), self.joint_state)
+            (bus.advertise(naming.topic(topic), msg.JointState), self.joint_state)
             for topic in robot.control.state_topics
-            if absolute(topic, namespace) != absolute("joint_states", namespace)
+            if naming.topic(topic) != naming.topic("joint_states")
         ]
         self._commands: list[Subscription] = [
-            hear(bus, robot, controller, namespace) for controller in robot.control.controllers
+            hear(bus, robot, controller) for controller in robot.control.controllers
         ]
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
             self._odometry_frame += robot.settings.odometry_frame
             self._outputs += [
                 (
-                    bus.advertise(absolute(robot.settings.odometry_topic, namespace), msg.Odometry),
+                    bus.advertise(naming.topic(robot.settings.odometry_topic), msg.Odometry),
                     self._odometry,
                 ),
                 (bus.advertise("/tf", msg.TFMessage), self._transform),
             ]
             self._commands += [
                 bus.subscribe(
-                    absolute(topic, namespace), msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z)
+                    naming.topic(topic), msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z)
                 )
                 for topic in robot.settings.command_topics
             ]
             self._outputs += [
-                (bus.advertise(absolute(topic, namespace), msg.Odometry), self._odometry)
+                (bus.advertise(naming.topic(topic), msg.Odometry), self._odometry)
                 for topic in robot.settings.odometry_topics[1:]
             ]
         self._heard = self._outputs
