@@ -6,9 +6,10 @@ import asyncio
 import threading
 from collections.abc import Callable, Coroutine
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
+S = TypeVar("S")
 CLOSE_SECONDS = 10.0
 
 
@@ -28,3 +29,21 @@ def later(work: Callable[[], object]) -> None:
 def wait_for(work: Coroutine[Any, Any, T]) -> T:
     """The result of what is run on the loop; from any other thread."""
     return asyncio.run_coroutine_threadsafe(work, loop()).result(CLOSE_SECONDS)
+
+
+class Batch(Generic[S]):
+    """Collects, on the loop, what comes in one go, and hands it on together: systems and libraries take many
+    small things at once for little more than one."""
+
+    def __init__(self, send: Callable[[list[S]], None]) -> None:
+        self._send = send
+        self._items: list[S] = []
+
+    def add(self, item: S) -> None:
+        self._items.append(item)
+        if len(self._items) == 1:
+            loop().call_soon(self._flush)
+
+    def _flush(self) -> None:
+        items, self._items = self._items, []
+        self._send(items)

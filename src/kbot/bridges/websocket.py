@@ -15,9 +15,10 @@ from urllib.parse import urlsplit
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 from websockets.typing import Subprotocol
 
-from kbot.bridges.loop import wait_for
+from kbot.bridges.loop import loop, wait_for
 from kbot.text import KbotError
 
 LARGEST_MESSAGE = 1 << 22
@@ -49,9 +50,12 @@ class Talk(Protocol):
 
 
 class Wire:
-    """Where one client's messages go out: a queue that forgets the oldest rather than wait."""
+    """Where one client's messages go out, at once while it takes them; a queue that forgets the oldest rather
+    than wait."""
 
-    def __init__(self) -> None:
+    def __init__(self, connection: ServerConnection) -> None:
+        self._connection = connection
+        self._is_due = False
         self._waiting: deque[Data] = deque(maxlen=QUEUE)
         self._kept: deque[Data] = deque()
         self._wake = asyncio.Event()
@@ -59,20 +63,30 @@ class Wire:
     def put(self, data: Data, *, keep: bool = False) -> None:
         """Send it when the client takes it; what is to be kept is sent even to a slow one."""
         (self._kept if keep else self._waiting).append(data)
-        self._wake.set()
+        if not self._is_due:
+            self._is_due = True
+            loop().call_soon(self._send)
 
-    async def pump(self, connection: ServerConnection) -> None:
-        """Send until the client goes. Raises ConnectionClosed."""
+    def _send(self) -> None:
+        self._is_due = False
+        connection = self._connection
+        if connection.protocol.state is State.OPEN and not connection.transport.get_write_buffer_size():
+            self._write()
+        if self._kept or self._waiting:
+            self._wake.set()
+
+    async def pump(self) -> None:
+        """Send what the client did not take at once, until it goes. Raises ConnectionClosed."""
         while True:
             await self._wake.wait()
             self._wake.clear()
             while self._kept or self._waiting:
-                async with connection.send_context():
-                    self._write(connection)
+                async with self._connection.send_context():
+                    self._write()
 
-    def _write(self, connection: ServerConnection) -> None:
+    def _write(self) -> None:
         """Many small messages in one call of the system, which costs more than they do."""
-        size = 0
+        connection, size = self._connection, 0
         while (self._kept or self._waiting) and size < AT_ONCE:
             data = self._kept.popleft() if self._kept else self._waiting.popleft()
             if isinstance(data, str):
@@ -166,9 +180,9 @@ class WebSocketBridge:
         return None
 
     async def _serve(self, connection: ServerConnection) -> None:
-        wire = Wire()
+        wire = Wire(connection)
         talk = self._make_talk(wire)
-        pump = asyncio.create_task(wire.pump(connection))
+        pump = asyncio.create_task(wire.pump())
         self._clients += 1
         try:
             async for data in connection:

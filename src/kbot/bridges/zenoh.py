@@ -16,7 +16,7 @@ from typing import Any
 import zenoh
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.loop import later, wait_for
+from kbot.bridges.loop import Batch, later, wait_for
 from kbot.bridges.zenoh_names import entity_token, node_token, topic_key
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
@@ -27,6 +27,9 @@ NODE = "kbot"
 ROUTER_PORT = 7447
 ANSWER_SECONDS = 30.0
 _ATTACHED = struct.Struct("<qqB16s")
+
+_Sent = tuple[Any, bytes, bytes]
+"""The library's publisher, a message and what is attached to it."""
 
 
 class ZenohBridge:
@@ -46,6 +49,7 @@ class ZenohBridge:
         self._zid = str(self._session.zid())
         self._numbers = itertools.count(1)
         self._outgoing: dict[str, _Outgoing] = {}
+        self._batch = Batch(_put)
         self._incoming: dict[str, list[Any]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
@@ -86,7 +90,9 @@ class ZenohBridge:
             elif not topic.is_input and topic.name not in self._outgoing:
                 token = self._token("MP", topic.name, topic.type_name, latched=topic.is_latched)
                 key = topic_key(self.domain, topic.name, topic.type_name)
-                self._outgoing[topic.name] = _Outgoing(self._link, topic, self._session, key, token)
+                self._outgoing[topic.name] = _Outgoing(
+                    self._link, topic, self._session, key, token, self._batch
+                )
 
     def _hear(self, topic: Topic) -> list[Any]:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
@@ -149,9 +155,10 @@ class _Outgoing:
         session: Any,  # noqa: ANN401 - the library's
         key: str,
         token: Any,  # noqa: ANN401 - the library's
+        batch: Batch[_Sent],
     ) -> None:
         self.topic = topic
-        self._link, self._token = link, token
+        self._link, self._token, self._batch = link, token, batch
         self._gid, self._count = secrets.token_bytes(16), 0
         self._publisher: Any
         if topic.is_latched:
@@ -177,11 +184,15 @@ class _Outgoing:
         later(lambda: change(self.topic.name, self._send))
 
     def _send(self, packet: Packet) -> None:
-        if packet.type_name != self.topic.type_name:
-            return
-        self._count += 1
-        attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
-        self._publisher.put(packet.cdr, attachment=attached)
+        if packet.type_name == self.topic.type_name:
+            self._count += 1
+            attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
+            self._batch.add((self._publisher, packet.cdr, attached))
+
+
+def _put(batch: list[_Sent]) -> None:
+    for publisher, data, attached in batch:
+        publisher.put(data, attachment=attached)
 
 
 def _open(host: str | None) -> tuple[Any, str]:

@@ -16,7 +16,7 @@ from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.loop import later, wait_for
+from kbot.bridges.loop import Batch, later, wait_for
 from kbot.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
 from kbot.bridges.ros2.types import sample_of, sample_type
 from kbot.messages.types import Twist, TwistStamped
@@ -59,6 +59,7 @@ class Ros2Bridge:
         except DDSException as error:
             raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
         self._outgoing: dict[str, _Outgoing] = {}
+        self._batch = Batch(self._write)
         self._readers: dict[Any, tuple[str, type]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         latched = Qos(Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1))
@@ -106,6 +107,13 @@ class Ros2Bridge:
             self._waitset.wait(duration(milliseconds=100))
             self._hear()
 
+    def _write(self, batch: list[tuple[Any, Any]]) -> None:
+        for writer, sample in batch:
+            try:
+                writer.write(sample)
+            except DDSException as error:
+                self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+
     def _make_endpoints(self) -> None:
         for topic in self._link.topics.values():
             if topic.is_input:
@@ -113,7 +121,7 @@ class Ros2Bridge:
             elif topic.name not in self._outgoing:
                 kind = sample_type(topic.type_name)
                 writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
-                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind)
+                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind, self._batch)
         self._tell_graph()
 
     def _make_readers(self, topic: Topic) -> None:
@@ -153,9 +161,16 @@ class Ros2Bridge:
 class _Outgoing:
     """One topic. What is latched is kept by DDS for those who come late; else only what is heard is made."""
 
-    def __init__(self, link: Link, topic: Topic, writer: Any, kind: Any) -> None:  # noqa: ANN401 - of DDS
+    def __init__(
+        self,
+        link: Link,
+        topic: Topic,
+        writer: Any,  # noqa: ANN401 - of DDS
+        kind: Any,  # noqa: ANN401 - of DDS
+        batch: Batch[tuple[Any, Any]],
+    ) -> None:
         self.writer = writer
-        self._link, self._topic, self._kind = link, topic, kind
+        self._link, self._topic, self._kind, self._batch = link, topic, kind, batch
         self._is_open = False
 
     def look(self) -> None:
@@ -171,12 +186,8 @@ class _Outgoing:
         self._link.outlets.leave(self._topic.name, self._send)
 
     def _send(self, packet: Packet) -> None:
-        if packet.type_name != self._topic.type_name:
-            return
-        try:
-            self.writer.write(sample_of(self._kind, packet.cdr))
-        except DDSException as error:
-            self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+        if packet.type_name == self._topic.type_name:
+            self._batch.add((self.writer, sample_of(self._kind, packet.cdr)))
 
 
 _domains: dict[int, Any] = {}
