@@ -117,6 +117,9 @@ def test_equality_hash_and_pickle():
     assert pickle.loads(pickle.dumps(a)) == a
     assert hash(Transform(a.matrix)) == hash(a)
     assert a != Transform.identity()
+    mirrored = Transform.from_xyz_rpy((-0.0, 0, 0), (0, 0, 0))
+    assert mirrored == Transform.identity()
+    assert hash(mirrored) == hash(Transform.identity())
 
 
 def test_zero_quaternion_is_refused():

@@ -160,7 +160,7 @@ class Transform:
         return isinstance(other, Transform) and bool((self._matrix == other._matrix).all())
 
     def __hash__(self) -> int:
-        return hash(self._matrix.tobytes())
+        return hash((self._matrix + 0.0).tobytes())  # -0.0 equals 0.0
 
     def __reduce__(self) -> tuple[type[Transform], tuple[Array]]:
         return (Transform, (self._matrix,))
