@@ -284,6 +284,21 @@ def test_a_robot_is_put_upon_a_height_field_and_drives_on_it(kbot_robot):
     assert after[2] - before[2] == pytest.approx(0.1 * (after[0] - before[0]), abs=0.003)
 
 
+def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
+    import trimesh
+
+    from kbot.world import Body, Mesh, Part, World
+    from kbot.world.builders import at, floor
+
+    ball, block = trimesh.creation.icosphere(1), trimesh.creation.box((1, 1, 1))
+    bodies = (
+        Body(f"{i}", (Part(Mesh(solid.vertices.copy(), solid.faces.astype("int32"))),), at(i, 3.0, 2.0))
+        for i, solid in enumerate((ball, ball, block))
+    )
+    sim = Simulation(kbot_robot, world=World("yard", (floor(), *bodies)))
+    assert sim._model.nmesh == 2
+
+
 def test_a_start_inside_something_is_said(kbot_robot):
     from kbot.world.builders import box, floor
     from kbot.world.world import World

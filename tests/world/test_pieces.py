@@ -18,7 +18,7 @@ def test_a_convex_mesh_stays_whole():
         trimesh.creation.cylinder(1, 2),
     ):
         whole = mesh(solid)
-        assert convex_pieces(whole) == [whole]
+        assert convex_pieces(whole) == (whole,)
 
 
 def test_two_boxes_in_one_mesh_are_two_pieces():

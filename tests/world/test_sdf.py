@@ -296,6 +296,38 @@ def test_faults_are_said_at_their_line(world, inner, code, message):
     assert fault.origin.span.line == 3
 
 
+def test_a_ring_of_frames_is_told_once(world):
+    ring = "".join(
+        f"<model name='m{i}'><static>1</static>{TURN.format(f'm{(i + 1) % 4}')}{link()}</model>"
+        for i in range(4)
+    )
+    (fault,) = faults(world, ring)
+    assert "in a ring: m0 -> m1 -> m2 -> m3 -> m0" in fault.message
+
+
+def test_a_long_chain_of_frames_adds_up(world):
+    """Three thousand steps of a centimetre."""
+    pose = "<pose relative_to='{}'>0.01 0 0 0 0 0</pose>"
+    frames = "".join(f"<frame name='f{i + 1}'>{pose.format(f'f{i}')}</frame>" for i in range(3000))
+    found = world(
+        f"<frame name='f0'/>{frames}<model name='m'><static>1</static>{TURN.format('f3000')}{link()}</model>"
+    )
+    assert place(found.bodies[0]) == pytest.approx([30.0, 0, 0, 0, 0, 0])
+
+
+def test_a_mesh_that_two_models_use_is_one(world, tmp_path):
+    import trimesh
+
+    trimesh.creation.icosphere(1).export(tmp_path / "ball.stl")
+    geometry = "<geometry><mesh><uri>ball.stl</uri></mesh></geometry>"
+    ball = link(f"<collision name='c'>{geometry}</collision><visual name='v'>{geometry}</visual>")
+    found = world(static(ball, "one") + static(ball, "other", "3 0 0 0 0 0"))
+    ((one,), (other,)) = (body.parts for body in found.bodies)
+    assert one.solid
+    assert one.visible
+    assert one.shape is other.shape
+
+
 @pytest.mark.parametrize("tag", ["numbers", "values", "bix"])
 def test_a_shape_that_there_is_not_is_left_out(world, tag):
     """Whatever it is called: the reader has methods and fields of such names."""

@@ -46,7 +46,7 @@ class MeshPart:
     texture: Texture | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshData:
     """A mesh file's parts, scale not applied."""
 

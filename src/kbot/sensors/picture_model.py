@@ -14,7 +14,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Geometry, Mesh
 from kbot.model.meshes import load_mesh
 from kbot.sim import Simulation
-from kbot.sim.geometry import add_shape, wxyz
+from kbot.sim.geometry import add_shape, mesh_name, wxyz
 from kbot.text import KbotError
 from kbot.world import Mesh as WorldMesh
 from kbot.world import Shape
@@ -120,7 +120,6 @@ def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: t
 
 def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:  # noqa: ANN401
     """Triangles as they are; Raises KbotError for a file that is not there or not readable."""
-    name = f"mesh{len(spec.meshes)}"
     if isinstance(shape, WorldMesh):
         vertices, faces = shape.vertices, shape.faces.astype(np.int64)
     else:
@@ -128,10 +127,12 @@ def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:  # noqa: ANN401
             raise KbotError(f"the mesh {shape.uri} is not found")
         data = load_mesh(shape.path)
         vertices, faces = data.vertices * np.asarray(shape.scale), data.faces
-    spec.add_mesh(
-        name=name,
-        uservert=np.asarray(vertices, dtype=np.float64).ravel(),
-        userface=np.asarray(faces, dtype=np.int32).ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-    )
+    name = mesh_name(vertices, faces)
+    if spec.mesh(name) is None:
+        spec.add_mesh(
+            name=name,
+            uservert=np.asarray(vertices, dtype=np.float64).ravel(),
+            userface=np.asarray(faces, dtype=np.int32).ravel(),
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        )
     return name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import mujoco
@@ -41,7 +42,7 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
         case Mesh():
             named["meshname"] = _mesh_of_file(spec, shape)
         case w.Mesh():
-            named["meshname"] = _add_mesh(spec, f"mesh{len(spec.meshes)}", shape.vertices)
+            named["meshname"] = _mesh_of_points(spec, shape)
         case w.HeightField():
             named["hfieldname"] = _add_height_field(spec, shape)
     full = (*size, 0.0, 0.0, 0.0)[:3]
@@ -75,12 +76,27 @@ def _mesh_of_file(spec: Any, mesh: Mesh) -> str:  # noqa: ANN401
     if mesh.path is None:
         raise KbotError(f"the mesh {mesh.uri} is not found")
     name = f"{mesh.path} {mesh.scale}"
-    if any(known.name == name for known in spec.meshes):
-        return name
-    return _add_mesh(spec, name, load_mesh(mesh.path).vertices * np.array(mesh.scale))
+    if spec.mesh(name) is None:
+        _add_mesh(spec, name, load_mesh(mesh.path).vertices * np.array(mesh.scale))
+    return name
 
 
-def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> str:  # noqa: ANN401
+def _mesh_of_points(spec: Any, mesh: w.Mesh) -> str:  # noqa: ANN401
+    name = mesh_name(mesh.vertices)
+    if spec.mesh(name) is None:
+        _add_mesh(spec, name, mesh.vertices)
+    return name
+
+
+def mesh_name(*arrays: NDArray[Any]) -> str:
+    """A name that is the same for meshes made of the same numbers, so that the engine has each once."""
+    made_of = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        made_of.update(array.tobytes())
+    return f"mesh {made_of.hexdigest()}"
+
+
+def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> None:  # noqa: ANN401
     """Points whose convex hull is touched."""
     points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
     if len(points) < 4 or _is_flat(points):
@@ -91,7 +107,6 @@ def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> str:  # noqa: ANN401
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
         maxhullvert=_HULL_VERTICES,
     )
-    return name
 
 
 def _is_flat(points: NDArray[np.float64]) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +17,14 @@ MOST_PIECES = 4000
 _FLAT = 1e-4
 
 
-def convex_pieces(mesh: Mesh) -> list[Mesh] | None:
+@lru_cache(maxsize=64)
+def convex_pieces(mesh: Mesh) -> tuple[Mesh, ...] | None:
     """The mesh itself where it is convex; else its connected parts, and a part that is hollow as one thin
     plate a triangle. None where that would be too many."""
     vertices, indices = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = indices.reshape(-1)[mesh.faces]
     if _is_convex(vertices, faces):
-        return [mesh]
+        return (mesh,)
     pieces: list[Mesh] = []
     for part in _connected(len(vertices), faces):
         used, renumbered = np.unique(part, return_inverse=True)
@@ -32,7 +35,7 @@ def convex_pieces(mesh: Mesh) -> list[Mesh] | None:
             pieces += _plates(own, own_faces)
         if len(pieces) > MOST_PIECES:
             return None
-    return pieces
+    return tuple(pieces)
 
 
 def _is_convex(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> bool:

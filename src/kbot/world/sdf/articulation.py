@@ -135,6 +135,7 @@ class Articulation:
 
     def _top(self, link: str) -> str:
         while self._head[link] != link:
+            self._head[link] = self._head[self._head[link]]  # halves the way for the next
             link = self._head[link]
         return link
 

@@ -40,28 +40,50 @@ def read_xml(path: str | Path) -> Element:
 
 class Files:
     """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
-    then among the models that ship with KBot."""
+    then among the models that ship with KBot. What was found once is kept: a world may name it a thousand
+    times."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
+        self._found: dict[tuple[str, str], str] = {}
+        self._models: dict[str, tuple[str, Element]] = {}
+        self._packages: dict[str, Packages] = {}
 
     def find(self, uri: Element, beside: str, *, needed: bool = True) -> str | None:
         """The file or folder that a `<uri>` in the file `beside` names; None, with a finding, if none: an
         error where it is `needed`, else a warning."""
         text = uri.text.strip()
+        known = self._found.get((text, beside))
+        if known is not None:
+            return known
         tell = self._values.findings.error if needed else self._values.findings.warning
         if text.startswith(("http://", "https://")):
             known = _fetched_before(text)
             if known is None:
                 hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
                 tell("W202", f"nothing is fetched from the network: {text}", uri.origin, hint)
+                return None
+            self._found[text, beside] = known
             return known
         path = self._path(text, Path(beside).absolute().parent)
         if path is not None and path.exists():
+            self._found[text, beside] = str(path)
             return str(path)
         hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
         tell("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
         return None
+
+    def model(self, path: str) -> tuple[str, Element]:
+        """The SDF file of a model's folder, or a file of one, and its root.
+
+        Raises:
+            DescriptionError: it cannot be read.
+            KbotError: the folder has no SDF file.
+        """
+        if path not in self._models:
+            file = model_file(path)
+            self._models[path] = file, read_xml(file)
+        return self._models[path]
 
     def _path(self, text: str, folder: Path) -> Path | None:
         scheme, mark, rest = text.partition("://")
@@ -70,8 +92,11 @@ class Files:
         if mark and scheme == "model":
             return next((root / rest for root in self._roots(folder) if (root / rest).exists()), None)
         if mark and scheme == "package":
+            around = str(folder)
+            if around not in self._packages:
+                self._packages[around] = Packages(around=around)
             try:
-                found = Packages(around=str(folder)).resolve(text)
+                found = self._packages[around].resolve(text)
             except KbotError:
                 return None
             return Path(found) if found else None

@@ -32,6 +32,8 @@ class Frames:
     """The link that the model's own frame moves with."""
     _frames: dict[str, _Frame] = field(default_factory=dict)
     _keys: dict[int, str] = field(default_factory=dict)
+    _found: dict[str, Transform] = field(default_factory=dict)
+    """`root_from_frame` of those that were asked for."""
 
     def add(
         self,
@@ -103,23 +105,28 @@ class Frames:
 
     def pose(self, name: str, element: Element) -> Transform:
         """`root_from_name`; a frame that is not there, or a ring of them, is a finding at `element`."""
-        return self._pose(name, element, ())
-
-    def _pose(self, name: str, element: Element, seen: tuple[str, ...]) -> Transform:
-        if name in (self.root, "", "world"):
-            return Transform.identity()
-        if name in seen:
-            ring = " -> ".join((*seen, name))
-            self.values.findings.error(
-                "W207", f"frames are relative to each other in a ring: {ring}", element.origin
-            )
-            return Transform.identity()
-        outer, _, inner = name.partition("::")
-        if inner and outer in self.nested:
-            return self._pose(outer, element, (*seen, name)) @ self.nested[outer].pose(inner, element)
-        frame = self._frames.get(name)
-        if frame is None:
-            hint = did_you_mean(name, self._frames)
-            self.values.findings.error("W207", f"there is no frame '{name}'", element.origin, hint)
-            return Transform.identity()
-        return self._pose(frame.relative_to, frame.element, (*seen, name)) @ frame.pose
+        way: dict[str, Transform] = {}
+        """The frames from `name` towards the root, each as it stands in the next."""
+        while name not in (self.root, "", "world") and name not in self._found:
+            if name in way:
+                ring = " -> ".join((*way, name))
+                message = f"frames are relative to each other in a ring: {ring}"
+                self.values.findings.error("W207", message, element.origin)
+                self._found |= dict.fromkeys(way, Transform.identity())
+                return Transform.identity()
+            outer, _, inner = name.partition("::")
+            frame = self._frames.get(name)
+            if inner and outer in self.nested:
+                way[name] = self.nested[outer].pose(inner, element)
+                name = outer
+            elif frame is not None:
+                way[name] = frame.pose
+                name, element = frame.relative_to, frame.element
+            else:
+                hint = did_you_mean(name, self._frames)
+                self.values.findings.error("W207", f"there is no frame '{name}'", element.origin, hint)
+                break
+        root_from_frame = self._found.get(name, Transform.identity())
+        for step, next_from_step in reversed(way.items()):
+            root_from_frame = self._found[step] = root_from_frame @ next_from_step
+        return root_from_frame

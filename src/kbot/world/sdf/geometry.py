@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from math import inf
 
 import numpy as np
 
 from kbot.kinematics.transform import Transform
-from kbot.model.meshes import load_mesh
+from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
 from kbot.world.images import read_picture
 from kbot.world.outline import Outline, prisms
@@ -117,9 +118,7 @@ class Shapes:
         scale = (self._values.numbers(written, 3) if written is not None else None) or (1.0, 1.0, 1.0)
         if shape.find("submesh") is not None:
             self._values.unsupported(shape, "a <submesh> is not picked out: the whole mesh stands for it")
-        data = load_mesh(path)
-        vertices = data.vertices * np.array(scale)
-        return [(Mesh(vertices, data.faces.astype(np.int32)), Transform.identity())]
+        return [(_scaled(load_mesh(path), scale), Transform.identity())]
 
     def _heightmap(self, shape: Element) -> list[Placed]:
         path, size = self._file(shape), self._numbers(shape, "size", 3)
@@ -139,6 +138,12 @@ class Shapes:
         if height is None or len(outline) != len(points):
             return []
         return [(mesh, Transform.identity()) for mesh in prisms(outline, height[0])]
+
+
+@lru_cache(maxsize=64)
+def _scaled(data: MeshData, scale: tuple[float, ...]) -> Mesh:
+    """One for all who use it, so that it is taken into convex pieces once."""
+    return Mesh(data.vertices * np.array(scale), data.faces.astype(np.int32))
 
 
 def _turned_to(normal: np.ndarray) -> Transform:

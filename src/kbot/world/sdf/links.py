@@ -58,14 +58,17 @@ class Links:
         touched = [
             p for e in link.elements("collision") for p in self._collision(e, frames, name, world_from_link)
         ]
+        at: dict[tuple[Shape, Transform], list[Part]] = {}
+        for part in seen:
+            at.setdefault((part.shape, part.pose), []).append(part)
         parts = []
         for part in touched:
-            same = next((v for v in seen if v.shape == part.shape and v.pose.is_close(part.pose)), None)
-            if same is not None:
-                seen.remove(same)
-                part = Part(part.shape, part.pose, same.rgba, part.friction, part.ground, origin=part.origin)
+            same = at.get((part.shape, part.pose))
+            if same:
+                rgba = same.pop(0).rgba
+                part = Part(part.shape, part.pose, rgba, part.friction, part.ground, origin=part.origin)
             parts.append(part)
-        return parts + seen
+        return parts + [part for rest in at.values() for part in rest]
 
     def mass(self, link: Element) -> Mass:
         """1 kg as a ball of 1 kg m^2 where nothing is said, as SDF has it."""

@@ -12,7 +12,7 @@ from kbot.world.builders import floor
 from kbot.world.findings import Findings
 from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry
-from kbot.world.sdf.files import Files, fuel_model, model_file, read_xml
+from kbot.world.sdf.files import Files, fuel_model, read_xml
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import STRONGEST_PULL, Values
@@ -121,8 +121,7 @@ class _Reader:
         if found is None:
             return None
         try:
-            file = model_file(found)
-            root = read_xml(file)
+            file, root = self.files.model(found)
         except DescriptionError as error:
             self.findings.diagnostics.extend(error.diagnostics)
             return None
@@ -167,14 +166,15 @@ class _Reader:
         prefix = context.prefix if merges and context.prefix else f"{context.prefix}{name}::"
         inner = replace(context, static=static, prefix=prefix)
         frames = Frames("__model__", self.values, renames=context.version < (1, 7))
-        entries = list(self._entries(model, inner))
-        nested = [entry for entry in entries if entry.context.prefix != prefix]
+        nested: list[Entry] = []
+        becoming_part: list[Entry] = []
+        for entry in self._entries(model, inner):
+            (becoming_part if entry.context.prefix == prefix else nested).append(entry)
         self._add_frames(model, frames, nested)
         merged: list[tuple[Element, Context]] = []
-        for entry in entries:
-            if entry not in nested:
-                merged += self._merge(entry, frames)
-                nested += entry.nested
+        for entry in becoming_part:
+            merged += self._merge(entry, frames)
+            nested += entry.nested
         offset = frames.pose(placement, placed_by).inverse() if placement else Transform.identity()
         self._say_what_is_left_out(model)
         return Entry(name, model, placed_by, pose, offset, frames, nested, inner, merged)
