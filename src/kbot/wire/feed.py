@@ -11,6 +11,8 @@ from kbot.wire.encoding import encode_cdr, encode_ros1
 from kbot.wire.plain import to_plain
 from kbot.wire.types import ros1_definition, ros2_definition, ros_name
 
+_finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
+
 
 class Packet:
     """A message on its way out. What it is encoded to is kept, so that all who carry it share the bytes."""
@@ -47,7 +49,11 @@ class Packet:
         """As `to_plain` spells it."""
         key = ros1, exact
         if key not in self._json:
-            self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
+            plain = to_plain(self.message, ros1=ros1, exact=True)
+            try:
+                self._json[key] = _finite_json(plain)
+            except ValueError:  # there are numbers that JSON lacks
+                self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
         return self._json[key]
 
     @property

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -81,7 +81,7 @@ class _Type:
 
         match desc:
             case (Nodetype.BASE, ("string", _)):
-                yield partial(_text, attrgetter(path), self._ros1)
+                yield _text(attrgetter(path), self._ros1)
             case (Nodetype.BASE, (base, _)):
                 yield _Number(path, CODES[base])
             case (Nodetype.NAME, name):
@@ -89,10 +89,10 @@ class _Type:
             case (Nodetype.ARRAY, ((Nodetype.BASE, (base, _)), count)) if base != "string":
                 yield _Number(path, CODES[base], count)
             case (Nodetype.SEQUENCE, ((Nodetype.BASE, (base, _)), _)) if base != "string":
-                yield partial(_sequence, attrgetter(path), CODES[base], self._ros1)
+                yield _sequence(attrgetter(path), CODES[base], self._ros1)
             case (Nodetype.ARRAY | Nodetype.SEQUENCE as kind, (item, count)):
                 fixed = count if kind is Nodetype.ARRAY else None
-                yield partial(_items, attrgetter(path), self._item(item), fixed, self._ros1)
+                yield _items(attrgetter(path), self._item(item), fixed, self._ros1)
             case _:
                 raise TypeError(f"a field of an unknown kind: {desc!r}")
 
@@ -102,7 +102,7 @@ class _Type:
         match desc:
             case (Nodetype.NAME, name):
                 return layout(known_type(name) or type(None), name, ros1=self._ros1)
-        return (partial(_text, lambda text: text, self._ros1),)
+        return (_text(lambda text: text, self._ros1),)
 
 
 def _numbers(run: Sequence[_Number], ros1: bool) -> list[Step]:
@@ -111,12 +111,15 @@ def _numbers(run: Sequence[_Number], ros1: bool) -> list[Step]:
         return []
     paths = [number.path for number in run if number.path]
     packers = tuple(_packer(run, 0 if ros1 else start, ros1) for start in range(8))
-    if not paths:
-        return [lambda message, out, at: _append(out, packers[at & 7].pack(), at)]
-    get = attrgetter(*paths)
-    if len(paths) == 1 and run[-1].length is None:
-        return [lambda message, out, at: _append(out, packers[at & 7].pack(get(message)), at)]
-    return [lambda message, out, at: _append(out, packers[at & 7].pack(*get(message)), at)]
+    is_one = len(paths) == 1 and run[-1].length is None
+    get: Callable[[Any], Any] = attrgetter(*paths) if paths else lambda message: ()
+
+    def write(message: object, out: list[bytes], at: int) -> int:
+        packer, values = packers[at & 7], get(message)
+        out.append(packer.pack(values) if is_one else packer.pack(*values))
+        return at + packer.size
+
+    return [write]
 
 
 def _packer(run: Sequence[_Number], start: int, ros1: bool) -> struct.Struct:
@@ -131,23 +134,26 @@ def _packer(run: Sequence[_Number], start: int, ros1: bool) -> struct.Struct:
     return struct.Struct(form)
 
 
-def _append(out: list[bytes], data: bytes, at: int) -> int:
-    out.append(data)
-    return at + len(data)
-
-
 _COUNT = struct.Struct("<I")
 _PADS = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0\0\0\0")
 
 
 def _count(count: int, out: list[bytes], at: int, ros1: bool) -> int:
-    return _append(out, (b"" if ros1 else _PADS[-at % 4]) + _COUNT.pack(count), at)
+    data = _COUNT.pack(count) if ros1 else _PADS[-at % 4] + _COUNT.pack(count)
+    out.append(data)
+    return at + len(data)
 
 
-def _text(get: Callable[[Any], str], ros1: bool, message: object, out: list[bytes], at: int) -> int:
-    text = get(message)
-    data = _short(text, ros1) if len(text) < SHORT else _encoded(text, ros1)
-    return _append(out, data if ros1 or not at % 4 else _PADS[-at % 4] + data, at)
+def _text(get: Callable[[Any], str], ros1: bool) -> Step:
+    def write(message: object, out: list[bytes], at: int) -> int:
+        text = get(message)
+        data = _short(text, ros1) if len(text) < SHORT else _encoded(text, ros1)
+        if at & 3 and not ros1:
+            data = _PADS[-at % 4] + data
+        out.append(data)
+        return at + len(data)
+
+    return write
 
 
 def _encoded(text: str, ros1: bool) -> bytes:
@@ -158,36 +164,37 @@ def _encoded(text: str, ros1: bool) -> bytes:
 _short = lru_cache(1000)(_encoded)
 
 
-def _sequence(
-    get: Callable[[Any], Any], code: str, ros1: bool, message: object, out: list[bytes], at: int
-) -> int:
+def _sequence(get: Callable[[Any], Any], code: str, ros1: bool) -> Step:
     """Any count of numbers, as a tuple, a numpy array, or bytes that hold them."""
-    values, size = get(message), struct.calcsize(code)
-    if hasattr(values, "tobytes"):
-        values = values.astype(f"<{code}", copy=False).tobytes()
-    data = values if isinstance(values, bytes) else struct.pack(f"<{len(values)}{code}", *values)
-    at = _count(len(data) // size, out, at, ros1)
-    if data and not ros1:
-        at = _append(out, _PADS[-at % size], at)
-    return _append(out, data, at)
+    size = struct.calcsize(code)
+
+    def write(message: object, out: list[bytes], at: int) -> int:
+        values = get(message)
+        if hasattr(values, "tobytes"):
+            values = values.astype(f"<{code}", copy=False).tobytes()
+        data = values if isinstance(values, bytes) else struct.pack(f"<{len(values)}{code}", *values)
+        at = _count(len(data) // size, out, at, ros1)
+        gap = 0 if ros1 or not data else -at % size
+        out += (_PADS[gap], data)
+        return at + gap + len(data)
+
+    return write
 
 
 def _items(
-    get: Callable[[Any], Sequence[Any]],
-    steps: tuple[Step, ...],
-    fixed: int | None,
-    ros1: bool,
-    message: object,
-    out: list[bytes],
-    at: int,
-) -> int:
+    get: Callable[[Any], Sequence[Any]], steps: tuple[Step, ...], fixed: int | None, ros1: bool
+) -> Step:
     """Messages or texts, one after the other; `fixed` is how many where that is not said."""
-    items = get(message)
-    if fixed is None:
-        at = _count(len(items), out, at, ros1)
-    elif len(items) != fixed:
-        raise ValueError(f"{len(items)} where there are always {fixed}")
-    for item in items:
-        for step in steps:
-            at = step(item, out, at)
-    return at
+
+    def write(message: object, out: list[bytes], at: int) -> int:
+        items = get(message)
+        if fixed is None:
+            at = _count(len(items), out, at, ros1)
+        elif len(items) != fixed:
+            raise ValueError(f"{len(items)} where there are always {fixed}")
+        for item in items:
+            for step in steps:
+                at = step(item, out, at)
+        return at
+
+    return write

@@ -35,7 +35,9 @@ def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
     if dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         parts = [(f.name, _part(hints[f.name], ros1, exact)) for f in dataclasses.fields(kind)]
-        return lambda message: {name: part(getattr(message, name)) for name, part in parts}
+        return lambda message: {
+            name: part(getattr(message, name)) if part else getattr(message, name) for name, part in parts
+        }
     if issubclass(kind, tuple | list):
         return lambda items: [to_plain(item, ros1=ros1, exact=exact) for item in items]
     if issubclass(kind, bytes):
@@ -45,14 +47,15 @@ def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
     return _finite if issubclass(kind, float) and not exact else _same
 
 
-def _part(hint: Any, ros1: bool, exact: bool) -> Callable[[Any], Plain]:  # noqa: ANN401
-    """A field's by what is written of its type; a value may still be of another, as an int among floats."""
+def _part(hint: Any, ros1: bool, exact: bool) -> Callable[[Any], Plain] | None:  # noqa: ANN401
+    """A field's by what is written of its type, None where it is plain as it is; a value may still be of
+    another, as an int among floats."""
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return _reader(hint, ros1, exact)
     if hint is float:
-        return _same if exact else _finite
+        return None if exact else _finite
     if hint in (int, bool, str):
-        return _same
+        return None
     if hint == tuple[float, ...]:
         return list if exact else _finite_items
     if hint == tuple[str, ...]:
