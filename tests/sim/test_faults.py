@@ -25,6 +25,24 @@ def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
     assert sim.joint_positions["left_wheel_joint"] > before + 1.0
 
 
+@pytest.mark.parametrize("at", [0.2, 0.8], ids=["acting", "to come"])
+@pytest.mark.parametrize(
+    "fault",
+    [BlockedJoint("left_wheel_joint", "other"), Kick((0.1, 0.0, 0.0), robot="other")],
+    ids=["blocked", "kicked"],
+)
+def test_a_fault_goes_with_its_robot(sim, kbot_robot, fault, at):
+    sim.spawn_model(kbot_robot, "other", x=2.0)
+    sim.schedule(fault, at)
+    sim.schedule(Slip("left_wheel", 0.1), at=0.0)
+    sim.run(0.5)
+    sim.delete_model("other")
+    assert [one.fault for one in sim.faults] == [Slip("left_wheel", 0.1)]
+    sim.run(1.0)
+    sim.reset()
+    sim.run(1.0)
+
+
 def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):
     gone = []
     for friction in (1.0, 0.0):

@@ -90,7 +90,7 @@ class Disturbed(Population):
     def schedule(self, fault: Fault, at: float, duration: float | None = None) -> int:
         """Let something go wrong `at` seconds of simulated time, for `duration` seconds (None is for good).
         It stays in the schedule over a reset, and comes again, until `end_fault` takes it out by the number
-        that is returned.
+        that is returned, or the robot goes that it speaks of.
 
         Raises:
             KbotError: a time that is none or is past, or a fault of something that is not there.
@@ -179,6 +179,7 @@ class Disturbed(Population):
         self._find_due()
 
     def _forget(self, name: str) -> None:
+        self._schedule.forget(self, name)
         self._pushes = [p for p in self._pushes if p.body != name and not p.body.startswith(f"{name}/")]
 
     def _model_is_new(self) -> None:

@@ -56,6 +56,12 @@ class Schedule:
         self.entries.remove(entry)
         return True
 
+    def forget(self, simulation: Disturbed, robot: str) -> None:
+        """Take out the faults of a robot that goes."""
+        gone = [entry for entry in self.entries if getattr(entry.fault, "robot", None) == robot]
+        self._end(simulation, gone)
+        self.entries = [entry for entry in self.entries if entry not in gone]
+
     def next_step(self, step: int) -> int:
         """The next step after this one at which something begins or ends."""
         times = [time for e in self.entries for time in (e.start, e.stop) if time > step]
