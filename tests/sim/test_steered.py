@@ -137,6 +137,19 @@ def test_a_steering_limit_bounds_the_curve(urdf):
     assert rate == pytest.approx(0.1 * tan(1.2) / BASE, rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["tricycle", "front driven"])
+@pytest.mark.parametrize("end", ["1.57", "1.8"])
+def test_a_wheel_that_stands_across_turns_a_tricycle_on_the_spot(urdf, name, end):
+    """4 s at 0.5 rad/s, less what it takes to speed up at 8 rad/s^2 and to turn the wheel aside."""
+    sim = Simulation(urdf(BASES[name].replace('lower="-1.2" upper="1.2"', f'lower="-{end}" upper="{end}"')))
+    sim.cmd_vel(0.0, 0.5)
+    sim.run(4.0)
+    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
+    assert truth.yaw == pytest.approx(2.0, abs=0.06)
+    assert (truth.x, truth.y) == pytest.approx((0.0, 0.0), abs=0.01)
+    assert (reckoned.x, reckoned.y, reckoned.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.01)
+
+
 def test_a_steered_run_is_the_same_after_a_restore_and_a_reset(urdf):
     sim = Simulation(urdf(CAR))
     sim.cmd_vel(0.4, 0.3)

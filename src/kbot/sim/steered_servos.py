@@ -18,6 +18,9 @@ from kbot.sim.wheel_servos import slack
 FREQUENCY = 40.0
 """rad/s: how fast a wheel is turned aside."""
 
+_NEARLY = 1e-3
+"""rad by which a wheel may miss its angle: many an end of a quarter turn is written 1.57."""
+
 
 class _Steering(NamedTuple):
     position: int
@@ -78,12 +81,14 @@ class SteeredServos:
         """Speeds of the wheels of the differential drive, in rad/s."""
         v = (left + right) / 2.0 * self._radius
         w = (right - left) / 2.0 * self._radius / self._half
-        angles = self._steer(v, w)
-        turn = min((self._curvature(i, angle) * v for i, angle in enumerate(angles)), key=abs)
+        wanted = self._steer(v, w)
+        angles = self._within(wanted)
+        ends = (i for i, angle in enumerate(angles) if abs(angle - wanted[i]) > _NEARLY)
+        turn = min((self._curvature(i, angles[i]) * v for i in ends), key=abs, default=w)
         if abs(turn) < abs(w):
             # a wheel that is at its end bounds the curve of all
             w = turn
-            angles = self._steer(v, w)
+            angles = self._within(self._steer(v, w))
         for wheel, angle in zip(self._steering, angles, strict=True):
             self._ctrl[wheel.actuator] = angle * wheel.upward
         for driven in self._driven:
@@ -92,7 +97,7 @@ class SteeredServos:
             self._ctrl[driven.actuator] = speed / driven.radius * driven.forward
 
     def _steer(self, v: float, w: float) -> list[float]:
-        """The angle to the left of each wheel that steers, within its limits."""
+        """The angle to the left at which each wheel that steers rolls along."""
         angles = []
         for wheel in self._steering:
             ahead, across = v - w * wheel.y, w * wheel.x
@@ -102,8 +107,15 @@ class SteeredServos:
                 angle = pi / 2.0 if across > 0.0 else -pi / 2.0
             else:
                 angle = atan(across / ahead)
-            angles.append(min(max(angle * wheel.upward, wheel.lower), wheel.upper) * wheel.upward)
+            angles.append(angle)
         return angles
+
+    def _within(self, angles: list[float]) -> list[float]:
+        """The angles, each within its wheel's limits."""
+        return [
+            min(max(angle * wheel.upward, wheel.lower), wheel.upper) * wheel.upward
+            for wheel, angle in zip(self._steering, angles, strict=True)
+        ]
 
     def _curvature(self, index: int, angle: float) -> float:
         """1/m of the axle's middle when a wheel is turned to an angle."""
