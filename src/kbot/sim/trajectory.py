@@ -6,6 +6,7 @@ With positions alone it goes straight, with velocities along cubics, with accele
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -49,7 +50,7 @@ class Trajectory:
         if time >= last.time:
             still = np.zeros(len(last.positions))
             return Sample(np.array(last.positions), still, still)
-        after = next(i for i, point in enumerate(self._points) if point.time > time)
+        after = bisect_right(self._points, time, key=lambda point: point.time)
         return _between(self._points[after - 1], self._points[after], time)
 
 
