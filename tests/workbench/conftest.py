@@ -12,6 +12,8 @@ import kbot
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
 
+from .pages import Pages
+
 ROBOTS = Path(kbot.__file__).parent / "robots"
 
 CHROMIUM_ARGUMENTS = (
@@ -66,25 +68,26 @@ def browser(chromium: str) -> Iterator[Any]:
         browser.close()
 
 
+@pytest.fixture(scope="module")
+def pages(browser: Any) -> Pages:
+    return Pages(browser)
+
+
 @pytest.fixture
-def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
+def open_page(pages: Pages) -> Iterator[Callable[..., Any]]:
     """Opens an address and waits for its first picture; a script error or a blocked load fails the test."""
-    pages, complaints = [], []
+    opened = []
 
     def open_one(address: str, **options: Any) -> Any:
-        options.setdefault("viewport", {"width": 960, "height": 560})
-        page = browser.new_page(**options)
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-        pages.append(page)
-        page.goto(address)
+        page = pages.open(address, **{"viewport": {"width": 960, "height": 560}, **options})
+        opened.append(page)
         wait_for_page(page)
         return page
 
     yield open_one
-    for page in pages:
-        page.close()
-    assert not complaints
+    for page in opened:
+        pages.give_back(page)
+    assert not [complaint for page in opened for complaint in page.complaints]
 
 
 READY = """() => !!window.kbot && kbot.frames > 0 && kbot.revision > 0

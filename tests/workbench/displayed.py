@@ -140,7 +140,7 @@ def showing(
         try:
             yield show
         finally:
-            page.close()
+            page.goto("about:blank")  # it would look for its server
 
 
 def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Pose:

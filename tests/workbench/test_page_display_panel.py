@@ -117,7 +117,7 @@ def test_a_page_opens_with_the_configuration_of_rviz_and_saves_to_it(
         grid = yaml.safe_load(path.read_text())["Visualization Manager"]["Displays"][0]
         assert grid["Cell Size"] == 0.125
         assert grid["Line Style"]["Value"] == "Lines"
-        page.close()
+        page.goto("about:blank")
 
 
 def test_settings_are_kept_as_a_copy_and_opened_again(

@@ -108,4 +108,4 @@ def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
         assert page.locator(".joint:visible").count() == 1
         page.get_by_label("Search joints").fill("nothing")
         assert page.locator("#joints").inner_text().strip().endswith("No joint is called so.")
-        page.close()
+        page.goto("about:blank")

@@ -125,7 +125,7 @@ def test_every_shape_is_where_the_model_has_it(tmp_path: Path, open_page: OpenPa
         found = overlaps(page, robot)
         assert set(found) == set(robot.links)
         assert min(found.values()) > RIGHT, found
-        page.close()
+        page.goto("about:blank")
 
 
 CORPUS = (
@@ -152,7 +152,7 @@ def test_every_link_of_robots_from_elsewhere_is_where_the_model_has_it(
         name = min(found, key=lambda one: reach(robot, one))
         off = {name: Transform.from_xyz_rpy((0.002 + reach(robot, name) / 25,) * 3, (0.0, 0.0, 0.0))}
         assert overlaps(page, robot, off, only={name})[name] < RIGHT
-        page.close()
+        page.goto("about:blank")
 
 
 def of_meshes(link: Link) -> bool:

@@ -198,7 +198,7 @@ def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> N
         player.get_by_role("button", name="Go on").click()
         until(lambda: shown_x(player) > 0.6)
         until(lambda: shown_x(player) < 0.5)  # it began again
-        player.close()
+        player.goto("about:blank")
 
 
 def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_page: OpenPage) -> None:

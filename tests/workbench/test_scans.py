@@ -23,7 +23,7 @@ def test_the_points_are_in_the_picture(xacro: Path, open_page: OpenPage) -> None
         until(lambda: red(page) > 60)
         button.click()
         until(lambda: red(page) == 0)
-        page.close()
+        page.goto("about:blank")
 
 
 def red(page: Any) -> int:
