@@ -21,7 +21,7 @@ class Running:
     def __init__(self) -> None:
         self.told: list[str] = []
         self.link = Link(self.told.append)
-        self.link.services = gazebo_services()
+        self.link.services = gazebo_services("empty")
         self.simulation = Simulation(kbot.load("kbot"))
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)

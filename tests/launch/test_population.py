@@ -97,3 +97,14 @@ def test_controllers_go_to_the_robot_in_whose_namespace_they_are(folder: Path) -
     found = staged(folder, group.format("a") + group.format("b"))
     assert [c.name for c in found.controllers] == ["/a/c"]
     assert [c.name for other in found.others for c in other.controllers] == ["/b/c"]
+
+
+def test_a_model_of_sdf_is_a_thing_beside_the_robot(folder: Path) -> None:
+    thing = SPAWN.format("t", "-sdf -file $(dirname)/crate.sdf -model crate -x 2 -z 0.1")
+    found = staged(
+        folder, thing.replace("-urdf -param /robot_description", "") + SPAWN.format("s", "-model A")
+    )
+    assert names(found) == [("A", "", "")]
+    (model,) = found.models
+    assert (model.path, model.spawn.model) == (str(folder / "crate.sdf"), "crate")
+    assert (model.spawn.x, model.spawn.z) == (2.0, 0.1)

@@ -63,7 +63,7 @@ def test_a_start_that_is_no_number_is_an_error_at_the_word(folder: Path) -> None
     assert (note.code, note.is_error, note.origin.span.text) == ("L062", True, "two")
 
 
-@pytest.mark.parametrize("option", ["-sdf", "-reference_frame table::top"])
+@pytest.mark.parametrize("option", ["-package_to_model", "-reference_frame table::top"])
 def test_what_a_spawner_is_told_in_vain_is_said(folder: Path, option: str) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=f" {option}"))
     (note,) = found.notes

@@ -48,6 +48,11 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
         replay(str(tmp_path / "run.bag"))
 
 
+BALL = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1</mass></inertial>
+<collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
+</sdf>"""
+
+
 def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.schedule(Slip("left_wheel", 0.2), at=0.1, duration=0.5)
@@ -72,6 +77,7 @@ def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
         sim.spawn_thing("box", "carton", 0.3, 0.4, yaw=0.2, size=(0.1, 0.2, 0.05))
         sim.run(0.1)
         sim.delete_model("carton")
+        sim.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((0.0, 1.0, 0.3), (0.0, 0.0, 0.2)))
         sim.run(0.2)
 
     record(tmp_path / "run.mcap", drive)

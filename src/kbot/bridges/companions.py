@@ -88,7 +88,7 @@ class Companions:
             from kbot.bridges.gazebo import gazebo_services
             from kbot.bridges.gazebo_states import GazeboTopics
 
-            self._link.services = gazebo_services()
+            self._link.services = gazebo_services(simulation.world.name)
             self._gazebo = GazeboTopics(simulation)
             self._connect(simulation, feed, description, simulation.robot.name, world)
 

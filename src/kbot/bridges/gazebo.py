@@ -21,10 +21,10 @@ from kbot.bridges.gazebo_states import (
     world_from_frame,
     xyz,
 )
+from kbot.bridges.gz_services import gz_services, spawn_text, told_of
 from kbot.bridges.services import Answer, Service
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.model.load import load_robot_text
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError
 from kbot.wire.services import service_type
@@ -33,8 +33,9 @@ FOR_GOOD = 1e6
 """Seconds that a wrench lasts where it is to last for good."""
 
 
-def gazebo_services() -> dict[str, Service]:
-    """By name; those of ROS 2 stand at the root, as gazebo_ros has them there."""
+def gazebo_services(world: str) -> dict[str, Service]:
+    """By name; those of ROS 2 stand at the root, as gazebo_ros has them there, and those of gz beneath the
+    name of the `world`."""
     empty = {
         "pause_physics": _quietly(Simulation.pause_physics),
         "unpause_physics": _quietly(Simulation.unpause_physics),
@@ -44,6 +45,7 @@ def gazebo_services() -> dict[str, Service]:
     found: list[tuple[str, str, Answer]] = [
         *((f"/gazebo/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
         ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model),
+        ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model),
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
         ("/gazebo/get_model_state", "gazebo_msgs/GetModelState", _get_model_state),
         ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
@@ -57,7 +59,8 @@ def gazebo_services() -> dict[str, Service]:
         ("/gazebo/get_entity_state", "gazebo_msgs/GetEntityState", _get_entity_state),
         ("/gazebo/set_entity_state", "gazebo_msgs/SetEntityState", _set_entity_state),
     ]
-    return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
+    own = {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
+    return own | gz_services(world)
 
 
 def _quietly(work: Callable[[Simulation], None]) -> Answer:
@@ -75,8 +78,7 @@ def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
         try:
             return srv.StatusResponse(True, work(simulation, request))
         except DescriptionError as error:
-            told = "; ".join(f"{d.origin}: {d.message}" for d in error.diagnostics if d.is_error)
-            return srv.StatusResponse(False, told or str(error))
+            return srv.StatusResponse(False, told_of(error))
         except KbotError as error:
             return srv.StatusResponse(False, str(error))
 
@@ -84,13 +86,8 @@ def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
 
 
 def _spawn(simulation: Simulation, name: str, xml: str, namespace: str, pose: msg.Pose, frame: str) -> str:
-    robot = load_robot_text(xml, f"{name or 'model'}.urdf").require()
     place = in_world(simulation, pose, frame)
-    x, y, _ = place.translation.tolist()
-    spawned = simulation.spawn_model(robot, name or None, x, y, place.yaw)
-    told = f"{spawned.name} stands on the ground at {x:.3f}, {y:.3f}; its topics are under /{spawned.name}"
-    given = namespace.strip("/")
-    return told + (f", not under /{given}" if given not in ("", spawned.name) else "")
+    return spawn_text(simulation, name, xml, place, namespace.strip("/") or None)
 
 
 @_telling

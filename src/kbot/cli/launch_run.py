@@ -138,6 +138,8 @@ def _simulated(
             _put(simulation, spawn)
             for other in staged.others:
                 _spawn(simulation, other, place.package_path)
+            for model in staged.models:
+                _spawn_thing(simulation, model)
         mount_on_others(simulation)
         if staged.bridged:
             notes = GzBridge(simulation, staged.bridged).notes
@@ -178,6 +180,18 @@ def _spawn(simulation: Simulation, other: SpawnedRobot, package_path: Sequence[s
     except KbotError as error:
         raise KbotError(f"{other.origin}: {error}") from None
     _put(simulation, replace(spawn, joints={}), spawned.name)
+
+
+def _spawn_thing(simulation: Simulation, model: SpawnedRobot) -> None:
+    """Raises DescriptionError, KbotError: a model of SDF cannot be put there."""
+    spawn = model.spawn
+    place = Transform.from_xyz_rpy((spawn.x, spawn.y, spawn.z or 0.0), (spawn.roll, spawn.pitch, spawn.yaw))
+    try:
+        simulation.spawn_sdf(model.path, spawn.model or None, place)
+    except DescriptionError:
+        raise
+    except KbotError as error:
+        raise KbotError(f"{model.origin}: {error}") from None
 
 
 def _put(simulation: Simulation, spawn: Spawn, name: str | None = None) -> None:

@@ -7,18 +7,19 @@ from dataclasses import replace
 
 from kbot.launch.known import Role, role
 from kbot.launch.plan import Description, Node, Param, Plan
-from kbot.launch.spawning import Spawn, SpawnedRobot, read_spawn, spawned
+from kbot.launch.spawning import Spawn, SpawnedRobot, is_sdf, read_spawn, spawned
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
 
 
 def read_population(
     plan: Plan, spawners: Sequence[Node], controllers: Iterable[SpawnedController]
-) -> tuple[list[SpawnedRobot], list[Diagnostic]]:
-    """The robots of a launch, the first being the one that is shown where nothing is spawned; and what is
-    wrong with spawners. None where no parameter holds a robot."""
+) -> tuple[list[SpawnedRobot], list[SpawnedRobot], list[Diagnostic]]:
+    """The robots of a launch, the first being the one that is shown where nothing is spawned, none where no
+    parameter holds a robot; models of SDF; and what is wrong with spawners."""
     notes: list[Diagnostic] = []
     robots: list[SpawnedRobot] = []
+    models: list[SpawnedRobot] = []
     strangers: list[Node] = []
     for node in spawners:
         spawn, found = read_spawn(node)
@@ -29,8 +30,10 @@ def read_population(
         description = _described(spawned(plan, node))
         if description is None:
             strangers.append(node)
-        elif any(spawn.model == other.spawn.model for other in robots):
+        elif any(spawn.model == other.spawn.model for other in (*robots, *models)):
             notes.append(_taken(node, spawn))
+        elif is_sdf(node, description.path):
+            models.append(SpawnedRobot(description.path, {}, spawn, node.origin))
         else:
             robots.append(_robot(plan, node, description, spawn))
     notes += [_no_robot(node) for node in strangers[not robots :]]
@@ -39,7 +42,7 @@ def read_population(
     if len(robots) > 1:
         robots = [_apart(robot, number, notes) for number, robot in enumerate(robots)]
         notes += _shared(robots)
-    return _with_controllers(robots, controllers), notes
+    return _with_controllers(robots, controllers), models, notes
 
 
 def _robot(plan: Plan, node: Node, description: Description, spawn: Spawn) -> SpawnedRobot:

@@ -70,7 +70,6 @@ def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
         namespace=_namespace(node, options),
     )
     for option, why in (
-        ("-sdf", "KBot simulates robots that are URDF"),
         ("-database", "there is no database of models"),
         ("-package_to_model", "nothing is rewritten"),
     ):
@@ -99,6 +98,11 @@ def spawned(plan: Plan, node: Node) -> Param | Description | None:
     if topic:  # the topic of robot_state_publisher, whose parameter has its name
         return next((p for full, p in described.items() if full.endswith(f"/{name}")), None)
     return None
+
+
+def is_sdf(node: Node, path: str) -> bool:
+    """Whether what a spawner names is a model of SDF, and no robot of URDF."""
+    return path.endswith(".sdf") or (_options(node).has("-sdf") and not path.endswith((".urdf", ".xacro")))
 
 
 def _namespace(node: Node, options: Options) -> str:

@@ -40,6 +40,7 @@ class Stage:
     fixed_frame      the frame that rviz is told to hold still, empty where it is told none
     frame_prefix     what stands before its frames, empty for nothing
     others           robots that are spawned after it
+    models           things of SDF that are spawned
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
     playings         recordings that are said again
@@ -60,6 +61,7 @@ class Stage:
     spawn: Spawn
     frame_prefix: str
     others: tuple[SpawnedRobot, ...]
+    models: tuple[SpawnedRobot, ...]
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
     maps: tuple[str, ...]
@@ -93,7 +95,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     notes += found
     bridged, found = read_bridged(plan, cast.get(Role.BRIDGE, []))
     notes += found
-    robots, found = read_population(plan, spawners, controllers)
+    robots, models, found = read_population(plan, spawners, controllers)
     notes += found
     first = robots[0] if robots else None
     spawn = first.spawn if first else Spawn()
@@ -110,6 +112,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         spawn=spawn,
         frame_prefix=first.frame_prefix if first else "",
         others=tuple(robots[1:]),
+        models=tuple(models),
         joints=joints,
         transforms=tuple(t for t in transforms if t is not None),
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),

@@ -1,4 +1,5 @@
-"""What services are asked and answer: std_srvs, and gazebo_msgs as Gazebo's plugins for ROS have them.
+"""What services are asked and answer: std_srvs, gazebo_msgs as Gazebo's plugins for ROS have them, and
+ros_gz_interfaces as ros_gz_bridge has them.
 
 Poses and twists are in the world unless a frame is named; an empty name, `world` and `map` mean the world.
 """
@@ -6,9 +7,13 @@ Poses and twists are in the world unless a frame is named; an empty name, `world
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
 
+UInt8 = Annotated[int, "uint8"]
+UInt32 = Annotated[int, "uint32"]
+UInt64 = Annotated[int, "uint64"]
 ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
 
 
@@ -215,6 +220,68 @@ class GetModelPropertiesResponse:
     status_message: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Entity:
+    """What gz speaks of, by its name; it has no number here."""
+
+    id: UInt64 = 0
+    name: str = ""
+    type: UInt8 = 0
+
+
+@dataclass(frozen=True, slots=True)
+class EntityFactory:
+    """One of `sdf` (a text, of URDF too), `sdf_filename` and `clone_name` says what is spawned."""
+
+    name: str = ""
+    allow_renaming: bool = False
+    sdf: str = ""
+    sdf_filename: str = ""
+    clone_name: str = ""
+    pose: Pose = ORIGIN
+    relative_to: str = "world"
+
+
+@dataclass(frozen=True, slots=True)
+class WorldReset:
+    all: bool = False
+    time_only: bool = False
+    model_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class WorldControl:
+    """`multi_step` steps are done at once, and then it is paused."""
+
+    pause: bool = False
+    step: bool = False
+    multi_step: UInt32 = 0
+    reset: WorldReset = WorldReset()
+    seed: UInt32 = 0
+    run_to_sim_time: Time = START
+
+
+@dataclass(frozen=True, slots=True)
+class GzSpawnEntityRequest:
+    entity_factory: EntityFactory = EntityFactory()
+
+
+@dataclass(frozen=True, slots=True)
+class GzDeleteEntityRequest:
+    entity: Entity = Entity()
+
+
+@dataclass(frozen=True, slots=True)
+class SetEntityPoseRequest:
+    entity: Entity = Entity()
+    pose: Pose = ORIGIN
+
+
+@dataclass(frozen=True, slots=True)
+class ControlWorldRequest:
+    world_control: WorldControl = WorldControl()
+
+
 SERVICES: dict[str, tuple[type, type]] = {
     "std_srvs/Empty": (EmptyRequest, EmptyResponse),
     "gazebo_msgs/SpawnModel": (SpawnModelRequest, StatusResponse),
@@ -229,5 +296,9 @@ SERVICES: dict[str, tuple[type, type]] = {
     "gazebo_msgs/DeleteEntity": (DeleteEntityRequest, StatusResponse),
     "gazebo_msgs/GetEntityState": (GetEntityStateRequest, GetEntityStateResponse),
     "gazebo_msgs/SetEntityState": (SetEntityStateRequest, SuccessResponse),
+    "ros_gz_interfaces/SpawnEntity": (GzSpawnEntityRequest, SuccessResponse),
+    "ros_gz_interfaces/DeleteEntity": (GzDeleteEntityRequest, SuccessResponse),
+    "ros_gz_interfaces/SetEntityPose": (SetEntityPoseRequest, SuccessResponse),
+    "ros_gz_interfaces/ControlWorld": (ControlWorldRequest, SuccessResponse),
 }
 """The types of services by name, with what each is asked and answers."""

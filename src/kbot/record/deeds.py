@@ -67,7 +67,7 @@ def _spawn(simulation: Simulation, note: Note) -> None:
     )
 
 
-_OTHERS: Mapping[str, Callable[[Simulation, Note], None]] = {
+_OTHERS: Mapping[str, Callable[[Simulation, Note], object]] = {
     "apply_body_wrench": _wrench,
     "delete_model": lambda simulation, note: simulation.delete_model(note["robot"]),
     "place": _place,
@@ -78,5 +78,8 @@ _OTHERS: Mapping[str, Callable[[Simulation, Note], None]] = {
         note["model"], Transform(note["matrix"]), note["linear"], note["angular"]
     ),
     "spawn_model": _spawn,
+    "spawn_sdf": lambda simulation, note: simulation.spawn_sdf(
+        note["sdf"], note["name"], Transform(note["matrix"])
+    ),
     "twist": _twist,
 }

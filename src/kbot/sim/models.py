@@ -19,13 +19,15 @@ from kbot.sim.welds import STANDING, weld_as_it_stands
 from kbot.sim.world_builder import PREFIX, body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world.things import thing
+from kbot.world.joints import Loop
+from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body, HeightField, Plane
 
 SMALLEST, LARGEST = 0.005, 100.0
 """Metres of a box's edge."""
 
 _STILL = (0.0, 0.0, 0.0)
+ORIGIN = Transform.identity()
 
 
 class ModelState(NamedTuple):
@@ -64,29 +66,59 @@ class Models(Disturbed):
             KbotError: there is no such thing, the name is taken or is none, a number is beyond reason, or
                 a robot stands there.
         """
-        taken = {*self.robots, *(body.name for body in self.world.bodies)}
         if not isinstance(kind, str):
             raise KbotError(f"{shortened(kind)} is no thing's kind")
         if name is None:
+            taken = self._taken()
             name = next(free for n in count(1) if (free := f"{kind}_{n}") not in taken)
-        if not is_model_name(name):
-            raise KbotError(
-                f"{shortened(name)} is no thing's name: letters, digits and _ only, a letter first"
-            )
-        if name in taken:
-            raise KbotError(f"there is a '{name}' already; give this one another name")
+        self._require_free(name)
         x, y, z = vector("a place in m", (x, y, z), FURTHEST)
         _, _, yaw = vector("a heading", (0.0, 0.0, yaw), FURTHEST)
         edges = None if size is None else _edges(size)
         body = thing(kind, name, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)), edges)
-        world = dataclasses.replace(self.world, bodies=(*self.world.bodies, body))
-        assembly = self._assembly.with_world(world)
-        for plan in assembly.plans.values():
-            if assembly.what_it_is_inside(plan) == name:
-                raise KbotError(f"no {kind} can be put there: '{plan.name}' is in the way")
-        self._use(assembly)
+        self._add((body,), (), kind)
         self._note("spawn_thing", kind=kind, name=name, x=x, y=y, z=z, yaw=yaw, size=edges)
         return body
+
+    def spawn_sdf(self, sdf: str, name: str | None = None, pose: Transform = ORIGIN) -> tuple[Body, ...]:
+        """Put a model of SDF into the running world: its text, or the name of its file. `pose` is set before
+        the model's own, in the world. Its links are `name`, and `name::link` for all but the first; plugins in
+        it do nothing. What runs goes on as it was.
+
+        Raises:
+            DescriptionError: the model cannot be used; every reason at its line.
+            KbotError: the name is taken or is none, or a robot stands there.
+        """
+        if not isinstance(sdf, str):
+            raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
+        vector("a place in m", pose.translation.tolist(), FURTHEST)
+        bodies, loops = model_of_sdf(sdf, name, pose)
+        self._require_free(bodies[0].model)
+        self._add(bodies, loops, bodies[0].model)
+        self._note("spawn_sdf", sdf=sdf, name=name, matrix=pose.matrix.tolist())
+        return bodies
+
+    def _taken(self) -> set[str]:
+        return {*self.robots, *(body.name for body in self.world.bodies)}
+
+    def _require_free(self, name: object) -> None:
+        if not is_model_name(name):
+            raise KbotError(
+                f"{shortened(name)} is no thing's name: letters, digits and _ only, a letter first"
+            )
+        if name in self._taken():
+            raise KbotError(f"there is a '{name}' already; give this one another name")
+
+    def _add(self, bodies: tuple[Body, ...], loops: tuple[Loop, ...], what: str) -> None:
+        """Raises KbotError: a robot stands where they would be."""
+        old = self.world
+        world = dataclasses.replace(old, bodies=(*old.bodies, *bodies), loops=(*old.loops, *loops))
+        assembly = self._assembly.with_world(world)
+        names = {body.name for body in bodies}
+        for plan in assembly.plans.values():
+            if assembly.what_it_is_inside(plan) in names:
+                raise KbotError(f"no {what} can be put there: '{plan.name}' is in the way")
+        self._use(assembly)
 
     def delete_model(self, name: str) -> None:
         """Take a robot, or a thing, out of the running world; the first robot and the ground stay.

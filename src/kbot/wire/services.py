@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from collections.abc import Iterator
 from functools import cache
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from kbot.messages import services as messages
 from kbot.messages.services import SERVICES
@@ -25,6 +25,9 @@ PARTS = {
         messages.ModelStates,
         messages.LinkStates,
     )
+} | {
+    cls: f"ros_gz_interfaces/msg/{cls.__name__}"
+    for cls in (messages.Entity, messages.EntityFactory, messages.WorldReset, messages.WorldControl)
 }
 """Messages that only services, or topics beside them, have; ROS's own lists lack them."""
 
@@ -84,7 +87,7 @@ def _part(service: str, part: str) -> str:
 
 
 def _fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
-    hints = get_type_hints(cls)
+    hints = get_type_hints(cls, include_extras=True)
     for field in dataclasses.fields(cls):
         yield field.name, _kind(hints[field.name], ros1)
 
@@ -92,6 +95,8 @@ def _fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
 def _kind(hint: Any, ros1: bool) -> str:  # noqa: ANN401
     from kbot.wire.types import ros_name
 
+    if get_origin(hint) is Annotated:  # an int, and which one
+        return str(get_args(hint)[1])
     if get_origin(hint) is tuple:
         return f"{_kind(get_args(hint)[0], ros1)}[]"
     if hint in BASES:

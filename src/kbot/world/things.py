@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
+from kbot.text.files import unsaved
 from kbot.text.suggest import did_you_mean
 from kbot.world.builders import WOOD
+from kbot.world.joints import Loop
 from kbot.world.sdf import read_sdf
 from kbot.world.sdf.files import LIBRARY
 from kbot.world.world import Body, Box, Part
@@ -37,3 +40,50 @@ def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float
         raise KbotError(f"a {kind} has a size of its own: only a box is given one")
     body = read_sdf(str(LIBRARY / kind / "model.sdf")).bodies[-1]
     return replace(body, name=name, model=name, pose=pose @ body.pose)
+
+
+def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
+    """The bodies of a model of SDF, given as text or as the name of its file, and what closes its rings.
+    `name` takes the place of its own; `pose` is set before its own.
+
+    Raises:
+        DescriptionError: it cannot be used; carries every finding.
+        KbotError: it holds no model, or several.
+    """
+    if sdf.lstrip().startswith("<"):
+        path = f"{name or 'model'}.sdf"
+        with unsaved({path: sdf}):
+            world = read_sdf(path)
+    else:
+        path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
+        world = read_sdf(path)
+    bodies = world.bodies[1:]  # after the floor that a lone model is given to stand on
+    models = {body.model or body.name for body in bodies}
+    if len(models) != 1:
+        raise KbotError(f"{path} holds {len(models) or 'no'} models: one can be spawned")
+    (old,) = models
+    new = name or old
+
+    def renamed(text: str) -> str:
+        return new + text.removeprefix(old) if text == old or text.startswith(f"{old}::") else text
+
+    def placed(body: Body) -> Body:
+        joint = body.joint and replace(body.joint, parent=renamed(body.joint.parent))
+        return replace(body, name=renamed(body.name), model=new, pose=pose @ body.pose, joint=joint)
+
+    loops = (
+        replace(
+            loop,
+            name=renamed(loop.name),
+            first=renamed(loop.first),
+            second=renamed(loop.second),
+            points=tuple(_moved(pose, point) for point in loop.points),
+        )
+        for loop in world.loops
+    )
+    return tuple(map(placed, bodies)), tuple(loops)
+
+
+def _moved(pose: Transform, point: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = (pose @ Transform.from_xyz_rpy(point, (0.0, 0.0, 0.0))).translation.tolist()
+    return x, y, z

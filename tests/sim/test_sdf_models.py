@@ -1,0 +1,80 @@
+"""Models of SDF that come into a running world."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim import Simulation
+from kbot.text import DescriptionError, KbotError
+
+CRATE = """<?xml version="1.0"?><!-- a <b> --><sdf version="1.7"><model name="crate"><link name="l">
+<inertial><mass>2</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link></model>
+</sdf>"""
+GATE = """<sdf version="1.7"><model name="gate"><pose>0.5 0 0 0 0 0</pose>
+<link name="post"><pose>0 0 0.5 0 0 0</pose><inertial><mass>50</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 1</size></box></geometry></collision></link>
+<link name="bar"><pose>0.4 0 0.8 0 0 0</pose><inertial><mass>0.5</mass></inertial>
+<collision name="c"><geometry><box><size>0.5 0.05 0.05</size></box></geometry></collision></link>
+<joint name="j" type="revolute"><parent>post</parent><child>bar</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>"""
+
+
+@pytest.fixture
+def sim(kbot_robot: Robot) -> Simulation:
+    return Simulation(kbot_robot)
+
+
+def at(x: float, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Transform:
+    return Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw))
+
+
+def test_a_model_stands_where_it_is_put_under_the_name_it_is_given(sim: Simulation) -> None:
+    (body,) = sim.spawn_sdf(CRATE, "box_a", at(1.0, 2.0, 0.5))
+    assert (body.name, body.mass) == ("box_a", 2.0)
+    assert sim.body_poses()["box_a"].translation == pytest.approx((1.0, 2.0, 0.5))
+    sim.run(1.0)
+    assert sim.body_poses()["box_a"].translation[2] == pytest.approx(0.1, abs=2e-3)  # half its height
+    sim.delete_model("box_a")
+    assert "box_a" not in sim.body_poses()
+
+
+def test_links_joints_and_the_model_s_own_pose_go_along(sim: Simulation) -> None:
+    post, bar = sim.spawn_sdf(GATE, "g", at(1.0, 1.0, yaw=1.5707963267948966))
+    assert (post.name, bar.name) == ("g", "g::bar")
+    assert bar.joint is not None
+    assert bar.joint.parent == "g"
+    # a quarter turn lays the model's own 0.5 m, and the bar's 0.4 m, along y
+    assert sim.body_poses()["g"].translation == pytest.approx((1.0, 1.5, 0.5))
+    assert sim.body_poses()["g::bar"].translation == pytest.approx((1.0, 1.9, 0.8))
+    sim.delete_model("g")
+    assert not sim.body_poses().keys() & {"g", "g::bar"}
+
+
+def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path) -> None:
+    (tmp_path / "model.sdf").write_text(CRATE)
+    sim.spawn_sdf(str(tmp_path / "model.sdf"), "a", at(1.0))
+    sim.spawn_sdf(str(tmp_path), None, at(2.0))
+    assert {"a", "crate"} <= sim.body_poses().keys()
+
+
+@pytest.mark.parametrize(
+    ("sdf", "name", "place", "said"),
+    [
+        (CRATE, "kbot", at(1.0), "there is a 'kbot' already"),
+        (CRATE, "a b", at(1.0), "no thing's name"),
+        (CRATE, "a", at(0.0), "'kbot' is in the way"),
+        ('<sdf version="1.7"/>', "a", at(1.0), "holds no SDF world or model"),
+        (CRATE.replace("</sdf>", GATE[GATE.index("<model") :]), "a", at(1.0), "2 models"),
+    ],
+)
+def test_what_cannot_be_spawned_changes_nothing(
+    sim: Simulation, sdf: str, name: str, place: Transform, said: str
+) -> None:
+    before = sim.state_sha256()
+    with pytest.raises((KbotError, DescriptionError), match=said):
+        sim.spawn_sdf(sdf, name, place)
+    assert sim.state_sha256() == before
+    assert len(sim.world.bodies) == 1
