@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush, heapreplace
 
 from kbot.messages.types import Time
 from kbot.text import KbotError
@@ -34,7 +35,9 @@ class Clock:
 
     def __init__(self) -> None:
         self._now = 0
-        self._timers: list[Timer] = []
+        self._timers: list[tuple[int, int, Timer]] = []
+        """A heap by when each is due and which was made first."""
+        self._made = 0
         self._afterwards: list[Callable[[], None]] = []
         self.next_due: int = NEVER
         """Nanoseconds at which the next timer is due, NEVER when there is none."""
@@ -61,8 +64,9 @@ class Clock:
             raise KbotError(f"a rate is a number of calls a second above zero, not {rate}")
         period = max(1, round(NANOSECONDS / rate))
         timer = Timer(period, self._now + period, callback)
-        self._timers.append(timer)
-        self.next_due = min(self.next_due, timer.due)
+        self._made += 1
+        heappush(self._timers, (timer.due, self._made, timer))
+        self.next_due = self._timers[0][0]
         return timer
 
     def afterwards(self, callback: Callable[[], None]) -> None:
@@ -73,11 +77,13 @@ class Clock:
         """Move time on and call the timers that are due, each as often as its period passed."""
         self._now = nanoseconds
         while self.next_due <= nanoseconds:
-            timer = min(self._timers, key=lambda t: t.due)
-            timer.due += timer.period
-            if not timer.cancelled:
+            due, number, timer = self._timers[0]
+            if timer.cancelled:
+                heappop(self._timers)
+            else:
+                timer.due = due + timer.period
+                heapreplace(self._timers, (timer.due, number, timer))
                 timer.callback()
-            self._timers = [t for t in self._timers if not t.cancelled]
             self._find_next()
         if self._afterwards:
             afterwards, self._afterwards = self._afterwards, []
@@ -87,9 +93,11 @@ class Clock:
     def set(self, nanoseconds: int) -> None:
         """Jump to a time without calling anyone; each timer's next call is its next whole period."""
         self._now = nanoseconds
-        for timer in self._timers:
+        for _, _, timer in self._timers:
             timer.due = (nanoseconds // timer.period + 1) * timer.period
+        self._timers = [(timer.due, number, timer) for _, number, timer in self._timers]
+        heapify(self._timers)
         self._find_next()
 
     def _find_next(self) -> None:
-        self.next_due = min((timer.due for timer in self._timers), default=NEVER)
+        self.next_due = self._timers[0][0] if self._timers else NEVER
