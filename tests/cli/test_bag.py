@@ -27,7 +27,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bag", "info", recording]) == 0
     text = capsys.readouterr().out
-    assert "MCAP, 402 messages over 2.000 s" in text
+    assert "MCAP, 504 messages over 2.000 s" in text
     assert ["/odom", "100", "nav_msgs/msg/Odometry"] in [line.split() for line in text.splitlines()]
     assert run(["bag", "info", recording, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -39,7 +39,7 @@ def test_info_of_a_broken_file_says_so(
 ) -> None:
     (tmp_path / "cut.mcap").write_bytes(Path(recording).read_bytes()[:-50])
     assert run(["bag", "info", str(tmp_path / "cut.mcap")]) == 1
-    assert "402 messages" in (text := capsys.readouterr().out)
+    assert "504 messages" in (text := capsys.readouterr().out)
     assert "It is not whole: it was not closed" in text
 
 

@@ -28,7 +28,7 @@ def test_a_recorded_run_is_reported_as_ever_and_comes_out_the_same_again(
     assert run([*words, "--record", path]) == 0
     told = capsys.readouterr()
     assert told.out.splitlines()[-1] == free
-    assert f"{path}: 753 messages recorded" in told.err
+    assert f"{path}: 905 messages recorded" in told.err
     facts = Recording(path).summary().notes["kbot"]
     assert facts["world"] == "maze:size=4,seed=2"
     assert run(["bag", "replay", path]) == 0

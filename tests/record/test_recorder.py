@@ -42,6 +42,8 @@ def test_all_formats_hold_the_same(runs: dict[str, Path], kind: str) -> None:
         **dict.fromkeys(SPOKEN, TICKS),
         "/cmd_vel": 1,
         "/kbot/commands": 4,
+        "/kbot/poses": TICKS + 1,  # at the start too
+        "/kbot/world": 1,
         "/robot_description": 1,
     }
     assert found.end == TICKS * 20_000_000
@@ -111,7 +113,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
     program = f"""
         import resource, signal
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
         import kbot
         from kbot.record import Recorder
         from kbot.sim import Simulation

@@ -12,6 +12,7 @@ from rosbags.interfaces import MessageDefinitionFormat
 
 from kbot.record.bag_reader import UNREADABLE, unread
 from kbot.record.entry import Entry, Types
+from kbot.record.formats import NOTES_TOPIC, read_note
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 
@@ -38,6 +39,10 @@ class BagIndex:
                 self._types.learn(connection.msgtype, connection.msgdef.data)
         self.topics = {connection.topic: connection.msgtype for connection in self._reader.connections}
         self.start, self.end = self._reader.start_time, self._reader.end_time
+        self.notes = dict(map(read_note, self.between((NOTES_TOPIC,), self.start - 1, self.end)))
+
+    def damage(self, nanoseconds: int) -> None:
+        return None
 
     def close(self) -> None:
         self._closing()

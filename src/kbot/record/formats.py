@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Protocol
 
@@ -83,12 +84,22 @@ class Index(Protocol):
         """Names and types, as ROS 2 writes them."""
         ...
 
+    @property
+    def notes(self) -> Mapping[str, Mapping[str, str]]:
+        """Facts of the run by their names, as its recorder annotated them."""
+        ...
+
     def newest(self, topic: str, nanoseconds: int) -> Entry | None:
-        """What a topic said last until a time; None where it said nothing yet. Raises KbotError: damaged."""
+        """What a topic said last until a time; None where it said nothing yet. What is damaged is passed over
+        where the format tells which part that is. Raises KbotError: damaged, or gone."""
         ...
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
-        """What topics said after a time and until another, in its order. Raises KbotError: damaged."""
+        """What topics said after a time and until another, in its order; as `newest`."""
+        ...
+
+    def damage(self, nanoseconds: int) -> tuple[int, int] | None:
+        """From when to when the part is damaged that holds a time; None where it is not."""
         ...
 
     def close(self) -> None: ...
@@ -96,3 +107,9 @@ class Index(Protocol):
 
 class NoIndex(KbotError):
     """The recording has no index, or one that does not put its messages in the order of time."""
+
+
+def read_note(entry: Entry) -> tuple[str, dict[str, str]]:
+    """The name and the facts in a message on NOTES_TOPIC. Raises KbotError: the bytes are no such message."""
+    values = {key: str(value) for key, value in json.loads(entry.message().data).items()}
+    return values.pop("name", ""), values

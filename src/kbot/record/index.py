@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from bisect import bisect_right
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from kbot.record.entry import Entry
@@ -18,7 +18,9 @@ class WholeIndex:
     def __init__(self, path: str) -> None:
         """Raises KbotError: there is no such recording."""
         entries: dict[str, list[Entry]] = {}
-        for entry in Recording(path).entries():
+        recording = Recording(path)
+        self.notes: Mapping[str, Mapping[str, str]] = recording.summary().notes
+        for entry in recording.entries():
             if entry.topic != NOTES_TOPIC:
                 told = entries.setdefault(entry.topic, [])
                 while told and told[-1].nanoseconds > entry.nanoseconds:
@@ -37,6 +39,9 @@ class WholeIndex:
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
         parts = [self._part(topic, after, until) for topic in topics if topic in self._times]
         return heapq.merge(*parts, key=lambda entry: entry.nanoseconds)
+
+    def damage(self, nanoseconds: int) -> None:
+        return None
 
     def close(self) -> None:
         self._entries.clear()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
+from typing import IO
 
 from mcap.data_stream import ReadDataStream
 from mcap.reader import make_reader
-from mcap.records import Chunk, ChunkIndex, Message
+from mcap.records import Chunk, ChunkIndex, Message, Metadata, MetadataIndex
 from mcap.stream_reader import breakup_chunk
 
 from kbot.record.entry import Entry, Types
@@ -32,6 +34,7 @@ class McapIndex:
         try:
             with Path(path).open("rb") as stream:
                 summary = make_reader(stream).get_summary()
+                self.notes = dict(_notes(stream, summary.metadata_indexes if summary else ()))
         except faults() as error:
             raise NoIndex(f"{path} has no index: {error}") from None
         if summary is None or not summary.chunk_indexes:
@@ -58,6 +61,8 @@ class McapIndex:
         self.start = min(index.message_start_time for index in in_file)
         self.end = max(index.message_end_time for index in in_file)
         self._opened: OrderedDict[int, list[Entry]] = OrderedDict()
+        self._lost: set[int] = set()
+        """Where the chunks begin that were found damaged."""
         said = [entry.nanoseconds for entry in self._said(in_file[-1])]
         if any(b < a - ALLOWED_DISORDER for a, b in pairwise(said)):
             raise NoIndex(f"{path} goes back in time at its end")
@@ -88,6 +93,15 @@ class McapIndex:
                 ]
         yield from sorted(found, key=lambda entry: entry.nanoseconds)
 
+    def damage(self, nanoseconds: int) -> tuple[int, int] | None:
+        """From when to when the chunk is damaged that holds a time; None where it is not."""
+        for index in self._chunks:
+            if index.message_start_time <= nanoseconds <= index.message_end_time:
+                self._entries(index)
+                if index.chunk_start_offset in self._lost:
+                    return index.message_start_time, index.message_end_time
+        return None
+
     def _has(self, index: ChunkIndex, topics: Collection[str]) -> bool:
         held = index.message_index_offsets
         if not held:
@@ -105,18 +119,29 @@ class McapIndex:
         return entries
 
     def _said(self, index: ChunkIndex) -> list[Entry]:
-        """As it was written."""
+        """As it was written; nothing where it is damaged. Raises KbotError: the file is gone."""
         try:
             with Path(self._path).open("rb") as stream:
                 stream.seek(index.chunk_start_offset + RECORD_HEAD)
                 records = breakup_chunk(Chunk.read(ReadDataStream(stream)), validate_crc=True)
-        except faults() as error:
-            raise KbotError(f"{self._path} is damaged: {error}") from None
+        except OSError as error:
+            raise KbotError(f"{self._path} cannot be read: {error.strerror or error}") from None
+        except faults():
+            self._lost.add(index.chunk_start_offset)
+            return []
         return [self._entry(r) for r in records if isinstance(r, Message) and r.channel_id in self._channels]
 
     def _entry(self, record: Message) -> Entry:
         topic, type_name, encoding = self._channels[record.channel_id]
         return Entry(topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1")
+
+
+def _notes(stream: IO[bytes], places: Iterable[MetadataIndex]) -> Iterator[tuple[str, dict[str, str]]]:
+    for place in places:
+        stream.seek(place.offset + RECORD_HEAD)
+        with suppress(*unreadable()):
+            found = Metadata.read(ReadDataStream(stream))
+            yield found.name, dict(found.metadata)
 
 
 def faults() -> tuple[type[Exception], ...]:

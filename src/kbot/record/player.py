@@ -10,11 +10,12 @@ from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
+from kbot.record.surroundings import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, known_type
 
 LATCHED = frozenset({"/tf_static", "/map"})
-NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC})
+NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
 """Said by who plays, or of no use to others."""
 
 

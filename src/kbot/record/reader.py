@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from kbot.record.entry import Entry
-from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source
+from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source, read_note
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -61,8 +60,8 @@ class Recording:
         try:
             for entry in self._source.entries(found.notes.__setitem__):
                 if entry.topic == NOTES_TOPIC:
-                    values = {key: str(value) for key, value in json.loads(entry.message().data).items()}
-                    found.notes[values.pop("name", "")] = values
+                    name, values = read_note(entry)
+                    found.notes[name] = values
                     continue
                 topic = found.topics.setdefault(entry.topic, TopicSummary(entry.type_name))
                 topic.count += 1

@@ -131,9 +131,8 @@ class Population(Running):
         if simulated.is_slewing:
             self.serve(simulated)
         self._topics[name] = RobotTopics(self.bus, simulated)
-        if self.journal is not None:
-            said = {"namespace": namespace, "frame_prefix": frame_prefix, "description": to_urdf(robot)}
-            self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, **said)
+        said = {"namespace": namespace, "frame_prefix": frame_prefix, "description": to_urdf(robot)}
+        self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, **said)
         self._robots_changed()
         return simulated
 

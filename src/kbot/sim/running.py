@@ -20,6 +20,7 @@ from kbot.sim.watch import SimulationDiverged, diverged
 from kbot.text import KbotError
 from kbot.world import World
 
+COMINGS = frozenset({"delete_model", "spawn_model", "spawn_sdf", "spawn_thing"})
 _WHOLE = (int, np.integer)
 _MOST_STEPS = 10**14
 
@@ -51,6 +52,8 @@ class Running:
         self.random = np.random.default_rng(seed)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self.changes: list[tuple[str, dict[str, Any]]] = []
+        """What came into the world and went since it was built, as the journal has it."""
         self.attached: dict[str, Any] = {}
         """What was put on it once for all who use it, such as the sensors that its robot declares."""
         self.paused = False
@@ -224,5 +227,7 @@ class Running:
             self._slewing.append(robot)
 
     def _note(self, what: str, **numbers: object) -> None:
+        if what in COMINGS:
+            self.changes.append((what, numbers))
         if self.journal is not None:
             self.journal(what, numbers)

@@ -116,6 +116,7 @@ class Simulation(Models):
                 old.robot, old.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
             )
             _put_as(new, old, other)
+        other.changes[:] = self.changes
         other._start_at(self._steps)
         return other
 

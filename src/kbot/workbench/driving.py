@@ -76,7 +76,7 @@ def driven_session(
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    setup = _Setup(load_world(world), seed, contacts, attend, start, naming)
+    setup = _Setup(load_world(world), world, seed, contacts, attend, start, naming)
     return Session(
         reader,
         "sim",
@@ -116,6 +116,8 @@ class _Setup:
     """What stays when the robot changes."""
 
     world: World
+    named: str
+    """What named the world."""
     seed: int
     contacts: str
     attend: Attend
@@ -286,7 +288,7 @@ class Driving:
         raise KbotError("a simulation goes on from where it is")
 
     def record(self, recording: RunRecording) -> None:
-        recording.begin(self._sim)
+        recording.begin(self._sim, self._setup.named)
 
     def replace(self, robot: Robot) -> Driving:
         """Go on with the changed robot where this one stands, or from the start where that is nowhere."""
@@ -299,7 +301,8 @@ class Driving:
 
     def enter(self, world: str, seed: int) -> tuple[Driving, World]:
         """The robot at the start of another world."""
-        setup = dataclasses.replace(self._setup, world=load_world(world), seed=seed, start=ORIGIN)
+        place = load_world(world)
+        setup = dataclasses.replace(self._setup, world=place, named=world, seed=seed, start=ORIGIN)
         other = Driving(self._sim.robot, setup)
         other.paused = self.paused
         return other, setup.world

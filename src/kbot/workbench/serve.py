@@ -115,6 +115,8 @@ def serve_recording(
     displays = read_displays(config)
     session = played_session(path, package_path)
     session.display_file = displays
+    if session.note:
+        sys.stderr.write(f"{session.note}\n")
     serve_session(session, host=host, port=port, open_browser=open_browser)
 
 

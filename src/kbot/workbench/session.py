@@ -81,6 +81,8 @@ class Session:
         """Where a simulated time, which is now, is along the timeline."""
         self._motion = make_motion(self._robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
+        self.note = ""
+        """What pages are to know at once, such as what is not shown."""
         self.topics = TopicRelay(self._motion.bus, self._now, for_page)
         self.speed = 1.0
         self.rate = 0.0
@@ -125,7 +127,8 @@ class Session:
         """What a page is told first."""
         parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
         settings = self.display_file.greeting
-        return [self.about(client), *([settings] if settings is not None else []), *parts]
+        note = [Refused(self.note)] if self.note and client != NOBODY else []
+        return [self.about(client), *([settings] if settings is not None else []), *parts, *note]
 
     def missing_meshes(self) -> list[str]:
         """What is said of meshes that are not there, or not for the page."""

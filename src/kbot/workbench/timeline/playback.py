@@ -6,18 +6,21 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NoReturn
 
+from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, JointState, Publisher, TFMessage
 from kbot.model import Robot
+from kbot.record.surroundings import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
 from kbot.workbench.description import Description
-from kbot.workbench.foreign_frames import WORLD, ForeignFrames
-from kbot.workbench.motion import Moment
+from kbot.workbench.foreign_frames import MAP, WORLD, ForeignFrames
+from kbot.workbench.motion import Moment, flat
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
 from kbot.workbench.timeline.recorded_series import series_of_run
+from kbot.workbench.timeline.recorded_world import RecordedWorld
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.workbench.timeline.told import Told
@@ -35,12 +38,14 @@ def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
         KbotError: no such recording, or it does not hold what is needed to show it.
     """
     run = RecordedRun(path)
+    world = RecordedWorld(run)
     around = str(Path(path).absolute().parent)
     session = Session(
         Description(run.description, None, (*package_path, around)),
         "play",
-        lambda robot: Playback(robot, run),
+        lambda robot: Playback(robot, run, world),
     )
+    session.note = world.note
     session.paused = False
     return session
 
@@ -48,8 +53,8 @@ def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
 class Playback:
     """Says on its bus what was recorded, as time passes; the robot stands as /tf and /joint_states tell."""
 
-    def __init__(self, robot: Robot, run: RecordedRun) -> None:
-        self._robot, self._run = robot, run
+    def __init__(self, robot: Robot, run: RecordedRun, world: RecordedWorld) -> None:
+        self._robot, self._run, self._world = robot, run, world
         self._told = Told(robot)
         self.bus, self.clock = Bus(), Clock()
         self.loop = False
@@ -112,6 +117,7 @@ class Playback:
         self.clock.set(now)
         self._silent.clear()
         self._told.forget()
+        self._world.go_to(now)
         self._frames.forget()
         for message in self._run.statics:
             self._publishers[TF_STATIC][0].publish(message)
@@ -131,6 +137,7 @@ class Playback:
             self._silent.discard(entry.topic)
             publisher.publish(decode_cdr(entry.cdr, kind))
         self.clock.advance_to(until)
+        self._world.pass_by(before, until)
         if until >= end:
             if self.loop:
                 self.seek(0.0)
@@ -141,16 +148,25 @@ class Playback:
     def moment(self) -> Moment:
         told = self._told
         positions = told.positions()
-        root = told.top_from(self._robot.root)
+        root = self._world_from_root()
         links = {name: root @ pose for name, pose in told.tree.poses(positions).items()}
         return Moment(
             time=self._run.seconds_at(self.clock.nanoseconds),
             positions={name: positions.get(name, 0.0) for name in told.movable},
             poses=links,
+            bodies=flat(self._world.poses()),
             frames=self._frames.poses(links, {}),
             twist=told.twist,
             odometry=told.odometry,
         )
+
+    def _world_from_root(self) -> Transform:
+        """Where the robot truly was, or else as tf has it; what odometry tells is from where it started."""
+        truth = self._world.pose(self._robot.root)
+        if truth is not None:
+            return truth
+        top, pose = self._told.top_from(self._robot.root)
+        return pose if top in (WORLD, MAP) else self._run.start @ pose
 
     def series(self, fields: Sequence[Field], start: float, end: float) -> Making:
         """How numbers went from `start` to `end` seconds of the recording."""
@@ -187,11 +203,11 @@ class Playback:
 
     @property
     def present(self) -> tuple[World | None, Mapping[str, Robot]]:
-        return None, {}
+        return self._world.present
 
     def replace(self, robot: Robot) -> Playback:
         """The same moment with a changed robot."""
-        other = Playback(robot, self._run)
+        other = Playback(robot, self._run, self._world)
         other.seek((self.clock.nanoseconds - self._run.index.start) * 1e-9)
         other.loop, other.paused = self.loop, self.paused
         return other
@@ -201,7 +217,8 @@ class Playback:
 
     def _listen(self) -> None:
         for name in {*self._run.moves, *self._run.odometry} & self._run.topics.keys():
-            self.bus.subscribe(name, self._run.topics[name], self._told.hear)
+            hear = self._world.hear if name == POSES_TOPIC else self._told.hear
+            self.bus.subscribe(name, self._run.topics[name], hear)
 
     def _say_moves(self, now: int) -> None:
         """Say the newest of every frame and joint: each may come in a message, and at a rate, of its own."""

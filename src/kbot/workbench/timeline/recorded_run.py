@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import tempfile
 import weakref
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
 from kbot.record.entry import Entry
 from kbot.record.index import open_index
@@ -30,6 +32,8 @@ class RecordedRun:
         """Raises KbotError: no such recording, or it does not hold what is needed to show it."""
         self.path = path
         self.index = open_index(path)
+        self.facts = self.index.notes.get("kbot", {})
+        """What KBot's recorder wrote down of the run; nothing where another made the recording."""
         self.topics = {
             name: kind
             for name, type_name in sorted(self.index.topics.items())
@@ -54,9 +58,19 @@ class RecordedRun:
         """Nanoseconds from the recording's clock to that of the stamps in it."""
 
     @property
+    def start(self) -> Transform:
+        """Where the robot stood in the world when its odometry was at zero."""
+        try:
+            x, y, yaw = map(float, json.loads(self.facts["start"]))
+        except (KeyError, ValueError, TypeError):
+            return Transform.identity()
+        return Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw))
+
+    @property
     def seed(self) -> int:
         """What chance began from in the run, 0 where that is not said."""
-        return int(self.facts.get("seed", "0"))
+        told = self.facts.get("seed", "0")
+        return int(told) if told.isdecimal() else 0
 
     @property
     def seconds(self) -> float:

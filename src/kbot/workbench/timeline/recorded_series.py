@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kbot.model import Robot
+from kbot.record.surroundings import POSES_TOPIC
 from kbot.workbench.timeline.recorded_run import RecordedRun
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at
 from kbot.workbench.timeline.told import Told
@@ -22,7 +23,11 @@ def series_of_run(
     """What was said from `start` to `end` seconds of a recording, at moments evenly spaced."""
     index = run.index
     topics = {one.topic for one in fields if one.topic in run.topics}
-    moving = [*run.moves, *run.odometry] if any(not one.topic for one in fields) else []
+    moving = (
+        [name for name in (*run.moves, *run.odometry) if name != POSES_TOPIC]
+        if any(not one.topic for one in fields)
+        else []
+    )
     told, newest = Told(robot), dict[str, Any]()
     first = index.start + round(start * 1e9)
     last = min(index.start + round(end * 1e9), index.end)

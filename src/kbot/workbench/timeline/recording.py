@@ -24,8 +24,8 @@ class RunRecording:
         self._simulation: Simulation | None = None
         self._since = 0.0
 
-    def begin(self, simulation: Simulation) -> None:
-        """Record from now on.
+    def begin(self, simulation: Simulation, world: str) -> None:
+        """Record from now on; `world` is the text that named the world.
 
         Raises:
             KbotError: the run is recorded already, or the file cannot be made.
@@ -34,7 +34,7 @@ class RunRecording:
             what = f"to {self._recorder.path}" if self._recorder is not None else "by --record"
             raise KbotError(f"the run is recorded already, {what}")
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
-        self._recorder = Recorder(simulation, feed, self._new_name(simulation.robot.name))
+        self._recorder = Recorder(simulation, feed, self._new_name(simulation.robot.name), world=world)
         self._simulation, self._since = simulation, simulation.time
 
     def end(self) -> None:

@@ -72,13 +72,13 @@ class Told:
                 found[name] = 2.0 * math.atan2(float(np.dot(turn, axis)), w)
         return found
 
-    def top_from(self, frame: str) -> Transform:
-        """Where a frame is in the topmost one that tf tells of."""
+    def top_from(self, frame: str) -> tuple[str, Transform]:
+        """The topmost frame that tf tells of, and where a frame is in it."""
         pose, seen = Transform.identity(), {frame}
         while frame in self._edges:
             frame, parent_from_child = self._edges[frame]
             pose = parent_from_child @ pose
             if frame in seen:
-                return Transform.identity()
+                return frame, Transform.identity()
             seen.add(frame)
-        return pose
+        return frame, pose

@@ -1,0 +1,113 @@
+"""The world a run was recorded in: as it was built, what came and went since, and where it all was."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+from kbot.kinematics.transform import Transform
+from kbot.messages import TFMessage
+from kbot.model import Robot
+from kbot.model.load import load_robot_text
+from kbot.record.entry import Entry
+from kbot.record.surroundings import WORLD_TOPIC
+from kbot.text import KbotError
+from kbot.workbench.foreign_frames import read_transform
+from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.world import World, load_world
+from kbot.world.things import thing
+from kbot.world.world import Body
+
+KEPT = 200
+
+Present = tuple[World | None, Mapping[str, Robot]]
+
+
+class RecordedWorld:
+    """What is there at the moment that was gone to last, and its poses as they were heard."""
+
+    def __init__(self, run: RecordedRun) -> None:
+        self._run = run
+        self.note = ""
+        """Why no world is shown, in words; empty where one is, or none was told of."""
+        self._built: World | None = None
+        named = run.facts.get("world")
+        if named is not None:
+            try:
+                self._built = load_world(named)
+            except (KbotError, OSError) as error:
+                self.note = f"The world '{named}' of the recording cannot be shown: {error}"
+        self._text = "[]"
+        self.present: Present = (self._built, {})
+        """The world, and the robots beside the one on show."""
+        self._poses: dict[str, Transform] = {}
+
+    def go_to(self, nanoseconds: int) -> None:
+        """Find out what is there at a time; poses are heard anew. Raises KbotError: that cannot be read."""
+        self._poses.clear()
+        self._take(self._run.index.newest(WORLD_TOPIC, nanoseconds))
+
+    def pass_by(self, after: int, until: int) -> None:
+        """Find out what came and went in that time. Raises KbotError: that cannot be read."""
+        for entry in self._run.index.between((WORLD_TOPIC,), after, until):
+            self._take(entry)
+
+    def _take(self, entry: Entry | None) -> None:
+        text = "[]" if entry is None else str(entry.message().data)
+        if self._built is None or text == self._text:
+            return
+        try:
+            self.present = self._after(self._built, json.loads(text))
+        except (ValueError, LookupError, TypeError) as error:
+            raise KbotError(f"what {self._run.path} says of its world cannot be read: {error}") from None
+        self._text = text
+
+    def hear(self, message: TFMessage) -> None:
+        """Take in true poses."""
+        for stamped in message.transforms:
+            pose = read_transform(stamped)
+            if pose is not None:
+                self._poses[stamped.child_frame_id] = pose
+
+    def pose(self, name: str) -> Transform | None:
+        """Where something truly was; None where that was not recorded."""
+        return self._poses.get(name)
+
+    def poses(self) -> Iterator[Transform]:
+        """Of all that moves, in the order in which the page is told of it."""
+        world, others = self.present
+        for body in world.bodies if world is not None else ():
+            if not body.is_static:
+                yield self._poses.get(body.name, body.pose)
+        for name, robot in others.items():
+            for link in robot.links:
+                yield self._poses.get(f"{name}/{link}", Transform.identity())
+
+    def _after(self, built: World, changes: list[dict[str, Any]]) -> Present:
+        bodies, others = list(built.bodies), dict[str, Robot]()
+        for change in changes:
+            match change:
+                case {"do": "spawn_thing"}:
+                    bodies.append(_thing(json.dumps(change)))
+                case {"do": "spawn_model", "robot": name, "description": text}:
+                    others[name] = _robot(name, text)
+                case {"do": "delete_model", "robot": name}:
+                    others.pop(name, None)
+                    bodies = [body for body in bodies if name not in (body.name, body.model)]
+        return dataclasses.replace(built, bodies=tuple(bodies)), others
+
+
+@lru_cache(KEPT)
+def _thing(change: str) -> Body:
+    """What was spawned, as the journal has it; read once, for each message tells of all before it too."""
+    told = json.loads(change)
+    pose = Transform.from_xyz_rpy((told["x"], told["y"], told["z"]), (0.0, 0.0, told["yaw"]))
+    return thing(told["kind"], told["name"], pose, told["size"] and tuple(told["size"]))
+
+
+@lru_cache(KEPT)
+def _robot(name: str, description: str) -> Robot:
+    return load_robot_text(description, f"{name}.urdf").require()

@@ -1,0 +1,110 @@
+"""A recording is shown in the world it was recorded in, with all that moved, came and went there."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.record import Recorder
+from kbot.sim import Simulation
+from kbot.wire import Feed
+from kbot.workbench.protocol import Seek
+from kbot.workbench.session import Session
+from kbot.workbench.timeline.playback import played_session
+
+START = PlanarPose(1.0, -0.5, 0.4)
+
+
+def recorder(sim: Simulation, path: Path, **more: str) -> Recorder:
+    return Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path), **more)  # type: ignore[arg-type]
+
+
+def seek(session: Session, seconds: float) -> None:
+    start = session._motion._run.index.start  # type: ignore[attr-defined]
+    session.obey(Seek(seconds - start * 1e-9), 1)
+
+
+def moving(session: Session) -> dict[str, np.ndarray]:
+    """Where each thing that can move is shown, as x, y, z."""
+    names = [body.name for body in session.scene.bodies if body.moving]
+    poses = np.reshape(session.state().bodies, (-1, 7))[:, :3]
+    return dict(zip(names, poses, strict=True))
+
+
+@pytest.fixture(scope="module", params=["run.mcap", "run.bag", "run"])
+def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """Two seconds in a world with walls: at 0.5 s a box is dropped, at 1 s it is put elsewhere, at 1.5 s it
+    is taken away and another robot comes. What truly was, by time."""
+    sim = Simulation("kbot", "boxes", start=START)
+    path = tmp_path_factory.mktemp("run") / request.param
+    truth: dict[float, dict] = {}
+    sim.cmd_vel(0.3, 0.3)
+    with recorder(sim, path):
+        for tenth in range(1, 21):
+            sim.run(0.1)
+            truth[tenth / 10] = {"robot": sim.link_pose(sim.robot.root).matrix, **sim.body_poses()}
+            if tenth == 5:
+                sim.spawn_thing("box", "crate", 3.0, 0.5, 0.3, 0.0, (0.2, 0.2, 0.2))
+            if tenth == 10:
+                sim.set_model_state("crate", Transform.from_xyz_rpy((3.0, -2.0, 0.1), (0, 0, 0.5)))
+            if tenth == 15:
+                sim.delete_model("crate")
+                sim.spawn_model("kbot", "second", -2.0, 0.0, 0.0)
+    return path, truth
+
+
+def test_everything_stands_where_it_truly_stood(run: tuple[Path, dict]) -> None:
+    path, truth = run
+    session = played_session(str(path))
+    for at in (1.9, 0.4, 1.2, 0.7, 2.0, 1.0):
+        seek(session, at)
+        session._look_around()
+        there = moving(session)
+        for name, pose in truth[at].items():
+            if name != "robot":
+                assert np.allclose(there[name], pose.translation, atol=1e-3), (at, name)
+        root = session._motion.moment().poses["base_footprint"].matrix
+        assert np.allclose(root, truth[at]["robot"], atol=1e-3), at
+
+
+def test_things_come_and_go_as_they_did(run: tuple[Path, dict]) -> None:
+    session = played_session(str(run[0]))
+    walls = {body.name for body in Simulation("kbot", "boxes").world.bodies} - {"ground_plane"}
+    assert session.about().world == "boxes"
+    for at, crate, second in ((1.9, False, True), (0.3, False, False), (1.2, True, False)):
+        seek(session, at)
+        session._look_around()
+        names = {body.name for body in session.scene.bodies}
+        assert names >= walls
+        assert ("crate" in names, "second/base_link" in names) == (crate, second)
+    for _ in range(12):  # 1.2 s to 1.8 s, as it is played
+        session.advance(0.05)
+    names = {body.name for body in session.scene.bodies}
+    assert "crate" not in names
+    assert np.allclose(moving(session)["second/base_footprint"][:2], (-2.0, 0.0), atol=0.01)
+
+
+def test_without_true_poses_it_starts_where_it_stood(tmp_path: Path) -> None:
+    sim = Simulation("kbot", "boxes", start=START)
+    path = tmp_path / "few.mcap"
+    feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
+    with Recorder(sim, feed, str(path), topics=("/tf", "/joint_states")):
+        sim.run(0.2)
+    session = played_session(str(path))
+    shown = session._motion.moment().poses["base_footprint"]
+    assert shown.translation[:2] == pytest.approx((START.x, START.y), abs=1e-3)
+    assert shown.yaw == pytest.approx(START.yaw, abs=1e-3)
+    assert any(not body.moving for body in session.scene.bodies)
+
+
+def test_a_world_that_is_not_here_is_told_of(tmp_path: Path) -> None:
+    sim = Simulation("kbot")
+    with recorder(sim, tmp_path / "run.mcap", world="hall.world"):
+        sim.run(0.2)
+    session = played_session(str(tmp_path / "run.mcap"))
+    assert "The world 'hall.world' of the recording cannot be shown" in session.note
+    assert "cannot be shown" in json.dumps([getattr(m, "reason", "") for m in session.greeting(1)])
+    assert session.scene.bodies == ()
