@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from kbot.messages.sensing import Image
+from kbot.messages.sensing import Image, LaserScan
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, LogicalCamera, Range
-from kbot.sensors.declared import declared_sensors, mount_declared
+from kbot.sensors.declared import declared_sensors, mount_declared, mount_on_others
 from kbot.sim import Simulation
 from kbot.text import DescriptionError
 
@@ -192,6 +192,7 @@ def test_they_are_mounted_and_heard():
         ("<samples>720</samples>", "<samples>many</samples>", "finite number, not 'many'"),
         ("<pose>0 0 0.1 0 0 0</pose>", "<pose>0 0 0.1</pose>", "six finite numbers"),
         ("<max>30.0</max>", "<max>0.01</max>", "ranges go up"),
+        ("<max>30.0</max>", "<max>-inf</max>", "finite number, not '-inf'"),
         ("<update_rate>40</update_rate>", "<update_rate>-4</update_rate>", "above 0 Hz"),
         ("<stddev>0.01</stddev>", "<stddev>-1</stddev>", "0 or more"),
     ],
@@ -207,6 +208,15 @@ def test_a_spoilt_value_is_an_error_at_its_line(old, new, words):
     assert said.message.startswith("head_hokuyo_sensor: ")
     assert said.origin is not None
     assert said.origin.span.line > 3
+
+
+def test_a_rate_of_nothing_is_said():
+    text = CLASSIC.format(link="base_link").replace(
+        "<update_rate>40</update_rate>", "<update_rate>0</update_rate>", 1
+    )
+    (said,) = declared_sensors(_robot(text)).diagnostics
+    assert (said.code, said.is_error) == ("W140", False)
+    assert "here it measures at 10 Hz" in said.message
 
 
 def test_a_link_that_is_not_there_and_a_type_that_is_not_known():
@@ -240,6 +250,26 @@ def test_mounting_twice_hands_out_the_same_sensors():
     first, _ = mount_declared(simulation)
     again, _ = mount_declared(simulation)
     assert first is again
+
+
+def test_the_sensors_of_a_robot_go_with_it_and_come_with_the_next_of_its_name():
+    robot = _robot(CLASSIC.format(link="base_link"))
+    simulation = Simulation(robot)
+    simulation.spawn_model(robot, "other", x=2.0)
+    mount_on_others(simulation)
+    heard = []
+    simulation.bus.subscribe("/other/laser/scan", LaserScan, heard.append)
+    simulation.run(1.0)
+    rate = len(heard)
+    assert rate > 0
+    simulation.delete_model("other")
+    simulation.run(1.0)
+    assert len(heard) == rate
+    simulation.spawn_model(robot, "other", x=2.0)
+    for _ in range(2):
+        mount_on_others(simulation)
+    simulation.run(1.0)
+    assert len(heard) == 2 * rate
 
 
 def test_a_declared_camera_draws_only_for_who_listens():

@@ -18,6 +18,7 @@ from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
+from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -86,12 +87,12 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
 def mount_on_others(simulation: Simulation) -> None:
     """Mount what the descriptions of robots declare that came after the first, each in its namespace; what is
     wrong with a declaration is left out."""
-    done: set[str] = simulation.attached.setdefault(_OTHERS, set())
-    for name in list(simulation.robots)[1:]:
-        if name in done:
+    done: dict[str, SimulatedRobot] = simulation.attached.setdefault(_OTHERS, {})
+    for name, robot in list(simulation.robots.items())[1:]:
+        if done.get(name) is robot:
             continue
-        done.add(name)
-        for spec in declared_sensors(simulation.robots[name].robot).specs:
+        done[name] = robot
+        for spec in declared_sensors(robot.robot).specs:
             with suppress(KbotError):
                 sensor = replace(spec, robot=name).mount(simulation)
                 sensor.only_when_heard = isinstance(spec, Camera)

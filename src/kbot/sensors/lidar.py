@@ -16,6 +16,8 @@ from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
+_MOST_BEAMS = 10_000_000
+
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar(Spec):
@@ -38,6 +40,8 @@ class Lidar(Spec):
         super().__post_init__()
         if not (1 <= self.samples <= 1_000_000 and 1 <= self.rows <= 10_000):
             raise KbotError(f"{self.label}: a lidar has 1 to 1000000 beams a row and 1 to 10000 rows")
+        if self.samples * self.rows > _MOST_BEAMS:
+            raise KbotError(f"{self.label}: a lidar has at most {_MOST_BEAMS} beams in all")
         if not (math.isfinite(self.angle_min) and math.isfinite(self.angle_max)):
             raise KbotError(
                 f"{self.label}: the angles are finite, unlike {self.angle_min} to {self.angle_max}"

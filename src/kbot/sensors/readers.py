@@ -22,6 +22,8 @@ from kbot.text.suggest import did_you_mean
 
 Read = Callable[[Values, dict[str, Any]], Spec]
 
+_RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
+
 
 def read_sensor(values: Values, link: str) -> Spec | None:
     """The sensor of an element that sits on a link (or, for force_torque, in a joint); None, with a finding,
@@ -41,14 +43,20 @@ def read_sensor(values: Values, link: str) -> Spec | None:
         "frame": _frame(values),
         "origin": element.origin,
     }
-    rate = values.number(0.0, "update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
+    rate = values.number(0.0, *_RATES)
     if rate:
         common["rate"] = rate
     try:
-        return read(values, common)
+        spec = read(values, common)
     except KbotError as error:
         values.error(str(error).removeprefix(f"{common['name']}: "), element)
         return None
+    endless = values.find(*_RATES)
+    if endless is not None and not rate:
+        values.warn(
+            f"a rate of 0 is that of the physics in Gazebo; here it measures at {spec.rate:g} Hz", endless
+        )
+    return spec
 
 
 def _topic(values: Values) -> str:

@@ -104,7 +104,7 @@ class Values:
             value = to_float(element.text)
         except ValueError:
             value = math.nan
-        if math.isinf(value) and element.tag in ("max", "far"):
+        if value == math.inf and element.tag in ("max", "far"):
             return 1e6
         if not math.isfinite(value):
             self.error(f"<{element.tag}> is a finite number, not '{element.text.strip()}'", element)

@@ -84,6 +84,7 @@ class Sensor(ABC, Generic[M]):
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
+        simulation.when_robots_change.append(self._go_with_robot)
 
     @property
     def topic(self) -> str:
@@ -118,6 +119,12 @@ class Sensor(ABC, Generic[M]):
     def close(self) -> None:
         """Measure no more."""
         self._timer.cancel()
+        if self._go_with_robot in self.simulation.when_robots_change:
+            self.simulation.when_robots_change.remove(self._go_with_robot)
+
+    def _go_with_robot(self) -> None:
+        if self.owner not in self.simulation.robots:
+            self.close()
 
     @property
     def is_heard(self) -> bool:
