@@ -3,7 +3,7 @@ import { DisplaySet, type LookingFrom, type Setup, type Status } from "./display
 import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
 import { fieldName, TopicField } from "./plots/topic-field";
-import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, Scene, Series, SourceText, State } from "./protocol";
+import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, SaveDisplays, Scene, Series, SourceText, State } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
@@ -80,7 +80,7 @@ export class App {
     this.send({ type: "open_displays", name, text });
   }
 
-  saveDisplays(kind: "file" | "kbot" | "rviz"): void {
+  saveDisplays(kind: SaveDisplays["kind"]): void {
     const { globals, displays } = this.displays.setup;
     const view = this.lookingFrom();
     this.send({ type: "save_displays", kind, setup: { globals, displays, ...(view === null ? {} : { view }) } });

@@ -493,7 +493,7 @@ export interface Publish {
 
 /** Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the browser to keep. */
 export interface SaveDisplays {
-  kind: "file" | "kbot" | "rviz";
+  kind: "file" | "kbot" | "rviz1" | "rviz2";
   setup: { [name: string]: unknown };
   type: "save_displays";
 }

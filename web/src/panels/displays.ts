@@ -56,7 +56,8 @@ function files(app: App): HTMLElement {
   const actions: Record<string, () => void> = {
     save: () => app.saveDisplays("file"),
     kbot: () => app.saveDisplays("kbot"),
-    rviz: () => app.saveDisplays("rviz"),
+    rviz1: () => app.saveDisplays("rviz1"),
+    rviz2: () => app.saveDisplays("rviz2"),
     open: () => chooser.click(),
     reset: () => app.displays.reset(),
   };
@@ -72,7 +73,8 @@ function files(app: App): HTMLElement {
       option("", "File…"),
       ...own,
       option("kbot", "Keep a copy (.kbot.yaml)"),
-      option("rviz", "Keep a copy for rviz (.rviz)"),
+      option("rviz2", "Keep a copy for rviz 2 (.rviz)"),
+      option("rviz1", "Keep a copy for rviz 1 (.rviz)"),
       option("open", "Open a file…"),
       option("reset", "As at first"),
     );

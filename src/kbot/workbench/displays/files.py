@@ -10,6 +10,7 @@ from typing import Any
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes
 from kbot.workbench.displays.rviz import read_rviz, unwritten, write_rviz
+from kbot.workbench.displays.rviz_standard import Version, version_of
 from kbot.workbench.displays.settings import (
     Settings,
     check,
@@ -22,7 +23,8 @@ from kbot.workbench.protocol import Displays, DisplaysSaved, DisplaysText
 
 RVIZ = ".rviz"
 SUFFIXES = (".yaml", ".yml", RVIZ)
-TITLES = {"kbot": "displays.kbot.yaml", "rviz": "displays.rviz"}
+TITLES = {"kbot": "displays.kbot.yaml", "rviz1": "displays.rviz", "rviz2": "displays.rviz"}
+VERSIONS: Mapping[str, Version] = {"rviz1": 1, "rviz2": 2}
 
 
 class DisplayFile:
@@ -63,28 +65,40 @@ class DisplayFile:
         self.greeting = replace(told, setup={**told.setup, "globals": options})
 
     def save(self, kind: str, setup: Mapping[str, Any]) -> DisplaysText | DisplaysSaved:
-        """Write a page's settings: `file` to the file, `kbot` or `rviz` as a text.
+        """Write a page's settings: `file` to the file; as a text `kbot`, or `rviz1` or `rviz2`.
+        What a file of rviz has besides is kept for the version that wrote it.
 
         Raises:
             KbotError: there is no file, it cannot be written, or the settings are none.
         """
         settings = check(marked(dict(setup), "the page"))
         if kind != "file":
-            text, notes = self._text(settings, kind == "rviz")
+            text, notes = self._text(settings, VERSIONS.get(kind))
             return DisplaysText(TITLES[kind], text, notes)
         if not self.path:
             raise KbotError("there is no file to save to: start with --config FILE, or keep a copy instead")
-        text, notes = self._text(settings, self.path.endswith(RVIZ))
+        text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None)
         write_bytes(self.path, text.encode())
         # a page that comes later starts with what was saved
         self.greeting = self.open(self.path, text)
         return DisplaysSaved(self.path, notes)
 
-    def _text(self, settings: Settings, is_rviz: bool) -> tuple[str, tuple[str, ...]]:
-        if not is_rviz:
+    @property
+    def _version(self) -> Version:
+        """That of the file of rviz that was read, or that a new one is for."""
+        return 2 if self._rviz is None else version_of(self._rviz)
+
+    def _text(self, settings: Settings, version: Version | None) -> tuple[str, tuple[str, ...]]:
+        if version is None:
             return write_settings(settings), ()
-        left = tuple(f"{name} is left out: rviz has no such display" for name in unwritten(settings))
-        return write_rviz(settings, self._rviz), left
+        left = [
+            f"{name} is left out: rviz {version} has no such display" for name in unwritten(settings, version)
+        ]
+        if self._rviz is None or self._version == version:
+            return write_rviz(settings, self._rviz, version), tuple(left)
+        left.append(f"what rviz {self._version} alone knows of the file that was read is left out")
+        own = [replace(display, source=-1) for display in settings.displays]
+        return write_rviz(replace(settings, displays=tuple(own)), None, version), tuple(left)
 
 
 def _of_known_kind(name: str) -> None:

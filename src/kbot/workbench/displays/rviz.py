@@ -15,12 +15,21 @@ from kbot.text import KbotError
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
-from kbot.workbench.displays.rviz_standard import is_the_robot, plugins
+from kbot.workbench.displays.rviz_standard import (
+    NOT_IN_RVIZ_1,
+    PACKAGES,
+    ROS1,
+    ROS2,
+    Version,
+    is_the_robot,
+    new_document,
+    plugins,
+    version_of,
+)
 from kbot.workbench.displays.rviz_values import read_value, write_value
 from kbot.workbench.displays.rviz_view import read_view, write_view
 from kbot.workbench.displays.settings import Display, Settings, properties_of
 
-ROS1, ROS2 = "rviz", "rviz_default_plugins"
 GROUP = "Group"
 NOTHING = object()
 BY_CLASS = {name: kind for kind in KINDS for name in kind.rviz}
@@ -73,14 +82,14 @@ def read_rviz(text: str, file: str) -> RvizFile:
     return RvizFile(Settings(options, tuple(displays), view), tuple(notes), document.plain)
 
 
-def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None) -> str:
+def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None, version: Version = 2) -> str:
     """A configuration that reads as these settings. What `original` has besides stays as it is; without one
-    it is a new one for rviz 2."""
+    it is a new one for that version of rviz."""
     import yaml
 
-    document: dict[str, Any] = copy.deepcopy(dict(original)) if original else _new()
+    document: dict[str, Any] = copy.deepcopy(dict(original)) if original else new_document(version)
     manager = document["Visualization Manager"]
-    package = ROS1 if _is_ros1(manager) else ROS2
+    package = PACKAGES[version_of(document)]
     entries = list(_plain_flat(manager.setdefault("Displays", [])))
     shown = {display.source: display for display in settings.displays if 0 <= display.source < len(entries)}
     for number, (holder, entry) in enumerate(entries):
@@ -92,8 +101,9 @@ def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None) ->
             holder[:] = [one for one in holder if one is not entry]
     for display in settings.displays:
         kind = next(kind for kind in KINDS if kind.name == display.kind)
-        if shown.get(display.source) is not display and kind.rviz:
-            entry = {"Class": f"{package}/{kind.rviz[0]}"}
+        name = _class_in(kind, version_of(document))
+        if shown.get(display.source) is not display and name:
+            entry = {"Class": f"{package}/{name}"}
             if any(property.name == "size" for property in kind.properties):
                 entry["Style"] = "Points"  # those whose size is in pixels
             _write_display(_whole(display, kind), entry, package)
@@ -108,10 +118,15 @@ def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None) ->
     return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=4096))
 
 
-def unwritten(settings: Settings) -> tuple[str, ...]:
-    """What rviz has no display for."""
-    have_none = {kind.name for kind in KINDS if not kind.rviz} - {"World"}
+def unwritten(settings: Settings, version: Version) -> tuple[str, ...]:
+    """What that rviz has no display for."""
+    have_none = {kind.name for kind in KINDS if not _class_in(kind, version)} - {"World"}
     return tuple(f"{d.name} ({d.kind})" for d in settings.displays if d.kind in have_none)
+
+
+def _class_in(kind: DisplayKind, version: Version) -> str:
+    """What a version of rviz calls a kind, empty where it has none."""
+    return next((name for name in kind.rviz if version == 2 or name not in NOT_IN_RVIZ_1), "")
 
 
 def _flat(entries: Marked) -> Iterator[Marked]:
@@ -276,22 +291,3 @@ def _whole(display: Display, kind: DisplayKind) -> Display:
     """With initial values, which may be others in rviz, but for those that suit the robot by themselves."""
     initial = {p.name: p.initial for p in kind.properties if p.initial is False or p.initial not in ("", 0.0)}
     return replace(display, properties={**initial, **display.properties})
-
-
-def _is_ros1(manager: Mapping[str, Any]) -> bool:
-    classes = [str(entry.get("Class")) for _, entry in _plain_flat(manager.get("Displays") or [])]
-    return any(name.startswith(f"{ROS1}/") for name in classes)
-
-
-def _new() -> dict[str, Any]:
-    return {
-        "Panels": [{"Class": "rviz_common/Displays", "Name": "Displays"}],
-        "Visualization Manager": {
-            "Class": "",
-            "Displays": [],
-            "Enabled": True,
-            "Global Options": {},
-            "Name": "root",
-            "Value": True,
-        },
-    }

@@ -261,7 +261,7 @@ class SaveDisplays:
     """Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the
     browser to keep."""
 
-    kind: Literal["file", "kbot", "rviz"]
+    kind: Literal["file", "kbot", "rviz1", "rviz2"]
     setup: dict[str, Any]
     type: Literal["save_displays"] = "save_displays"
 

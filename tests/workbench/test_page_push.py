@@ -1,0 +1,147 @@
+"""Pushes, kicks and faults as a person gives them: by dragging, by fields, by keys."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .pictures import blue, middle, screenshot
+from .test_page_tools import at, drag, from_above, pose, tool
+
+OpenPage = Callable[..., Any]
+ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
+
+
+def strength(page: Any) -> Any:
+    return page.locator(".hint").get_by_label("Strength")
+
+
+def menu(page: Any) -> Any:
+    page.get_by_role("button", name="World and faults").click()
+    return page.get_by_role("dialog", name="World and faults")
+
+
+@pytest.mark.parametrize(("end", "direction"), [((0.0, 0.5), (0, 1)), ((-0.4, -0.4), (-1, -1))])
+def test_the_robot_is_pushed_the_way_one_drags(
+    driving: tuple[str, Session], open_page: OpenPage, end: tuple[float, float], direction: tuple[int, int]
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    from_above(page, ABOVE)
+    page.keyboard.press("n")
+    strength(page).fill("40")
+    drag(page, at(page, 0.0, 0.0, 0.02), at(page, *end, 0.02))
+    expected = np.array(direction) / np.hypot(*direction)
+    gone = until(lambda: pose(session)[:2] if np.hypot(*pose(session)[:2]) > 0.03 else None)
+    assert np.dot(gone, expected) / np.hypot(*gone) > 0.9
+
+
+def test_a_kick_is_given_by_fields_and_seen(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    from_above(page, ABOVE)
+    column, row = middle(blue(screenshot(page)))
+    form = menu(page).locator("form", has=page.get_by_role("heading", name="Push it"))
+    form.get_by_label("Push or kick").select_option("kick")
+    assert not form.get_by_label("Link to push").is_visible()
+    form.get_by_label("Strength").fill("2")
+    form.get_by_label("Direction in degrees").fill("90")
+    form.get_by_role("button", name="Give it").click()
+    until(lambda: pose(session)[1] > 0.05)  # to the left
+    assert abs(pose(session)[0]) < 0.05
+    page.keyboard.press("Escape")
+
+    def moved() -> tuple[float, float]:
+        now = middle(blue(screenshot(page)))
+        return now[0] - column, now[1] - row
+
+    until(lambda: moved()[1] < -8)
+    assert abs(moved()[0]) < abs(moved()[1])
+
+
+def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    from_above(page, ABOVE)
+    page.keyboard.press("b")
+    page.mouse.click(*at(page, 0.4, 0.0))
+    until(lambda: len(session.state().bodies) == 7 and abs(session.state().bodies[2]) < 1e-3)
+    page.keyboard.press("n")
+    page.locator(".hint").get_by_label("Push or kick").select_option("kick")
+    drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
+    until(lambda: "Only the robot is kicked" in page.locator(".notices").inner_text())
+    page.locator(".hint").get_by_label("Push or kick").select_option("push")
+    strength(page).fill("60")
+    drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
+    until(lambda: session.state().bodies[1] > 0.03)
+
+
+def test_a_push_is_aimed_by_keys_alone(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    from_above(page, "kbot.look([0, -0.001, 1], [0, 0, 0])")
+    page.keyboard.press("n")
+    strength(page).fill("40")
+    page.locator(".picture canvas").focus()
+    page.keyboard.press("Enter")
+    for _ in range(10):
+        page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Enter")
+    until(lambda: pose(session)[0] < -0.03)
+    assert session.state().command == (0.0, 0.0)  # the arrows did not drive
+
+
+def test_faults_are_listed_with_the_time_that_is_left_and_ended(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    opened = menu(page)
+    assert not opened.get_by_role("group", name="Going wrong").is_visible()
+    form = opened.locator("form", has=page.get_by_role("heading", name="Let something go wrong"))
+    form.get_by_label("Fault").select_option("payload")
+    form.get_by_label("Befalls").select_option("base_link")
+    form.get_by_label("Seconds").fill("600")
+    form.get_by_role("button", name="Let it happen").click()
+    row = opened.locator(".faults li")
+    until(lambda: row.count() == 1)
+    assert row.locator(".words").inner_text() == "base_link carries 0.5 kg"
+
+    def left() -> float:
+        found = re.fullmatch(r"(\d+\.\d) s left", row.locator(".left").inner_text())
+        return float(found[1]) if found else 0.0
+
+    first = until(left)
+    until(lambda: 0 < left() < first)
+    session.paused = True
+    (fault,) = session.state().faults
+    assert fault.stop is not None
+    assert fault.stop - fault.start == pytest.approx(600.0)
+    until(lambda: left() == pytest.approx(fault.stop - session.state().time, abs=0.11))
+    assert page.get_by_role("button", name="World and faults: 1 acting").count() == 1
+    row.get_by_role("button", name="End: base_link carries 0.5 kg").click()
+    until(lambda: not opened.get_by_role("group", name="Going wrong").is_visible())
+    assert session.state().faults == ()
+    assert page.get_by_role("button", name="World and faults", exact=True).count() == 1
+
+
+def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    opened = menu(page)
+    seed = opened.get_by_label("noise seed")
+    assert seed.input_value() == "1"
+    seed.fill("7")
+    opened.get_by_role("button", name="Start", exact=True).click()
+    until(lambda: session.about().seed == 7)
+    page.get_by_role("combobox", name="World").select_option("boxes")
+    until(lambda: session.about().world == "boxes")
+    assert session.about().seed == 7
+    menu(page)
+    assert seed.input_value() == "7"
+    assert tool(page, "Interact").get_attribute("aria-pressed") == "true"

@@ -1,0 +1,130 @@
+"""What is written for rviz 1 and for rviz 2, and cameras in both."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.rviz import read_rviz, write_rviz
+from kbot.workbench.displays.settings import Display, Settings, plain
+from kbot.workbench.protocol import DisplaysSaved, DisplaysText
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+CAMERA = """
+Visualization Manager:
+  Displays:
+    - Class: {package}/Camera
+      Enabled: true
+      Image Rendering: background
+      Name: Eye
+      Overlay Alpha: 0.25
+      Zoom Factor: 2
+      Visibility:
+        Grid: false
+      {topic}
+  Tools:
+    - Class: {package}/Interact
+"""
+TOPICS = {"rviz": "Image Topic: /eye/image", "rviz_default_plugins": "Topic: {Value: /eye/image, Depth: 5}"}
+LIDAR = Settings(
+    {},
+    (
+        Display("LaserScan", "Lidar", True, {"topic": "/scan"}),
+        Display("Twist", "Speed", True, {"topic": "/v"}),
+    ),
+)
+
+
+@pytest.mark.parametrize("package", TOPICS)
+def test_a_camera_is_read_and_written(package: str) -> None:
+    text = CAMERA.format(package=package, topic=TOPICS[package])
+    found = read_rviz(text, "eye.rviz")
+    camera = found.settings.displays[0]
+    assert (camera.kind, camera.name) == ("Camera", "Eye")
+    assert camera.properties == {
+        "topic": "/eye/image",
+        "rendering": "background",
+        "alpha": 0.25,
+        "zoom": 2.0,
+    }
+    changed = Settings(
+        {}, (Display("Camera", "Eye", True, {**camera.properties, "rendering": "overlay"}, 0),)
+    )
+    (entry,) = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
+    assert entry["Image Rendering"] == "overlay"
+    assert entry["Visibility"] == {"Grid": False}
+    if package == "rviz":
+        assert entry["Image Topic"] == "/eye/image"
+    else:
+        assert entry["Topic"] == {"Value": "/eye/image", "Depth": 5}
+
+
+def copied(
+    file: DisplayFile, kind: str, settings: Settings = LIDAR
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    answer = file.save(kind, plain(settings))
+    assert isinstance(answer, DisplaysText)
+    return yaml.safe_load(answer.text), answer.notes
+
+
+def test_a_copy_is_for_the_rviz_that_is_asked_for() -> None:
+    for kind, package, topic in (
+        ("rviz1", "rviz", "/scan"),
+        ("rviz2", "rviz_default_plugins", {"Value": "/scan"}),
+    ):
+        document, notes = copied(DisplayFile(), kind)
+        manager = document["Visualization Manager"]
+        assert manager["Displays"][0]["Class"] == f"{package}/LaserScan"
+        assert manager["Displays"][0]["Topic"] == topic
+        assert all(tool["Class"].startswith(f"{package}/") for tool in manager["Tools"])
+        # the goal as navigation of each ROS hears it
+        goal = next(tool["Topic"] for tool in manager["Tools"] if tool["Class"].endswith("/SetGoal"))
+        assert goal == ("/move_base_simple/goal" if kind == "rviz1" else {"Value": "/goal_pose"})
+        assert any("Speed (Twist) is left out: rviz 1" in note for note in notes) == (kind == "rviz1")
+
+
+@pytest.mark.parametrize("package", TOPICS)
+def test_a_copy_keeps_what_the_same_rviz_knows_besides(package: str) -> None:
+    own, other = ("rviz1", "rviz2") if package == "rviz" else ("rviz2", "rviz1")
+    file = DisplayFile()
+    opened = file.open("eye.rviz", CAMERA.format(package=package, topic=TOPICS[package]))
+    answer = file.save(own, opened.setup)
+    assert isinstance(answer, DisplaysText)
+    (entry,) = yaml.safe_load(answer.text)["Visualization Manager"]["Displays"]
+    assert entry["Class"] == f"{package}/Camera"
+    assert entry["Visibility"] == {"Grid": False}
+    answer = file.save(other, opened.setup)
+    assert isinstance(answer, DisplaysText)
+    (entry,) = yaml.safe_load(answer.text)["Visualization Manager"]["Displays"]
+    assert entry["Class"] == ("rviz_default_plugins/Camera" if package == "rviz" else "rviz/Camera")
+    assert entry["Overlay Alpha"] == 0.25
+    assert any("alone knows" in note for note in answer.notes)
+
+
+def test_an_empty_file_of_rviz_1_stays_one(tmp_path: Path) -> None:
+    """Its tools tell, where there are no displays."""
+    path = tmp_path / "robot.rviz"
+    path.write_text("Visualization Manager:\n  Displays: []\n  Tools:\n    - Class: rviz/MoveCamera\n")
+    file = DisplayFile(str(path))
+    assert isinstance(file.save("file", plain(LIDAR)), DisplaysSaved)
+    (lidar,) = yaml.safe_load(path.read_text())["Visualization Manager"]["Displays"]
+    assert (lidar["Class"], lidar["Topic"]) == ("rviz/LaserScan", "/scan")
+
+
+@pytest.mark.parametrize(("choice", "prefix"), [("rviz1", "rviz"), ("rviz2", "rviz_default_plugins")])
+def test_the_page_keeps_a_copy_for_either_rviz(
+    viewing: str, open_page: OpenPage, choice: str, prefix: str
+) -> None:
+    page = open_page(viewing)
+    with page.expect_download() as download:
+        page.get_by_label("Settings of the displays").select_option(choice)
+    text = Path(download.value.path()).read_text(encoding="utf-8")
+    classes = [entry["Class"] for entry in yaml.safe_load(text)["Visualization Manager"]["Displays"]]
+    assert f"{prefix}/Grid" in classes
+    until(lambda: "Kept as displays.rviz" in page.locator(".notices").inner_text())
