@@ -204,7 +204,8 @@ def test_points_are_where_the_walls_are(robot):
 @pytest.mark.parametrize(
     "numbers",
     [
-        {"samples": 0}, {"samples": 100_000, "rows": 1000}, {"angle_min": math.nan}, {"range_min": 2.0, "range_max": 1.0},
+        {"samples": 0}, {"samples": 100_000, "rows": 1000}, {"angle_min": math.nan},
+        {"range_min": 2.0, "range_max": 1.0},
         {"rate": 0.0}, {"latency": -1.0}, {"elevation_max": 2.0}, {"link": "base_lnik"},
     ],
 )  # fmt: skip
