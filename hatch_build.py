@@ -9,6 +9,7 @@ Run as a script it builds the page of a checkout: `python hatch_build.py`.
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import os
 import shutil
@@ -70,6 +71,7 @@ def build() -> None:
     try:
         for words in (["ci", "--loglevel=error"], ["run", "--silent", "build"]):
             subprocess.run([*npm, *words], cwd=WEB, env=environment, check=True)
+        pack(scratch / "assets")
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
         shutil.move(scratch, PAGE)
@@ -78,6 +80,13 @@ def build() -> None:
         raise SystemExit(f"the page could not be built: {command} ended with {error.returncode}") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def pack(folder: Path) -> None:
+    """Lay beside each text that browsers load what gzip makes of it, so that the server need not."""
+    for file in sorted(folder.iterdir()):
+        if file.suffix in (".js", ".css", ".svg"):
+            file.with_name(f"{file.name}.gz").write_bytes(gzip.compress(file.read_bytes(), mtime=0))
 
 
 def machine_npm() -> list[str] | None:

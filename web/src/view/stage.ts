@@ -30,6 +30,12 @@ const SHOWN = 50;
 const LOWEST = MathUtils.degToRad(178);
 const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
+declare global {
+  interface Window {
+    canvas?: HTMLCanvasElement;
+  }
+}
+
 export type Camera = PerspectiveCamera | OrthographicCamera;
 
 /** Renderer, camera and lights. Draws only when something changed. */
@@ -59,7 +65,7 @@ export class Stage {
     this.perspective.up.set(0, 0, 1);
     this.orthographic.up.set(0, 0, 1);
     this.camera = this.perspective;
-    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+    this.renderer = new WebGLRenderer({ ...earlyCanvas(), antialias: true, powerPreference: "high-performance" });
     this.isSoftware = isSoftware(this.renderer);
     const asked = new URLSearchParams(location.search).get("shadows");
     this.hasShadows = asked === null ? !this.isSoftware : asked === "on";
@@ -99,11 +105,13 @@ export class Stage {
     this.first.push(action);
   }
 
-  /** Something changed: draw at the next chance. */
+  /** Something changed: draw at the next chance. The first picture does not wait for it, so that the page
+   * is shown with it and not once without. */
   invalidate(): void {
     if (this.pending || !this.isReady) return;
     this.pending = true;
-    requestAnimationFrame(() => this.draw());
+    if (this.frames === 0) queueMicrotask(() => this.draw());
+    else requestAnimationFrame(() => this.draw());
   }
 
   setTheme(theme: Theme): void {
@@ -286,6 +294,13 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.invalidate();
   }
+}
+
+/** The canvas whose context the page's own HTML has asked for already, where it has: used once. */
+function earlyCanvas(): { canvas?: HTMLCanvasElement } {
+  const { canvas } = window;
+  delete window.canvas;
+  return canvas === undefined ? {} : { canvas };
 }
 
 function isSoftware(renderer: WebGLRenderer): boolean {

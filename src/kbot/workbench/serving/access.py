@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+from collections.abc import Iterable
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
@@ -58,10 +59,14 @@ def bracketed(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def security_headers(host: str) -> dict[str, str]:
-    """Headers that keep the page to itself: it loads from and speaks to this server and nobody else."""
+def security_headers(host: str, scripts: Iterable[str] = ()) -> dict[str, str]:
+    """Headers that keep the page to itself: it loads from and speaks to this server and nobody else.
+
+    `scripts` are the digests of those that may stand in the page itself, as `sha256-...`.
+    """
+    known = "".join(f" '{digest}'" for digest in scripts)
     policy = (
-        "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
+        f"default-src 'none'; script-src 'self'{known}; style-src 'self'; font-src 'self'; "
         f"img-src 'self' data: blob:; connect-src 'self'{f' ws://{host}' if host else ''}; "
         "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from kbot.text import KbotError
@@ -17,17 +21,32 @@ _TYPES = {
     ".svg": "image/svg+xml",
 }
 
+_SCRIPT = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
 _GREETING = b'id="greeting">'
 
 
-def load_page(folder: Path = FOLDER) -> dict[str, tuple[str, bytes]]:
-    """Content type and bytes of every file of the page by its path in the address.
+@dataclass(frozen=True, slots=True)
+class PageFile:
+    """A file as it is sent.
+
+    `packed` is what gzip makes of its bytes, where that was laid beside it; `scripts` are the digests of the
+    scripts that stand in it, as a Content-Security-Policy names them.
+    """
+
+    kind: str
+    body: bytes
+    packed: bytes | None
+    scripts: tuple[str, ...]
+
+
+def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
+    """Every file of the page by its path in the address.
 
     Raises:
         KbotError: the page was not built.
     """
     files = {
-        "/" + file.relative_to(folder).as_posix(): (_TYPES[file.suffix], file.read_bytes())
+        "/" + file.relative_to(folder).as_posix(): _load(file)
         for file in sorted(folder.rglob("*"))
         if file.suffix in _TYPES and file.parent.name != "offline"
     }
@@ -37,7 +56,27 @@ def load_page(folder: Path = FOLDER) -> dict[str, tuple[str, bytes]]:
     return files
 
 
+def _load(file: Path) -> PageFile:
+    packed = file.with_name(f"{file.name}.gz")
+    body = file.read_bytes()
+    scripts = tuple(map(_digest, _SCRIPT.findall(body))) if file.suffix == ".html" else ()
+    return PageFile(_TYPES[file.suffix], body, packed.read_bytes() if packed.exists() else None, scripts)
+
+
+def _digest(script: bytes) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(script).digest()).decode()}"
+
+
 def with_greeting(page: bytes, messages: Iterable[str]) -> bytes:
     """The page's HTML with what a page is told first, each as JSON text, so that it can draw at once."""
     greeting = f"[{','.join(messages)}]".replace("<", "\\u003c").encode()
     return page.replace(_GREETING, _GREETING + greeting, 1)
+
+
+def takes_gzip(accepted: Iterable[str]) -> bool:
+    """Whether a client with these Accept-Encoding headers reads gzip; with a quality of 0 it does not."""
+    for coding in ",".join(accepted).lower().split(","):
+        name, _, quality = coding.partition(";")
+        if name.strip() == "gzip":
+            return quality.replace(" ", "").rstrip("0.") != "q="
+    return False

@@ -40,7 +40,7 @@ from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
-from kbot.workbench.serving.page_files import load_page, with_greeting
+from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.serving.plotting import Plotting
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.past import Past
@@ -131,12 +131,20 @@ class Server:
         elif path in EXPORTS:
             return self._exported(path, served)
         elif path in self._page:
-            kind, body = self._page[path]
-            if path == "/" and not self.access.refuses(request.path, host, None, secret=True):
-                body = with_greeting(body, map(encode, self.session.greeting(NOBODY)))
-            kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
-            return response(http.HTTPStatus.OK, served, body, kind, kept)
+            return self._page_file(path, request, served)
         return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+
+    def _page_file(self, path: str, request: Request, host: str) -> Response:
+        file = self._page[path]
+        kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
+        if path == "/" and not self.access.refuses(request.path, host, None, secret=True):
+            body = with_greeting(file.body, map(encode, self.session.greeting(NOBODY)))
+            return response(http.HTTPStatus.OK, host, body, file.kind, kept, file.scripts)
+        if file.packed is None or not takes_gzip(request.headers.get_all("Accept-Encoding")):
+            return response(http.HTTPStatus.OK, host, file.body, file.kind, kept, file.scripts)
+        answer = response(http.HTTPStatus.OK, host, file.packed, file.kind, kept)
+        answer.headers["Content-Encoding"] = "gzip"
+        return answer
 
     async def _exported(self, path: str, host: str) -> Response:
         """The robot as it stands, as a file; made on another thread."""

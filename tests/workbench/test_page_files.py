@@ -1,0 +1,53 @@
+"""How the files of the page are sent: compressed where they may be, with no script but known ones."""
+
+import base64
+import gzip
+import hashlib
+import re
+import urllib.request
+from http.client import HTTPMessage
+
+import pytest
+
+from kbot.workbench.serving.page_files import takes_gzip
+
+
+def get(address: str, **headers: str) -> tuple[bytes, HTTPMessage]:
+    with urllib.request.urlopen(urllib.request.Request(address, headers=headers)) as answer:
+        return answer.read(), answer.headers
+
+
+@pytest.mark.parametrize(
+    ("accepted", "takes"),
+    [
+        ([], False),
+        (["gzip, deflate, br"], True),
+        (["br", "GZIP ; q=0.5"], True),
+        (["br;q=1.0, gzip;q=0"], False),
+        (["gzip; q=0.000"], False),
+        (["gzipped, identity"], False),
+    ],
+)
+def test_gzip_is_sent_to_those_that_say_they_take_it(accepted: list[str], takes: bool) -> None:
+    assert takes_gzip(accepted) is takes
+
+
+def test_a_script_is_sent_compressed_and_is_the_same(viewing: str) -> None:
+    html, _ = get(viewing)
+    name = re.search(rb'src="\./(assets/[^"]+\.js)"', html)
+    assert name is not None
+    plain, told = get(viewing + name[1].decode())
+    packed, said = get(viewing + name[1].decode(), **{"Accept-Encoding": "gzip"})
+    assert told["Content-Encoding"] is None
+    assert said["Content-Encoding"] == "gzip"
+    assert int(said["Content-Length"]) == len(packed) < len(plain) / 2
+    assert gzip.decompress(packed) == plain
+
+
+def test_the_policy_names_each_script_in_the_page_by_its_digest(viewing: str) -> None:
+    html, told = get(viewing)
+    scripts = re.findall(rb"<script>(.*?)</script>", html, re.DOTALL)
+    assert scripts
+    allowed = dict(rule.strip().split(" ", 1) for rule in told["Content-Security-Policy"].split(";"))
+    digests = [base64.b64encode(hashlib.sha256(script).digest()).decode() for script in scripts]
+    assert allowed["script-src"].split() == ["'self'", *(f"'sha256-{digest}'" for digest in digests)]
