@@ -19,4 +19,22 @@ export class Signal<T> {
     this.listeners.add(listener);
     listener(this.current);
   }
+
+  /** As `watch`, for what a person reads: no more often than every so many milliseconds, and the newest value always. */
+  watchAtLeisure(listener: (value: T) => void, apart = 100): void {
+    let told = -Infinity;
+    let waits = false;
+    const tell = (): void => {
+      waits = false;
+      told = performance.now();
+      listener(this.current);
+    };
+    this.watch(() => {
+      if (waits) return;
+      const wait = told + apart - performance.now();
+      if (wait <= 0) return tell();
+      waits = true;
+      setTimeout(tell, wait);
+    });
+  }
 }

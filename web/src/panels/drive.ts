@@ -45,7 +45,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     why.hidden = !controls.hidden;
     why.textContent = about?.cannot_drive ? `It cannot drive: ${about.cannot_drive}` : "";
   });
-  app.state.watch((state) => {
+  app.state.watchAtLeisure((state) => {
     const about = app.about.value;
     if (state === null || about === null) return;
     forward.set(state.twist[0] ?? 0, state.command[0] ?? 0, about.linear_limit);

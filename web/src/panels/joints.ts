@@ -54,7 +54,7 @@ export function joints(app: App): HTMLElement {
     inRadians = options.radians;
     build();
   });
-  app.state.watch((state) => state && update(rows, state));
+  app.state.watchAtLeisure((state) => state && update(rows, state));
   return panel("joints", "Joints", [presets, units], list);
 }
 

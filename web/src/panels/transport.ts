@@ -21,7 +21,7 @@ export function transport(app: App): HTMLElement {
   app.traffic.watch((open) => traffic.setAttribute("aria-pressed", String(open)));
   const rate = h("span", { class: "rate", title: "Real-time factor reached" });
   let isPaused: boolean | null = null;
-  app.state.watch((state) => {
+  app.state.watchAtLeisure((state) => {
     if (state === null) return;
     time.textContent = `${state.time.toFixed(2)} s`;
     if (document.activeElement !== speed) speed.value = String(state.speed);
