@@ -99,7 +99,9 @@ class Index(Protocol):
         ...
 
     def damage(self, nanoseconds: int) -> tuple[int, int] | None:
-        """From when to when the part is damaged that holds a time; None where it is not."""
+        """Where the part that holds a time is damaged: from when on nothing can be read, and when what
+        follows begins, past the end for nothing; None where it is whole. Raises KbotError: the file is
+        gone."""
         ...
 
     def close(self) -> None: ...

@@ -94,13 +94,23 @@ class McapIndex:
         yield from sorted(found, key=lambda entry: entry.nanoseconds)
 
     def damage(self, nanoseconds: int) -> tuple[int, int] | None:
-        """From when to when the chunk is damaged that holds a time; None where it is not."""
-        for index in self._chunks:
-            if index.message_start_time <= nanoseconds <= index.message_end_time:
-                self._entries(index)
-                if index.chunk_start_offset in self._lost:
-                    return index.message_start_time, index.message_end_time
-        return None
+        """From when on nothing can be read, and when the next whole chunk begins."""
+        chunks = self._chunks
+        at = bisect_right(chunks, nanoseconds, key=lambda index: index.message_start_time) - 1
+        if at < 0 or not self._is_lost(chunks[at]):
+            return None
+        first, last = at, at
+        while first > 0 and self._is_lost(chunks[first - 1]):
+            first -= 1
+        while last + 1 < len(chunks) and self._is_lost(chunks[last + 1]):
+            last += 1
+        start = chunks[first].message_start_time
+        end = chunks[last].message_end_time + 1
+        return start, max(end, chunks[last + 1].message_start_time) if last + 1 < len(chunks) else end
+
+    def _is_lost(self, index: ChunkIndex) -> bool:
+        self._entries(index)
+        return index.chunk_start_offset in self._lost
 
     def _has(self, index: ChunkIndex, topics: Collection[str]) -> bool:
         held = index.message_index_offsets

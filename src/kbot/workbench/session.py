@@ -247,8 +247,8 @@ class Session:
             case RecordRun(on=on):
                 self._record(on)
             case Seek(at=at):
-                self._motion.seek(at)
                 self._resets += 1
+                self._motion.seek(at)
             case SetLoop(loop=loop):
                 self._motion.loop = loop
             case OpenSource(file=file):

@@ -18,6 +18,7 @@ from kbot.workbench.motion import Moment, flat
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control
 from kbot.workbench.session import Session
+from kbot.workbench.timeline.damage import Damage, damage_at
 from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
 from kbot.workbench.timeline.recorded_series import series_of_run
 from kbot.workbench.timeline.recorded_world import RecordedWorld
@@ -72,7 +73,7 @@ class Playback:
         self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
         for _, _, message in self._samples:
             self._known |= _told_of(message)
-        self.seek(0.0)
+        self._go_to(0.0)
 
     @property
     def world(self) -> str:
@@ -89,7 +90,7 @@ class Playback:
     @paused.setter
     def paused(self, paused: bool) -> None:
         if not paused and self.clock.nanoseconds >= self._run.index.end:
-            self.seek(0.0)
+            self._go_to(0.0)
         self._is_paused = paused
 
     @property
@@ -111,9 +112,21 @@ class Playback:
         )
 
     def seek(self, at: float) -> None:
-        """Go to a time in s from the start; what holds then is said at once."""
+        """Go to a time in s from the start; what holds then is said at once.
+
+        Raises:
+            KbotError: the recording is damaged there; it stands at the nearest moment where it is whole.
+        """
+        told = self._go_to(at)
+        if told:
+            raise KbotError(told)
+
+    def _go_to(self, at: float) -> str:
+        """As `seek`; what is to be told of damage, empty for nothing."""
         index = self._run.index
-        now = min(index.start + round(max(0.0, at) * 1e9), index.end)
+        wanted = min(index.start + round(max(0.0, at) * 1e9), index.end)
+        damage = damage_at(index, wanted)
+        now = wanted if damage is None else damage.nearest(wanted)
         self.clock.set(now)
         self._silent.clear()
         self._told.forget()
@@ -125,11 +138,21 @@ class Playback:
         for topic, (publisher, _) in self._publishers.items():
             if publisher.is_heard:
                 self._say(topic)
+        if damage is None:
+            return ""
+        return f"{damage.told(index.start)}; shown is {(now - index.start) * 1e-9:.2f} s"
 
     def advance(self, seconds: float) -> float:
-        """Say what is due, in its order. Raises KbotError: a message cannot be read."""
+        """Say what is due, in its order.
+
+        Raises:
+            KbotError: a message cannot be read; or it was gone past a damage, which is told.
+        """
         before, end = self.clock.nanoseconds, self._run.index.end
         until = min(before + round(seconds * 1e9), end)
+        damage = damage_at(self._run.index, until)
+        if damage is not None:
+            self._pass_over(damage)
         heard = [topic for topic, (publisher, _) in self._publishers.items() if publisher.is_heard]
         for entry in self._run.index.between(heard, before, until):
             self.clock.advance_to(max(entry.nanoseconds, self.clock.nanoseconds))
@@ -144,6 +167,15 @@ class Playback:
             else:
                 self._is_paused = True
         return (until - before) * 1e-9
+
+    def _pass_over(self, damage: Damage) -> None:
+        start = self._run.index.start
+        told = damage.told(start)
+        if damage.after is None:
+            self._is_paused = True
+            raise KbotError(f"{told}, its end: nothing follows")
+        self._go_to((damage.after - start) * 1e-9)
+        raise KbotError(f"{told}; it goes on from there")
 
     def moment(self) -> Moment:
         told = self._told
@@ -208,7 +240,7 @@ class Playback:
     def replace(self, robot: Robot) -> Playback:
         """The same moment with a changed robot."""
         other = Playback(robot, self._run, self._world)
-        other.seek((self.clock.nanoseconds - self._run.index.start) * 1e-9)
+        other._go_to((self.clock.nanoseconds - self._run.index.start) * 1e-9)
         other.loop, other.paused = self.loop, self.paused
         return other
 

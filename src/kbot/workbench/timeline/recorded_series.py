@@ -40,7 +40,9 @@ def series_of_run(
     step = max(round(FINEST * 1e9), (last - first) // MOST_MOMENTS + 1)
     table = Table(is_thinned=step > FINEST * 1e9)
 
-    def row() -> tuple[float | None, ...]:
+    def row(moment: int) -> tuple[float | None, ...]:
+        if index.damage(moment) is not None:
+            return (None,) * len(fields)
         state: dict[str, Any] = {"odometry": told.odometry, "twist": told.twist}
         if any(one.path[0] == "positions" for one in fields if not one.topic):
             state["positions"] = told.positions()
@@ -51,7 +53,7 @@ def series_of_run(
         until = min(after + round(PIECE * 1e9), last + 1)
         for entry in index.between({*topics, *moving}, after, until):
             while due < entry.nanoseconds:
-                table.add((due - index.start) * 1e-9, run.seconds_at(due), row())
+                table.add((due - index.start) * 1e-9, run.seconds_at(due), row(due))
                 due += step
             message = run.read(entry)
             if entry.topic in moving:
@@ -63,6 +65,6 @@ def series_of_run(
             break
         yield
     while due <= last:
-        table.add((due - index.start) * 1e-9, run.seconds_at(due), row())
+        table.add((due - index.start) * 1e-9, run.seconds_at(due), row(due))
         due += step
     return table
