@@ -117,12 +117,15 @@ def test_sliders_say_joint_states_and_transforms() -> None:
     session = open_session("kbot", simulate=False)
     session.topics.subscribe("/joint_states", 1)
     session.topics.subscribe("/tf", 1)
+    session.topics.subscribe("/tf_static", 1)
     session.advance(0.15)
     heard = {topic: read(frame)[0]["message"] for topic, frame, _ in session.topics.news()}
     assert set(heard["/joint_states"]["name"]) == {"left_wheel_joint", "right_wheel_joint"}
-    assert {t["child_frame_id"] for t in heard["/tf"]["transforms"]} == {
-        link.name for link in session.scene.links if link.parent
-    }
+    moving, fixed = (
+        {t["child_frame_id"] for t in heard[topic]["transforms"]} for topic in ("/tf", "/tf_static")
+    )
+    assert moving == {"left_wheel", "right_wheel"}
+    assert moving | fixed == {link.name for link in session.scene.links if link.parent}
 
 
 def test_a_page_speaks_on_what_is_meant_for_it() -> None:

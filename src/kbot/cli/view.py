@@ -55,8 +55,8 @@ def command(
     """Show a robot in the browser, with sliders for its joints.
 
     Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
-    last good one on screen and says what is wrong, at the line. A recording is played, with the robot
-    that is in it. Ctrl-C ends it.
+    last good one on screen and says what is wrong, at the line. `kbot topic`, `kbot tf` and their like see
+    the joints that the sliders set. A recording is played, with the robot that is in it. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
     from kbot.record.reader import is_recording
@@ -84,13 +84,19 @@ def command(
 
         write_bytes(shot, draw_picture(robot_alone(loaded.require()), look, theme))
         return
-    serve(
-        path,
-        simulate=False,
-        arguments=arguments,
-        host=host,
-        port=port,
-        open_browser=browser,
-        config=config,
-        package_path=package_path,
-    )
+    from kbot.bridges.wishes import Wishes
+    from kbot.cli.companions import companions
+    from kbot.model.writer import to_urdf
+
+    with companions(Wishes(), served=True) as going:
+        serve(
+            path,
+            simulate=False,
+            arguments=arguments,
+            host=host,
+            port=port,
+            open_browser=browser,
+            config=config,
+            package_path=package_path,
+            show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
+        )

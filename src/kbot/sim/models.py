@@ -82,8 +82,8 @@ class Models(Disturbed):
 
     def spawn_sdf(self, sdf: str, name: str | None = None, pose: Transform = ORIGIN) -> tuple[Body, ...]:
         """Put a model of SDF into the running world: its text, or the name of its file. `pose` is set before
-        the model's own, in the world. Its links are `name`, and `name::link` for all but the first; plugins in
-        it do nothing. What runs goes on as it was.
+        the model's own, in the world. Its links are `name`, and `name::link` for all but the first; plugins
+        in it do nothing. What runs goes on as it was.
 
         Raises:
             DescriptionError: the model cannot be used; every reason at its line.

@@ -9,9 +9,9 @@ from typing import Literal, Protocol
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.messages import Bus, Clock, Header, JointState, TFMessage
+from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
-from kbot.nodes.robot_state_publisher import transform_message
+from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
 from kbot.workbench.protocol import Action, FaultView, Timeline
@@ -143,8 +143,8 @@ class SliderSetting:
 
 @dataclass
 class Sliders:
-    """Joints put where the sliders stand; nothing moves by itself. Says `joint_states` and `/tf` to those who
-    listen."""
+    """Joints put where the sliders stand; nothing moves by itself. Says `joint_states`, `/tf` and
+    `/tf_static` to those who listen."""
 
     robot: Robot
     positions: dict[str, float] = field(default_factory=dict)
@@ -160,7 +160,7 @@ class Sliders:
     def __post_init__(self) -> None:
         self._tree = FrameTree(self.robot)
         self._joint_states = self.bus.advertise("joint_states", JointState)
-        self._tf = self.bus.advertise("/tf", TFMessage)
+        RobotStatePublisher(self.robot, self.bus, self.clock)
         self._timer = self.clock.every(self.setting.rate, self._say)
         self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}
         kept = {name: self.positions[name] for name in self._joints if name in self.positions}
@@ -245,19 +245,6 @@ class Sliders:
         if self._joint_states.is_heard:
             positions = self._all_positions()
             self._joint_states.publish(JointState(header, tuple(positions), tuple(positions.values())))
-        if self._tf.is_heard:
-            self._tf.publish(
-                TFMessage(
-                    tuple(
-                        transform_message(
-                            self._tree.pose(joint.child, joint.parent, self.positions),
-                            Header(header.stamp, joint.parent),
-                            joint.child,
-                        )
-                        for joint in self.robot.joints.values()
-                    )
-                )
-            )
 
     def _all_positions(self) -> dict[str, float]:
         """Those of mimic joints too."""

@@ -23,6 +23,7 @@ from kbot.workbench.session import Session
 
 if TYPE_CHECKING:
     from kbot.workbench.driving import Attend
+    from kbot.workbench.motion import Sliders
 
 ORIGIN = PlanarPose()
 FIRST_PORT, LAST_PORT = 8300, 8399
@@ -39,10 +40,12 @@ def open_session(
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
     attend: Attend = lambda simulation: None,
+    show: Callable[[Sliders], None] = lambda shown: None,
     start: PlanarPose = ORIGIN,
 ) -> Session:
     """Read a description (or `kbot`, the robot that ships) and make it ready to be shown or driven.
-    `attend` is told of each simulation before it first moves; `start` is where the robot stands at first.
+    `attend` is told of each simulation before it first moves, `show` of each robot that is only shown;
+    `start` is where the robot stands at first.
 
     Raises:
         DescriptionError: it makes no robot; with everything that is wrong.
@@ -56,9 +59,10 @@ def open_session(
         from kbot.workbench.driving import driven_session
 
         return driven_session(description, world, seed, contacts, attend, start)
-    from kbot.workbench.motion import Sliders
+    from kbot.workbench.motion import Sliders, SliderSetting
 
-    return Session(description, "view", Sliders)
+    setting = SliderSetting(attend=show)
+    return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
 
 
 def serve(
@@ -74,6 +78,7 @@ def serve(
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
     attend: Attend = lambda simulation: None,
+    show: Callable[[Sliders], None] = lambda shown: None,
     start: PlanarPose = ORIGIN,
     config: str = "",
 ) -> None:
@@ -95,6 +100,7 @@ def serve(
         contacts=contacts,
         package_path=package_path,
         attend=attend,
+        show=show,
         start=start,
     )
     session.display_file = displays

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from kbot.cli.output import fail
+from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
     from kbot.bridges.graph_client import GraphClient
@@ -29,6 +29,32 @@ def at_option(function: _Function) -> _Function:
 def json_option(function: _Function) -> _Function:
     """`--json`, as `as_json: bool`."""
     return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(function)
+
+
+def listing_options(function: _Function) -> _Function:
+    """Those of a list of names with types: `show_types: bool`, `as_json: bool`, `at: str`."""
+    types = click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
+    return types(json_option(at_option(function)))
+
+
+def print_listing(types: Mapping[str, str], show_types: bool, as_json: bool) -> None:
+    """Names, as `listing_options` asks for them."""
+    if as_json:
+        print_json(types)
+        return
+    for name, kind in types.items():
+        click.echo(f"{name} [{kind}]" if show_types else name)
+
+
+def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:
+    """The fields of a message that a command line gives, in YAML; none where it gives no word. Raises
+    KbotError: several words, or no fields by name."""
+    if len(words) > 1:
+        fail(f"VALUES are one word of YAML, quoted: '{' '.join(words)}'")
+    values = read_yaml(words[0], "VALUES", f"'{example}'") if words else {}
+    if not isinstance(values, dict | None):
+        fail(f"VALUES are fields by name, as in '{example}'")
+    return values or {}
 
 
 def ask(at: str) -> GraphClient:

@@ -5,7 +5,16 @@ from __future__ import annotations
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_yaml, to_yaml
+from kbot.cli.graph.asking import (
+    ask,
+    at_option,
+    full_name,
+    json_option,
+    listing_options,
+    print_listing,
+    read_values,
+    to_yaml,
+)
 from kbot.cli.output import fail, print_json
 from kbot.text.suggest import did_you_mean
 
@@ -23,9 +32,7 @@ def command() -> None:
 
 
 @command.command("list", epilog=examples("kbot service list -t"))
-@click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
-@json_option
-@at_option
+@listing_options
 def list_(show_types: bool, as_json: bool, at: str) -> None:
     """Print the names of the services."""
     with ask(at) as graph:
@@ -33,11 +40,7 @@ def list_(show_types: bool, as_json: bool, at: str) -> None:
         names = [name for name in names if not name.startswith("/rosapi/")]
         typed = show_types or as_json
         types = {n: graph.call("/rosapi/service_type", service=n)["type"] if typed else "" for n in names}
-    if as_json:
-        print_json(types)
-        return
-    for name, kind in types.items():
-        click.echo(f"{name} [{kind.replace('/', '/srv/')}]" if show_types else name)
+    print_listing({name: kind.replace("/", "/srv/") for name, kind in types.items()}, show_types, as_json)
 
 
 @command.command("type", epilog=examples("kbot service type /gazebo/spawn_urdf_model"))
@@ -71,13 +74,9 @@ def type_(service: str, at: str) -> None:
 def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     """Call a service. VALUES are YAML; what is left out is zero. Exit status 1: it says it failed."""
     rest = words[1:] if words and "/" in words[0] and not words[0].lstrip().startswith(("{", "[")) else words
-    if len(rest) > 1:
-        fail(f"VALUES are one word of YAML, quoted: '{' '.join(rest)}'")
-    values = read_yaml(rest[0], "VALUES", "'{model_name: kbot}'") if rest else {}
-    if not isinstance(values, dict | None):
-        fail("VALUES are fields by name, as in '{model_name: kbot}'")
+    values = read_values(rest, "{model_name: kbot}")
     with ask(at) as graph:
-        answer = graph.call(full_name(service), **(values or {}))
+        answer = graph.call(full_name(service), **values)
     failed = answer.get("success") is False
     if failed:
         reason = answer.get("status_message") or answer.get("message") or "it gives no reason"

@@ -12,7 +12,17 @@ from typing import Any
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_yaml, to_line, to_yaml
+from kbot.cli.graph.asking import (
+    ask,
+    at_option,
+    full_name,
+    json_option,
+    listing_options,
+    print_listing,
+    read_values,
+    to_line,
+    to_yaml,
+)
 from kbot.cli.output import fail, print_json
 
 REPORT_SECONDS = 1.0
@@ -32,18 +42,12 @@ def command() -> None:
 
 
 @command.command("list", epilog=examples("kbot topic list -t"))
-@click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
-@json_option
-@at_option
+@listing_options
 def list_(show_types: bool, as_json: bool, at: str) -> None:
     """Print the names of the topics."""
     with ask(at) as graph:
         topics = graph.topics()
-    if as_json:
-        print_json(topics)
-        return
-    for name, kind in topics.items():
-        click.echo(f"{name} [{kind}]" if show_types else name)
+    print_listing(topics, show_types, as_json)
 
 
 @command.command("type", epilog=examples("kbot topic type /odom"))
@@ -138,21 +142,18 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
     """Say something on a topic that is heard, until Ctrl-C. VALUES are YAML; what is left out is zero."""
     kind = words[0] if words and re.fullmatch(r"\w+(/msg)?/\w+", words[0]) else ""
-    rest = words[bool(kind) :]
-    if len(rest) > 1:
-        fail(f"VALUES are one word of YAML, quoted: '{' '.join(rest)}'")
-    message = read_yaml(rest[0], "VALUES", "'{linear: {x: 0.2}}'") if rest else {}
+    message = read_values(words[bool(kind) :], "{linear: {x: 0.2}}")
     with ask(at) as graph:
         name = full_name(topic)
         known = graph.type_of(name)
         due = time.monotonic()
         for number in itertools.count(1):
             if number > 1:
-                graph.publish(name, message or {})
+                graph.publish(name, message)
                 graph.settle()
             else:
-                graph.say(name, message or {}, kind or known)
-                click.echo(f"publishing on {name}: {to_line(message or {})}", err=True)
+                graph.say(name, message, kind or known)
+                click.echo(f"publishing on {name}: {to_line(message)}", err=True)
             if once or number == times:
                 return
             due = max(due + 1.0 / rate, time.monotonic())

@@ -1,0 +1,77 @@
+"""`kbot topic` and its like against a running `kbot view`."""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROBOT = """<robot name="{}"><link name="base"/><link name="arm"/><link name="camera"/>
+<joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="mount" type="fixed"><parent link="arm"/><child link="camera"/><origin xyz="0.5 0 0"/></joint>
+</robot>"""
+
+
+def kbot(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "kbot", *words], capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+@pytest.fixture
+def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The file of a robot that is shown."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    file = tmp_path / "arm.urdf"
+    file.write_text(ROBOT.format("arm"))
+    with (tmp_path / "log").open("w") as log:
+        viewing = subprocess.Popen(
+            [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"],
+            stdout=log,
+            stderr=log,
+            env=dict(os.environ),
+        )
+    try:
+        until(lambda: kbot("node", "list").returncode == 0)
+        yield file
+    finally:
+        viewing.terminate()
+        viewing.wait(20)
+
+
+def until(condition: object, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.2)
+
+
+def test_topics_frames_parameters_and_nodes_of_a_robot_that_is_shown(viewed: Path) -> None:
+    topics = dict(re.findall(r"(\S+) \[(\S+)\]", kbot("topic", "list", "-t").stdout))
+    assert topics == {
+        "/clock": "rosgraph_msgs/msg/Clock",
+        "/joint_states": "sensor_msgs/msg/JointState",
+        "/robot_description": "std_msgs/msg/String",
+        "/tf": "tf2_msgs/msg/TFMessage",
+        "/tf_static": "tf2_msgs/msg/TFMessage",
+    }
+    assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    camera (static)"]
+    where = kbot("tf", "echo", "base", "camera", "--once").stdout
+    assert "Translation: [0.500, 0.000, 1.000]" in where
+    assert kbot("topic", "echo", "/joint_states", "--once", "--field", "name").stdout == "- turn\n---\n"
+    assert 'robot name="arm"' in kbot("param", "get", "/robot_description").stdout
+    assert "/joint_states: sensor_msgs/msg/JointState" in kbot("node", "info", "/kbot").stdout
+    assert kbot("service", "list").stdout.strip() == ""
+    refused = kbot("service", "call", "/gazebo/pause_physics")
+    assert (refused.returncode, refused.stderr) == (2, "error: there is no service /gazebo/pause_physics\n")
+
+
+def test_what_is_saved_is_what_is_told(viewed: Path) -> None:
+    viewed.write_text(ROBOT.format("other").replace("camera", "gripper"))
+    until(lambda: 'robot name="other"' in kbot("param", "get", "/robot_description").stdout)
+    assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    gripper (static)"]
