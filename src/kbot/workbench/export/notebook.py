@@ -26,7 +26,7 @@ from kbot.workbench.source.overrides import Overrides
 class Shown:
     """What `show()` gives: notebooks display it, `save` writes it as a file. `page` is its HTML."""
 
-    page: str
+    page: str = field(repr=False)  # a megabyte, which notebooks keep the text of too
     height: int
 
     def _repr_html_(self) -> str:
