@@ -21,6 +21,9 @@ GATE = """<sdf version="1.7"><model name="gate"><pose>0.5 0 0 0 0 0</pose>
 <joint name="j" type="revolute"><parent>post</parent><child>bar</child><axis><xyz>0 0 1</xyz></axis></joint>
 </model></sdf>"""
 
+TWO = CRATE.replace("</sdf>", GATE[GATE.index("<model") :])
+TWO_IN_A_WORLD = TWO.replace("<model", "<world name='w'><model", 1).replace("</sdf>", "</world></sdf>")
+
 
 @pytest.fixture
 def sim(kbot_robot: Robot) -> Simulation:
@@ -53,6 +56,17 @@ def test_links_joints_and_the_model_s_own_pose_go_along(sim: Simulation) -> None
     assert not sim.body_poses().keys() & {"g", "g::bar"}
 
 
+def test_a_model_that_collides_with_itself_is_one_model(sim: Simulation) -> None:
+    gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
+    assert [body.name for body in sim.spawn_sdf(gate, "g", at(1.0, 1.0))] == ["g", "g::bar"]
+
+
+def test_a_world_of_one_model_is_that_model(sim: Simulation) -> None:
+    world = CRATE.replace("<model", "<world name='w'><model", 1).replace("</model>", "</model></world>")
+    (body,) = sim.spawn_sdf(world, "box", at(1.0))
+    assert body.name == "box"
+
+
 def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path) -> None:
     (tmp_path / "model.sdf").write_text(CRATE)
     sim.spawn_sdf(str(tmp_path / "model.sdf"), "a", at(1.0))
@@ -67,7 +81,8 @@ def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path
         (CRATE, "a b", at(1.0), "no thing's name"),
         (CRATE, "a", at(0.0), "'kbot' is in the way"),
         ('<sdf version="1.7"/>', "a", at(1.0), "holds no SDF world or model"),
-        (CRATE.replace("</sdf>", GATE[GATE.index("<model") :]), "a", at(1.0), "2 models"),
+        (TWO, "a", at(1.0), "2 models"),
+        (TWO_IN_A_WORLD, "a", at(1.0), "2 models"),
     ],
 )
 def test_what_cannot_be_spawned_changes_nothing(

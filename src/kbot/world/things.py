@@ -53,12 +53,12 @@ def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Bod
     if sdf.lstrip().startswith("<"):
         path = f"{name or 'model'}.sdf"
         with unsaved({path: sdf}):
-            world = read_sdf(path)
+            world = read_sdf(path, with_floor=False)
     else:
         path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
-        world = read_sdf(path)
-    bodies = world.bodies[1:]  # after the floor that a lone model is given to stand on
-    models = {body.model or body.name for body in bodies}
+        world = read_sdf(path, with_floor=False)
+    bodies = world.bodies
+    models = {body.name.partition("::")[0] for body in bodies}
     if len(models) != 1:
         raise KbotError(f"{path} holds {len(models) or 'no'} models: one can be spawned")
     (old,) = models

@@ -31,14 +31,14 @@ OUR_OWN = frozenset(
 NOT_SIMULATED = ("actor", "road", "population", "plugin", "light", "gripper", "wind", "audio")
 
 
-def read_sdf(path: str) -> World:
-    """The world of an SDF file; a file of one model becomes a floor with that model on it.
+def read_sdf(path: str, with_floor: bool = True) -> World:
+    """The world of an SDF file; a file of one model becomes that model, with a floor beneath it first.
 
     Raises:
         DescriptionError: the file cannot be used; it carries every finding.
     """
     findings = Findings()
-    world = _Reader(findings).world(path)
+    world = _Reader(findings).world(path, with_floor)
     findings.require()
     return replace(world, diagnostics=tuple(findings.diagnostics))
 
@@ -52,7 +52,7 @@ class _Reader:
         self.checked: set[str] = set()
         """Files whose tags and attributes were looked at."""
 
-    def world(self, path: str) -> World:
+    def world(self, path: str, with_floor: bool) -> World:
         root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._no_sdf(root))
@@ -65,7 +65,8 @@ class _Reader:
                 raise DescriptionError(self._no_sdf(root))
             built = self._models(root, context)
             name = first.attributes.get("name", "model")
-            return World(name, (floor(), *built.bodies), loops=tuple(built.loops))
+            ground = (floor(),) if with_floor else ()
+            return World(name, (*ground, *built.bodies), loops=tuple(built.loops))
         for other in list(root.elements("world"))[1:]:
             self.values.unsupported(other, "of several worlds in a file the first is taken")
         gravity = element.find("gravity")
