@@ -1,12 +1,23 @@
 """What goes wrong at its time, for its time, and the same way every time."""
 
+import json
 from math import hypot
 
+import numpy as np
 import pytest
 
 from kbot.messages import Odometry
 from kbot.sim import Simulation
-from kbot.sim.faults import BlockedJoint, Kick, LostCommands, Payload, SilentTopic, Slip
+from kbot.sim.faults import (
+    BlockedJoint,
+    Kick,
+    LostCommands,
+    Payload,
+    SilentTopic,
+    Slip,
+    from_journal,
+    to_journal,
+)
 from kbot.text import KbotError
 
 
@@ -41,6 +52,20 @@ def test_a_fault_goes_with_its_robot(sim, kbot_robot, fault, at):
     sim.run(1.0)
     sim.reset()
     sim.run(1.0)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        Slip("left_wheel", np.float32(0.25)),
+        Payload("base_link", np.float32(0.5), np.array([0.0, 0.0, 0.1])),
+        LostCommands(np.float32(0.5)),
+        Kick(np.array([0.1, 0.0, 0.0]), [0, 0, 1]),
+    ],
+    ids=lambda fault: type(fault).__name__,
+)
+def test_a_fault_of_numpys_numbers_is_written_down_and_read_again(fault):
+    assert from_journal(json.loads(json.dumps(to_journal(fault)))) == fault
 
 
 def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):

@@ -69,6 +69,7 @@ class Slip:
         if not (is_within(self.friction, ROUGHEST) and self.friction >= 0.0):
             told = shortened(self.friction)
             raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
+        _keep(self, friction=float(self.friction))
 
     def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
@@ -92,8 +93,8 @@ class Payload:
     robot: str | None = None
 
     def __post_init__(self) -> None:
-        positive("the mass of a payload in kg", self.mass, HEAVIEST)
-        vector("the place of a payload in m", self.at, FURTHEST)
+        mass = positive("the mass of a payload in kg", self.mass, HEAVIEST)
+        _keep(self, mass=mass, at=vector("the place of a payload in m", self.at, FURTHEST))
 
     def begin(self, simulation: Disturbed) -> End:
         model, _ = simulation.engine()
@@ -136,6 +137,7 @@ class LostCommands:
     def __post_init__(self) -> None:
         if not (is_within(self.share, 1.0) and self.share >= 0.0):
             raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
+        _keep(self, share=float(self.share))
 
     def begin(self, simulation: Disturbed) -> End:
         simulation.lost_commands = self.share
@@ -171,8 +173,8 @@ class Kick:
     robot: str | None = None
 
     def __post_init__(self) -> None:
-        vector("a speed in m/s", self.linear, FASTEST)
-        vector("a turning speed in rad/s", self.angular, FASTEST)
+        linear = vector("a speed in m/s", self.linear, FASTEST)
+        _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
 
     def begin(self, simulation: Disturbed) -> None:
         simulation.named(self.robot).set_twist(self.linear, self.angular)
@@ -198,6 +200,12 @@ def from_journal(note: Mapping[str, Any]) -> Fault:
     values = {name: tuple(v) if isinstance(v, list) else v for name, v in note["values"].items()}
     fault: Fault = kind(**values)
     return fault
+
+
+def _keep(fault: object, **values: float | Vector) -> None:
+    """Numbers as Python has them: a fault is frozen, may be given numpy's, and is written down as JSON."""
+    for name, value in values.items():
+        object.__setattr__(fault, name, value)
 
 
 def _changed(simulation: Disturbed, name: str, places: list[Any], value: float) -> End:
