@@ -129,7 +129,7 @@ class Disturbed(Population):
             raise KbotError(f"there is no fault {shortened(number)} (there are {known})")
         self._find_due()
         self._plan_stop()
-        self._note("end_fault", number=number)
+        self._note("end_fault", number=int(number))
 
     @property
     def faults(self) -> tuple[Placed, ...]:
