@@ -35,7 +35,7 @@ class Speaker:
     def publish(self, topic: str, message: object) -> None:
         said = threading.Event()
         self._waiting.put((topic, message, said))
-        assert said.wait(20.0), "nobody runs the simulation's errands"
+        assert said.wait(60.0), "nobody runs the simulation's errands"
 
     def _say(self) -> bool:
         if self._waiting.empty():

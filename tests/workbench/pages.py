@@ -40,6 +40,7 @@ class Pages:
 
     def _made(self, options: dict[str, Any]) -> Any:
         page = self._browser.new_page(**options)
+        page.set_default_timeout(60_000)
         page.tools = page.context.new_cdp_session(page)
         complaints = page.complaints = []
         page.on("pageerror", lambda error: complaints.append(str(error)))

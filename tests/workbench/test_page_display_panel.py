@@ -10,7 +10,7 @@ import yaml
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import open_session, serving
 
-from .conftest import until
+from .conftest import until, wait_for_page
 from .test_display_files import RVIZ1
 from .test_page_access import AXE
 
@@ -43,7 +43,7 @@ def test_displays_are_moved_renamed_and_removed_by_keys(viewing: str, open_page:
     page.keyboard.press("Delete")
     assert "RobotModel" not in names(page)
     page.reload()
-    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0"))
+    wait_for_page(page)
     assert names(page)[:2] == ["Grid", "Frames of mine"]
     page.get_by_label("Settings of the displays").select_option("reset")
     assert names(page) == before

@@ -50,8 +50,7 @@ def test_driving_while_paused_says_so(driving: tuple[str, Session], open_page: O
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     page.keyboard.down("w")
-    until(lambda: page.locator(".notice.info").is_visible())
-    assert "press P" in page.inner_text(".notice.info")
+    until(lambda: "press P" in page.inner_text(".notices"))
     page.keyboard.up("w")
 
 

@@ -75,7 +75,7 @@ def test_joints_go_where_their_controllers_are_told(running: str, open_page: Ope
     until(lambda: abs(value(page, "echo in degrees") - 30) < 2)
     assert page.get_by_label("spin", exact=True).is_disabled()
     page.get_by_label("spin speed", exact=True).fill("2")
-    assert "114.6" in page.locator("[data-joint=spin] output").inner_text()
+    until(lambda: "114.6" in page.locator("[data-joint=spin] output").inner_text())
     seen: set[float] = set()
     until(lambda: seen.add(value(page, "spin in degrees")) or max(seen) - min(seen) > 90)
 

@@ -10,7 +10,7 @@ import numpy as np
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
 
-from .conftest import until
+from .conftest import until, wait_for_page
 
 OpenPage = Callable[..., Any]
 
@@ -49,8 +49,7 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
     page = browser.new_page(viewport={"width": 960, "height": 560})
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
-        until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
-        page.locator(".topbar").wait_for()
+        wait_for_page(page)
         page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
         page.keyboard.press("4")
         page.locator("#links [data-link=left_wheel]").click()
@@ -80,7 +79,7 @@ def test_many_tabs_stay_in_step(driving: tuple[str, Session], browser: Any, open
     for tab in tabs:
         tab.goto(address, wait_until="commit")
     for tab in tabs:
-        until(lambda tab=tab: tab.evaluate("!!window.kbot && kbot.revision > 0"), 60)
+        until(lambda tab=tab: tab.evaluate("!!window.kbot && kbot.revision > 0"), 300)
     first.keyboard.down("w")
     until(lambda: session.state().odometry[0] > 0.1)
     first.keyboard.up("w")
@@ -104,8 +103,8 @@ def test_a_page_does_not_grow_as_the_description_changes(
             page.evaluate("kbot.drawn()")
         return dict(page.evaluate("kbot.held()"))
 
-    before = change(5)
-    after = change(25)
+    before = change(2)
+    after = change(6)  # what one of them left behind would be seen six times
     assert after == before
 
 
@@ -114,7 +113,7 @@ def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], br
     context.add_init_script(KEEP_SOCKETS)
     page = context.new_page()
     page.goto(driving[0])
-    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
+    wait_for_page(page)
     page.get_by_role("button", name="Topics and log", exact=True).click()
     page.locator("[data-topic='/odom'] .head").click()
     page.get_by_role("button", name="twist.twist.linear.x", exact=True).click()

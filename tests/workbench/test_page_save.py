@@ -54,7 +54,9 @@ def test_a_film(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page.locator(".save-menu summary").click()
     page.get_by_role("button", name="Record a film").click()
     frames = page.evaluate("kbot.frames")
+    page.keyboard.down("w")
     until(lambda: page.evaluate("kbot.frames") > frames + 5)
+    page.keyboard.up("w")
     assert saved(page, "Stop, and save the film").startswith(b"\x1aE\xdf\xa3")  # EBML, as WebM starts
 
 

@@ -24,7 +24,7 @@ def opened(page: Any, topic: str) -> Any:
 
 def shown(row: Any, field: str) -> float:
     at = row.locator("dt").all_inner_texts().index(field)
-    return float(row.locator("dd").nth(at).inner_text())
+    return float(row.locator("dd").nth(at).inner_text() or "nan")
 
 
 def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
@@ -38,8 +38,7 @@ def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
     until(lambda: shown(row, "pose.pose.position.x") > 0.1)
     page.keyboard.up("w")
     until(lambda: abs(shown(row, "twist.twist.linear.x")) < 1e-3)
-    x = driving[1].state().odometry[0]
-    until(lambda: abs(shown(row, "pose.pose.position.x") - x) < 1e-3)
+    until(lambda: abs(shown(row, "pose.pose.position.x") - driving[1].state().odometry[0]) < 1e-3)
 
 
 @pytest.mark.parametrize("how", ["click", "drag"])
@@ -83,7 +82,7 @@ def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
     page.keyboard.press("g")
     page.locator(".picture canvas").focus()
     page.keyboard.press("Enter")
-    until(lambda: "Goal reached" in log.inner_text(), seconds=60)
+    until(lambda: "Goal reached" in log.inner_text(), seconds=300)
 
 
 def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open_page: OpenPage) -> None:

@@ -8,6 +8,7 @@ export interface Handle {
   /** Frames drawn so far. */
   readonly frames: number;
   readonly software: boolean;
+  /** Of the robot on show, which stands where it was told to. */
   readonly revision: number;
   readonly time: number;
   /** x, y, z, qx, qy, qz, qw of each link in the world, flat. */
@@ -49,7 +50,7 @@ export function handle(app: App, view: View): Handle {
       return stage.isSoftware;
     },
     get revision() {
-      return app.scene.value?.revision ?? 0;
+      return app.state.value?.revision ?? 0; // a state is taken of the scene on show alone, after it
     },
     get time() {
       return app.state.value?.time ?? 0;
