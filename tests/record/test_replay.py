@@ -7,13 +7,13 @@ import pytest
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import String
-from kbot.record import Recording, open_writer
+from kbot.record import Recorder, Recording, open_writer
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.sim.faults import Kick, LostCommands, Slip
 from kbot.text import KbotError
-from kbot.wire import Packet
+from kbot.wire import Feed, Packet
 
 from .conftest import record
 
@@ -115,14 +115,34 @@ def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Pa
     assert again.same_state is False
 
 
-def test_a_run_that_was_put_into_a_state_is_refused(tmp_path: Path) -> None:
+def test_a_run_that_was_set_back_is_set_back_again(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
+        sim.cmd_vel(0.3, 0.2)
+        sim.run(0.333)
         before = sim.state()
         sim.run(0.1)
+        sim.cmd_vel(0.0, 1.0)
+        sim.run(0.1)
         sim.restore(before)
+        sim.run(0.5)
 
     record(tmp_path / "run.mcap", drive)
-    with pytest.raises(KbotError, match="restore"):
+    again = replay(str(tmp_path / "run.mcap"))
+    assert again.is_same
+    assert again.same_state
+
+
+def test_a_run_that_was_set_back_to_before_its_recording_is_refused(tmp_path: Path) -> None:
+    sim = Simulation("kbot")
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(0.1)
+    before = sim.state()
+    sim.reset()
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.mcap")):
+        sim.run(0.3)
+        sim.restore(before)
+        sim.run(0.1)
+    with pytest.raises(KbotError, match="was set back to step 50, which is not in the recording"):
         replay(str(tmp_path / "run.mcap"))
 
 

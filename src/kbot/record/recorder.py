@@ -199,6 +199,7 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
         "start": json.dumps(astuple(simulation.start)),
         "naming": json.dumps(astuple(simulation.named().naming)),
         "first_step": str(simulation.steps),
+        "first_note": str(simulation.noted),
         "kbot": version("kbot"),
         "mujoco": _engine_version(),
         "python": platform.python_version(),

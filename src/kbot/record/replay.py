@@ -12,6 +12,7 @@ from kbot.launch.static_transforms import from_json
 from kbot.model.load import load_robot_text
 from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms
+from kbot.record.branches import Branches
 from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.reader import Recording, Summary
@@ -25,7 +26,7 @@ from kbot.xacro import Packages
 MADE_BY_SIMULATION = frozenset({"/clock", "/tf", "/tf_static"})
 MADE_BY_ROBOTS = frozenset({"odom", "joint_states"})
 """In the namespace of each."""
-TURNS_TIME_BACK = frozenset({"reset", "reset_time"})
+TURNS_TIME_BACK = frozenset({"reset", "reset_time", "restore"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +61,12 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     last = 0
     if summary.kind != "MCAP":
         _refuse_resets(recording, summary)
+    branches = Branches(recording, summary)
     for entry in recording.entries():
         if entry.topic == COMMANDS_TOPIC:
-            _obey(simulation, json.loads(entry.message().data), round(last / (simulation.timestep * 1e9)))
+            command = json.loads(entry.message().data)
+            branches.pass_by(simulation)
+            _obey(simulation, command, round(last / (simulation.timestep * 1e9)), branches)
             comparison.hear_new()
             last = simulation.clock.nanoseconds
         else:
@@ -111,13 +115,16 @@ def _refuse_resets(recording: Recording, summary: Summary) -> None:
             raise KbotError(f"the run was reset, and a {kind} does not keep the order: record it as .mcap")
 
 
-def _obey(simulation: Simulation, command: dict[str, Any], last_step: int) -> None:
+def _obey(simulation: Simulation, command: dict[str, Any], last_step: int, branches: Branches) -> None:
     """Do what was done, at the step at which it was done."""
     what, step = command.pop("do"), command.pop("step")
     if what in TURNS_TIME_BACK:
         step = command.pop("after", last_step)
     simulation.step(max(0, step - simulation.steps))
-    do_again(simulation, what, command)
+    if what == "restore":
+        branches.go_back(simulation, command["noted"], command["to"])
+    else:
+        do_again(simulation, what, command)
 
 
 class _Comparison:

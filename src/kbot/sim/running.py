@@ -44,7 +44,7 @@ class Running:
             raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
         if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
             raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
-        self.world = world
+        self.built = self.world = world
         self.seed = seed
         self.timestep = timestep
         self.clock = Clock()
@@ -52,6 +52,8 @@ class Running:
         self.random = np.random.default_rng(seed)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self.noted = 0
+        """How much was done to the simulation from outside; what the journal was told, if there was one."""
         self.changes: list[tuple[str, dict[str, Any]]] = []
         """What came into the world and went since it was built, as the journal has it."""
         self.attached: dict[str, Any] = {}
@@ -231,3 +233,4 @@ class Running:
             self.changes.append((what, numbers))
         if self.journal is not None:
             self.journal(what, numbers)
+        self.noted += 1

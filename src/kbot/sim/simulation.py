@@ -237,17 +237,25 @@ class Simulation(Models):
             tuple(self._pushes),
             self._assembly.welds,
             dict(self.random.bit_generator.state),
+            self.built,
+            self.world,
+            tuple(self.changes),
+            self.noted,
         )
 
     def restore(self, state: State) -> None:
-        """Back to a saved state of this simulation; what follows is the same, bit for bit.
+        """Back to a saved state of this simulation, with the things that were there; what follows is the
+        same, bit for bit.
 
         Raises:
             KbotError: the state is another simulation's, or robots came or went since.
         """
         if not isinstance(state, State):
             raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
-        assembly = self._assembly
+        assembly, before = self._assembly, self._steps
+        is_own = state.built is self.built and set(state.robots) == set(self.robots)
+        if is_own and state.world is not assembly.world:
+            assembly = assembly.with_world(state.world)
         if state.welds != assembly.welds:
             assembly = assembly.with_welds(state.welds)
         size = len(read_engine(assembly.model, assembly.data))
@@ -260,8 +268,9 @@ class Simulation(Models):
             robot.restore(state.robots[name])
         self._pushes[:] = state.pushes
         self.random.bit_generator.state = state.random
+        self.changes[:] = state.changes
         self._start_at(state.steps)
-        self._note("restore")
+        self._note("restore", after=before, to=state.steps, noted=state.noted)
 
     def state_sha256(self) -> str:
         """Digest of the engine's state; equal runs have equal ones."""

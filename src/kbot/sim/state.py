@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kbot.sim.pushes import Push
 from kbot.sim.welds import Weld
 from kbot.text import KbotError
+from kbot.world import World
 
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on; the smaller sets differ in the last bits after a restore."""
@@ -22,7 +23,8 @@ _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 class State:
     """`vector`: the engine's state; `engine`: a copy of all the engine holds, for what lies asleep is not
     in the vector; `robots`: what each robot's controllers hold, by name; `pushes` that still act and `welds`
-    that hold."""
+    that hold; `built`: the world as it was at first, `world` and `changes`: as it is, and what came and
+    went; `noted`: how much was journalled until then."""
 
     steps: int
     vector: NDArray[np.float64]
@@ -31,6 +33,15 @@ class State:
     pushes: tuple[Push, ...]
     welds: tuple[Weld, ...]
     random: dict[str, Any]
+    built: World
+    world: World
+    changes: tuple[tuple[str, dict[str, Any]], ...]
+    noted: int
+
+    @property
+    def size(self) -> int:
+        """Bytes held, about."""
+        return int(self.vector.nbytes + self.engine.nbuffer + self.engine.maxuse_arena)
 
 
 def copy_engine(model: Any, data: Any) -> Any:  # noqa: ANN401

@@ -21,6 +21,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
+from kbot.sim.state import State
 from kbot.text import KbotError
 from kbot.workbench.about import Offers
 from kbot.workbench.contact_forces import ContactForces
@@ -286,6 +287,20 @@ class Driving:
 
     def seek(self, at: float) -> None:
         raise KbotError("a simulation goes on from where it is")
+
+    def save(self) -> tuple[State, int] | None:
+        if not self._is_finite():
+            return None
+        state = self._sim.state()
+        return state, state.size
+
+    def resume(self, saved: object) -> None:
+        if not isinstance(saved, State):
+            raise KbotError("that is no state of a simulation")
+        self._sim.restore(saved)
+        self._goals.cancel("the simulation was set back")
+        self._goals.look_again()
+        self._owed = 0.0
 
     def record(self, recording: RunRecording) -> None:
         recording.begin(self._sim, self._setup.named)

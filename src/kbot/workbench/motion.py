@@ -118,6 +118,14 @@ class Motion(Protocol):
         """Let what happens be recorded. Raises KbotError where nothing is simulated, or see `begin`."""
         ...
 
+    def save(self) -> tuple[object, int] | None:
+        """All that what follows depends on, and its size in bytes; None where nothing goes on by itself."""
+        ...
+
+    def resume(self, saved: object) -> None:
+        """Go on from what `save` gave. Raises KbotError: it is of another simulation."""
+        ...
+
     def replace(self, robot: Robot) -> Motion:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
         ...
@@ -211,6 +219,12 @@ class Sliders:
 
     def seek(self, at: float) -> None:
         raise KbotError("nothing moves here by itself, so there is no time to go to")
+
+    def save(self) -> None:
+        return None
+
+    def resume(self, saved: object) -> None:
+        raise KbotError("nothing moves here by itself, so there is nothing to go on from")
 
     def record(self, recording: RunRecording) -> None:
         raise KbotError("nothing is simulated here, so there is nothing to record: kbot sim does it")

@@ -202,6 +202,23 @@ class Session:
         self.rate += (done / wall_seconds - self.rate) * min(1.0, wall_seconds / 0.5)
         return True
 
+    @property
+    def run(self) -> object:
+        """Another one for another robot or world."""
+        return self._motion
+
+    def save(self) -> tuple[object, int] | None:
+        """What `resume` goes on from, and its size in bytes."""
+        return self._motion.save()
+
+    def resume(self, saved: object) -> None:
+        """Let the simulation go on from a saved state. Raises KbotError: robots came or went since."""
+        self._motion.resume(saved)
+        self.paused = False
+        self._resets += 1
+        self._deadman.release()
+        self._look_around()
+
     def obey(self, message: FromPage, client: int) -> list[FromServer]:
         """Do what a page asks, and answer to it alone.
 

@@ -56,6 +56,12 @@ export class TimeTravel {
     if (this.isPast) this.app.send({ type: "go_live" });
   }
 
+  /** Lets the simulation go on from the moment on show. */
+  resume(): void {
+    this.asked = null;
+    if (this.isPast) this.app.send({ type: "resume" });
+  }
+
   /** Marks the moment on show. */
   mark(): void {
     if (this.timeline.value !== null) this.bookmarks.add(this.at, this.app.state.value?.time ?? 0);

@@ -29,6 +29,7 @@ from kbot.workbench.protocol import (
     OpenSource,
     Publish,
     Refused,
+    Resume,
     Seek,
     Subscribe,
     Topics,
@@ -198,6 +199,8 @@ class Server:
                     self.past.seek(client, at)
                 case GoLive():
                     self.past.go_live(client)
+                case Resume():
+                    self.past.resume(client)
                 case AskSeries() | DrawPlot():
                     self._plotting.ask(client, message)
                 case _:

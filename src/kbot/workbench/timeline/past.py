@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kbot.workbench.protocol import State, Timeline
+from kbot.text import KbotError
+from kbot.workbench.protocol import State, Timeline, Told
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.history import Frame, History
+from kbot.workbench.timeline.saved import Saved, SavedStates
 from kbot.workbench.timeline.series import SCENE, STATE, TOPIC, Field, Making, series_of_history
+
+SAME_SECONDS = 0.005
+"""Between two moments that are told as one."""
 
 
 class Past:
@@ -18,6 +23,7 @@ class Past:
     def __init__(self, session: Session, hub: Hub) -> None:
         self._session, self._hub = session, hub
         self._history = History()
+        self._saved = SavedStates()
         self._revision = 0
         self._scene: str = ""
         if session.mode == "sim":
@@ -31,6 +37,7 @@ class Past:
                 self._revision, self._scene = state.revision, encode(self._session.scene)
                 self._history.add(SCENE, self._scene)
             self._history.add(STATE, text)
+            self._saved.keep(state.at, state.time, self._session.run, self._session.save)
         self._hub.publish(state, text)
 
     def tell_topic(self, topic: str, frame: Frame, pages: frozenset[int]) -> None:
@@ -59,6 +66,29 @@ class Past:
         """How numbers went from `start` to `end` seconds along the timeline."""
         making = self._session.series(fields, start, end)
         return making if making is not None else series_of_history(self._history, fields, start, end)
+
+    def resume(self, client: Client) -> None:
+        """Let the simulation go on from the moment that a page is shown.
+
+        Raises:
+            KbotError: the page is shown what is, or nothing was saved near that moment.
+        """
+        at = client.looks_at
+        if at is None:
+            raise KbotError("go back to a moment first: the simulation goes on from the one on show")
+        saved = self._saved.nearest(at, self._session.run)
+        self._session.resume(saved.state)
+        self._hub.publish(Told(self._way_on(at, saved)))
+        self.go_live(client)
+
+    def _way_on(self, at: float, saved: Saved) -> str:
+        told = f"The simulation goes on from {saved.time:.2f} s"
+        if abs(saved.at - at) >= SAME_SECONDS:
+            time = saved.time + at - saved.at
+            told += f", the saved state that is nearest to {time:.2f} s"
+        if self._session.recording.view() is not None:
+            told += "; the recording holds both ways, and plays the later one"
+        return f"{told}."
 
     def go_live(self, client: Client) -> None:
         """Show a page what is."""

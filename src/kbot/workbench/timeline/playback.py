@@ -226,6 +226,12 @@ class Playback:
     def act(self, action: Action) -> None:
         _refuse()
 
+    def save(self) -> None:
+        return None
+
+    def resume(self, saved: object) -> None:
+        _refuse()
+
     def record(self, recording: RunRecording) -> None:
         raise KbotError("this is a recording already: kbot bag cut makes a part of it a file")
 

@@ -1,0 +1,176 @@
+"""A simulation that goes on from a moment of before: what was then holds, and a recording of it is sound."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kbot.record import Recorder
+from kbot.record.replay import replay
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.wire import Feed
+from kbot.workbench.protocol import State, Told
+from kbot.workbench.serve import open_session
+from kbot.workbench.serving.hub import Client, Hub
+from kbot.workbench.session import Session
+from kbot.workbench.timeline import saved
+from kbot.workbench.timeline.past import Past
+from kbot.workbench.timeline.saved import SavedStates
+
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
+
+class Desk:
+    """A session whose pages are told of, and one page that looks back."""
+
+    def __init__(self, **options: object) -> None:
+        self.session: Session = open_session("kbot", simulate=True, **options)  # type: ignore[arg-type]
+        self.hub = Hub()
+        self.past = Past(self.session, self.hub)
+        self.client: Client = self.hub.join()
+        self.session.announce = self.hub.publish
+        self.states: dict[float, State] = {}
+
+    @property
+    def sim(self) -> Simulation:
+        return self.session._motion._sim  # type: ignore[attr-defined, no-any-return]
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.02)):
+            self.session.advance(0.02)
+            state = self.session.state()
+            self.states[round(state.time, 2)] = state
+            self.past.tell_state(state)
+
+    def resume(self, at: float) -> str:
+        self.past.seek(self.client, at)
+        self.past.resume(self.client)
+        return str(self.client._waiting.get(Told.__dataclass_fields__["type"].default))
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Desk:
+    desk = Desk(world="boxes", seed=3)
+    desk.session.recording.folder = str(tmp_path)
+    return desk
+
+
+def test_it_stands_and_drives_as_it_did(desk: Desk) -> None:
+    desk.sim.cmd_vel(0.3, 0.6)
+    desk.run(4.0)
+    then = dict(desk.states)
+    told = desk.resume(2.1)
+    state = desk.session.state()
+    assert f"goes on from {state.time:.2f} s" in told
+    assert state.time == pytest.approx(2.1, abs=0.55)
+    before = then[round(state.time, 2)]
+    assert state.poses == before.poses
+    assert state.positions == before.positions
+    assert desk.client.looks_at is None
+    assert not desk.session.paused
+    desk.run(1.0)
+    assert desk.session.state().poses == then[round(desk.session.state().time, 2)].poses
+    assert desk.session.state().at > 4.9  # the timeline goes on
+
+
+def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk) -> None:
+    desk.run(1.5)
+    desk.sim.spawn_thing("box", "early", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.run(2.0)
+    desk.sim.delete_model("early")
+    desk.sim.spawn_thing("box", "late", -2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.run(2.0)
+    desk.resume(3.2)
+    names = {body.name for body in desk.session.scene.bodies}
+    assert "early" in names
+    assert "late" not in names
+    desk.run(0.5)
+    desk.resume(1.0)
+    assert "early" not in {body.name for body in desk.session.scene.bodies}
+
+
+@pytest.mark.parametrize("kind", ["page", "command line"])
+def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
+    desk: Desk, tmp_path: Path, kind: str
+) -> None:
+    sim = desk.sim
+    if kind == "page":
+        desk.session._record(on=True)
+        path = str(desk.session.recording.view().file)  # type: ignore[union-attr]
+        end: Callable[[], None] = desk.session.recording.end
+    else:
+        path = str(tmp_path / "run.mcap")
+        end = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path, world="boxes").close
+    desk.sim.cmd_vel(0.3, 0.4)
+    desk.run(2.5)
+    desk.sim.spawn_thing("box", "crate", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.run(1.5)
+    told = desk.resume(2.0)
+    assert ("the recording holds both ways" in told) == (kind == "page")
+    desk.sim.cmd_vel(-0.2, 0.0)
+    desk.run(2.2)
+    desk.resume(desk.session.state().at - 1.0)  # back on the second way
+    desk.sim.cmd_vel(0.0, 1.0)
+    desk.run(1.5)
+    desk.resume(1.0)  # and on the first again
+    desk.sim.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.1)
+    desk.run(1.0)
+    digest = sim.state_sha256()
+    end()
+    again = replay(path)
+    assert again.difference == ""
+    assert again.same_state
+    assert again.simulation.state_sha256() == digest
+
+
+def test_a_bag_that_cannot_hold_it_says_so(desk: Desk, tmp_path: Path) -> None:
+    sim, path = desk.sim, str(tmp_path / "run.bag")
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
+        desk.run(2.0)
+        desk.resume(1.0)
+        desk.run(0.5)
+    with pytest.raises(KbotError, match=r"record it as \.mcap"):
+        replay(path)
+
+
+def test_who_looks_at_what_is_has_nothing_to_go_on_from(desk: Desk) -> None:
+    desk.run(1.0)
+    with pytest.raises(KbotError, match="go back to a moment first"):
+        desk.past.resume(desk.client)
+
+
+def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:
+    desk.run(3.0)
+    desk.session._enter("empty", 0)
+    desk.run(2.0)
+    desk.past.seek(desk.client, 1.0)
+    with pytest.raises(KbotError, match="no state is saved there, for the robot or its world was another"):
+        desk.past.resume(desk.client)
+    desk.past.seek(desk.client, 4.5)
+    desk.past.resume(desk.client)
+    assert 0.9 < desk.session.state().time < 1.6
+
+
+def test_robots_that_came_since_are_a_reason_said(desk: Desk) -> None:
+    desk.run(2.0)
+    desk.sim.spawn_model(desk.sim.robot, "second", -2.0, 0.0, 0.0)
+    desk.run(0.5)
+    desk.past.seek(desk.client, 1.0)
+    before = desk.session.state()
+    with pytest.raises(KbotError, match="another robot or world"):
+        desk.past.resume(desk.client)
+    assert desk.session.state() == before
+
+
+def test_states_are_saved_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(saved, "MOST_BYTES", 80 * 1000)
+    states = SavedStates()
+    for step in range(50 * 400):
+        states.keep(step / 50, step / 50, "run", lambda step=step: (step, 1000))  # type: ignore[misc]
+    assert states.size <= 80 * 1000
+    end = 400.0
+    for at in np.arange(end - 50, end - 1, 0.37):
+        assert abs(states.nearest(float(at), "run").at - at) <= 0.51
+    assert abs(states.nearest(end - 100.0, "run").at - (end - 100.0)) <= 2.6
