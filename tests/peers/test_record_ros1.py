@@ -1,6 +1,9 @@
 """Bags that KBot writes, read by Debian's rosbag; bags that rosbag writes, read by KBot."""
 
 import json
+import os
+import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -144,3 +147,32 @@ def _heard(ros: Ros, file: Path, *launch: str) -> list[str]:
     finally:
         stop(echo)
     return [line.partition(",")[2] for line in file.read_text().splitlines() if line[:1].isdecimal()]
+
+
+def test_of_a_recording_that_was_killed_no_less_is_read_than_rosbag_reindex_saves(
+    ros: Ros, tmp_path: Path
+) -> None:
+    core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
+    started = [core]
+    bag = tmp_path / "killed.bag.active"
+    try:
+        wait_until(lambda: _has_master(ros), "a master")
+        started.append(ros.start("rostopic", "pub", "-r", "200", "/chatter", "std_msgs/String", "x" * 5000))
+        recorder = ros.start("rosbag", "record", "--chunksize=64", "-O", str(tmp_path / "killed"), "/chatter")
+        started.append(recorder)
+        wait_until(lambda: bag.exists() and bag.stat().st_size > 2_000_000, "a recording")
+        os.killpg(recorder.pid, signal.SIGKILL)
+        recorder.wait(20)
+    finally:
+        for process in reversed(started):
+            stop(process)
+    found = Recording(str(bag)).summary()
+    assert "it was not closed" in found.broken
+    mended = tmp_path / "mended.bag"
+    mended.write_bytes(bag.read_bytes())
+    ros.run("rosbag", "reindex", str(mended))
+    theirs = re.search(r"/chatter +(\d+) msgs", ros.run("rosbag", "info", str(mended)))
+    assert theirs is not None
+    assert int(theirs[1]) > 300
+    # they save whole chunks, of thirteen messages each, and we those of the last one too
+    assert 0 <= found.count - int(theirs[1]) <= 13

@@ -73,7 +73,8 @@ def info(recording: str, as_json: bool) -> int:
     for name, values in found.notes.items():
         lines.append(f"{name}: " + ", ".join(f"{key} {value}" for key, value in values.items()))
     if found.broken:
-        lines.append(f"It is not whole: {found.broken}.")
+        until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
+        lines.append(f"It is not whole: {found.broken}. The {found.count} messages{until} can be read.")
     click.echo("\n".join(lines))
     return int(bool(found.broken))
 
@@ -103,8 +104,10 @@ def _copy(
 ) -> None:
     from kbot.record.copy import copy_recording
 
-    count = copy_recording(recording, target, start=start, end=end, topics=topics)
-    click.echo(f"{target}: {count} messages")
+    copied = copy_recording(recording, target, start=start, end=end, topics=topics)
+    if copied.broken:
+        click.echo(f"{recording} is not whole: {copied.broken}", err=True)
+    click.echo(f"{target}: {copied.messages} messages")
 
 
 @command.command(

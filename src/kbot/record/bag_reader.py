@@ -14,8 +14,9 @@ from rosbags.rosbag1 import ReaderError as Ros1Error
 from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
+from kbot.record.bag_salvage import salvaged
 from kbot.record.entry import Entry, Types
-from kbot.record.formats import Note
+from kbot.record.formats import BrokenOff, NoIndex, Note
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 
@@ -27,7 +28,8 @@ UNREADABLE = (
 
 
 class BagSource:
-    """Both kinds need their index: one that broke off is to be mended by ROS's own tools first."""
+    """Of a bag of ROS 1 that has no index all is read that is whole. A rosbag2 needs its metadata: one that
+    broke off is to be mended by ROS's own tools first."""
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
@@ -35,7 +37,14 @@ class BagSource:
         self.kind = "bag of ROS 1" if self._is_ros1 else "rosbag2"
 
     def entries(self, note: Note) -> Iterator[Entry]:
-        """Raises KbotError: it is no such recording, or has no index."""
+        """Raises KbotError: it is no such recording, or a rosbag2 without its index."""
+        try:
+            yield from self._indexed()
+        except NoIndex as missing:
+            yield from salvaged(self._path, UNREADABLE)
+            raise BrokenOff(str(missing)) from None
+
+    def _indexed(self) -> Iterator[Entry]:
         types = Types()
         try:
             with AnyReader([self._path], default_typestore=ros2_types()) as reader:
@@ -51,7 +60,7 @@ class BagSource:
 
 
 def unread(path: Path, error: Exception) -> KbotError:
-    """What is to be said of a bag whose reading raised this."""
+    """What is to be said of a bag whose reading raised this; a NoIndex where it can be read without."""
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return KbotError(
@@ -63,8 +72,11 @@ def unread(path: Path, error: Exception) -> KbotError:
         elif files := sorted(path.glob("*.mcap")):
             mend = f"; a file in it can be read: {files[0]}"
         return KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{mend}")
+    missing = _missing_index(path)
+    if missing:
+        return NoIndex(missing)
     mend = f"a machine with ROS 1 mends what is whole: rosbag reindex {path}"
-    return KbotError(f"{path} cannot be read as bag of ROS 1: {_missing_index(path) or error}; {mend}")
+    return KbotError(f"{path} cannot be read as bag of ROS 1: {error}; {mend}")
 
 
 def _missing_index(path: Path) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import NamedTuple
 
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
@@ -16,6 +17,13 @@ ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static"})
 """Said once at the start, and needed to make sense of all that follows."""
 
 
+class Copied(NamedTuple):
+    """How many messages were written; `broken` says why what was read ends early, empty where it is whole."""
+
+    messages: int
+    broken: str
+
+
 def copy_recording(
     path: str,
     target: str,
@@ -23,10 +31,10 @@ def copy_recording(
     start: float | None = None,
     end: float | None = None,
     topics: tuple[str, ...] = (),
-) -> int:
+) -> Copied:
     """Write what lies from `start` to `end` (seconds of the recording's clock) to a new recording.
 
-    What is latched is kept although it came earlier. Returns how many messages were written.
+    What is latched is kept although it came earlier.
 
     Raises:
         KbotError: either file, a topic that is not there, or a time that ends before it starts.
@@ -38,7 +46,8 @@ def copy_recording(
         raise KbotError(f"a cut from {start} s to {end} s ends before it starts")
     first = None if start is None else round(start * 1e9)
     last = None if end is None else round(end * 1e9)
-    notes = recording.summary().notes
+    summary = recording.summary()
+    notes = summary.notes
     if first is not None or last is not None or topics:
         notes = {
             ("kbot.cut" if name == "kbot" else name): v for name, v in notes.items() if name != "kbot.end"
@@ -57,7 +66,7 @@ def copy_recording(
         writer.abandon()
         _remove(target)
         raise KbotError(f"{target} was not written: {getattr(error, 'strerror', None) or error}") from None
-    return count
+    return Copied(count, summary.broken)
 
 
 def _wanted(entry: Entry, first: int | None, last: int | None, topics: tuple[str, ...]) -> bool:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Iterator
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from kbot.text import KbotError
-from kbot.wire.types import ros1_types, ros2_types
+from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.wire.layout import ONLY_ON_THE_WIRE
+from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -39,6 +41,36 @@ class Types:
                 store.register({key: value for key, value in found.items() if key not in store.fielddefs})
         except TypesysError as error:
             raise KbotError(f"the definition of {name} cannot be read: {error}") from None
+
+
+@cache
+def _unlike(name: str) -> type | None:
+    """Our message of a type that has other fields in ROS 1 than in ROS 2, as markers have; None for any
+    other, whose bytes are the same but for how they are aligned."""
+    kind = known_type(name)
+    if kind is None or name not in ros1_types().fielddefs:
+        return None
+    is_same = list(_layout(ros1_types(), name)) == list(_layout(ros2_types(), name))
+    return None if is_same else kind
+
+
+def _layout(store: Typestore, name: str) -> Iterator[object]:
+    """The kinds of a type's fields, in their order, those of its parts in their place."""
+    from rosbags.interfaces import Nodetype
+
+    for field, desc in store.fielddefs[name][1]:
+        if field in ONLY_ON_THE_WIRE:
+            continue
+        outer, inner = desc
+        part: object = desc
+        if outer in (Nodetype.SEQUENCE, Nodetype.ARRAY):
+            yield outer
+            part = inner[0]  # type: ignore[index]
+        match part:
+            case (Nodetype.NAME, str(below)):
+                yield from _layout(store, below)
+            case _:
+                yield part
 
 
 def _copy(store: Typestore) -> Typestore:
@@ -75,6 +107,9 @@ class Entry:
         """Raises KbotError: the bytes are no such message."""
         if not self._is_ros1:
             return self.data
+        kind = _unlike(self.type_name)
+        if kind is not None:
+            return encode_cdr(decode_ros1(self.data, kind))
         return bytes(self._converted(self._types.ros2.ros1_to_cdr, self.data))
 
     @cached_property
@@ -82,6 +117,9 @@ class Entry:
         """Raises KbotError: the bytes are no such message."""
         if self._is_ros1:
             return self.data
+        kind = _unlike(self.type_name)
+        if kind is not None:
+            return encode_ros1(decode_cdr(self.data, kind))
         return bytes(self._converted(self._types.ros2.cdr_to_ros1, self.data))
 
     @property

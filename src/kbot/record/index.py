@@ -68,4 +68,7 @@ def open_index(path: str) -> Index:
             return WholeIndex(path)
     from kbot.record.bag_index import BagIndex
 
-    return BagIndex(path)
+    try:
+        return BagIndex(path)
+    except NoIndex:
+        return WholeIndex(path)

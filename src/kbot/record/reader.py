@@ -11,6 +11,9 @@ from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source, read_note
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
+BAGS = (".bag", ".bag.active")
+"""How bags of ROS 1 end; the latter while rosbag writes them, and after a kill."""
+
 
 @dataclass
 class TopicSummary:
@@ -94,7 +97,7 @@ def kept(path: str) -> str:
 
 def is_recording(path: str) -> bool:
     """Whether a name is that of a recording, by its suffix or by what is in the folder."""
-    return path.endswith((".mcap", ".bag")) or Path(path, "metadata.yaml").is_file()
+    return path.endswith((".mcap", *BAGS)) or Path(path, "metadata.yaml").is_file()
 
 
 def _source(path: str) -> Source:
@@ -103,7 +106,7 @@ def _source(path: str) -> Source:
         siblings = [item.name for item in file.parent.iterdir()] if file.parent.is_dir() else []
         hint = did_you_mean(file.name, siblings)
         raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
-    if file.is_dir() or file.suffix == ".bag":
+    if file.is_dir() or path.endswith(BAGS):
         from kbot.record.bag_reader import BagSource
 
         return BagSource(path)

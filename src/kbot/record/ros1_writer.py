@@ -20,7 +20,8 @@ FIRST_MOMENT = 1
 
 
 class Ros1Writer:
-    """Written in chunks; the index comes at the end, so a broken run needs `rosbag reindex`.
+    """Written in chunks; the index comes at the end: one that broke off is read without it, or after
+    `rosbag reindex`.
 
     Not compressed: ROS cannot read the library's LZ4, and BZ2 is too slow to record with.
     """
@@ -53,6 +54,7 @@ class Ros1Writer:
 
     def flush(self) -> None:
         if self._writer.bio:
+            self._writer.write_chunk(self._writer.chunks[-1])
             self._writer.bio.flush()
 
     def close(self) -> None:

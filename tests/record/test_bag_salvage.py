@@ -1,0 +1,114 @@
+"""Bags of ROS 1 that broke off: what is whole in them, and what is said."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag1 import Writer
+from rosbags.typesys import Stores, get_typestore
+
+import kbot
+from kbot.record import Recorder, Recording
+from kbot.record.copy import copy_recording
+from kbot.record.index import open_index
+from kbot.sim import Simulation
+from kbot.wire import Feed
+
+COUNT = 300
+NO_INDEX = b"index_pos="
+
+
+@pytest.fixture(scope="module", params=["none", "bz2", "lz4"])
+def whole(request, tmp_path_factory) -> bytes:
+    """Numbers 0 to 299, one a millisecond, in chunks of some forty messages."""
+    path = tmp_path_factory.mktemp("bags") / "numbers.bag"
+    store = get_typestore(Stores.ROS1_NOETIC)
+    number = store.types["std_msgs/msg/UInt32"]
+    writer = Writer(path)
+    if request.param != "none":
+        writer.set_compression(Writer.CompressionFormat[request.param.upper()])
+    writer.chunk_threshold = 2000
+    with writer:
+        topics = [writer.add_connection(name, number.__msgtype__, typestore=store) for name in ("/a", "/b")]
+        for n in range(COUNT):
+            data = store.serialize_ros1(number(data=n), number.__msgtype__)
+            writer.write(topics[n % 2], (n + 1) * 1_000_000, data)
+    return path.read_bytes()
+
+
+def test_of_a_bag_that_is_cut_anywhere_the_first_messages_are_read(whole: bytes, tmp_path: Path) -> None:
+    at = whole.index(NO_INDEX) + len(NO_INDEX)
+    index = int.from_bytes(whole[at : at + 8], "little")
+    file = tmp_path / "cut.bag"
+    counts = []
+    for size in (4200, 5000, *range(6000, index, 1777), index):
+        file.write_bytes(whole[:size])
+        entries = list(Recording(str(file)).entries())
+        assert [entry.message().data for entry in entries] == list(range(len(entries)))
+        assert [entry.nanoseconds for entry in entries] == [(n + 1) * 1_000_000 for n in range(len(entries))]
+        counts.append(len(entries))
+    assert counts == sorted(counts)
+    assert counts[-1] == COUNT
+
+
+def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path) -> None:
+    broken, mended = tmp_path / "broken.bag.active", tmp_path / "mended.bag"
+    at = whole.index(NO_INDEX) + len(NO_INDEX)
+    index = int.from_bytes(whole[at : at + 8], "little")
+    broken.write_bytes(whole[:at] + bytes(8) + whole[at + 8 : index])
+    copied = copy_recording(str(broken), str(mended))
+    assert copied.messages == COUNT
+    assert copied.broken == f"it was not closed, so that its {index:,} bytes have no index"
+    found = Recording(str(mended)).summary()
+    assert (found.count, found.broken) == (COUNT, "")
+    shown = open_index(str(broken))
+    newest = shown.newest("/a", 10_000_000)
+    assert newest is not None
+    assert newest.message().data == 8
+
+
+def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path) -> None:
+    file = tmp_path / "run.bag"
+    code = (
+        "import kbot, sys, time\nfrom kbot.record import Recorder\nfrom kbot.wire import Feed\n"
+        "sim = kbot.Simulation(kbot.load('kbot'))\n"
+        f"recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), {str(file)!r})\n"
+        "while True: sim.run(0.1); time.sleep(0.05)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        end = time.monotonic() + 60.0
+        while not (file.exists() and file.stat().st_size > 40_000):
+            assert time.monotonic() < end
+            time.sleep(0.1)
+    finally:
+        os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+        process.wait(20)
+    found = Recording(str(file)).summary()
+    assert "it was not closed" in found.broken
+    assert found.topics["/odom"].count > 10
+    assert "kbot" in found.notes
+
+
+def test_garbage_after_what_is_whole_ends_it(whole: bytes, tmp_path: Path) -> None:
+    at = whole.index(NO_INDEX) + len(NO_INDEX)
+    file = tmp_path / "garbage.bag"
+    file.write_bytes(whole[:at] + bytes(8) + whole[at + 8 : 9000] + b"\xff" * 500)
+    found = Recording(str(file)).summary()
+    assert 0 < found.count < COUNT
+    assert found.broken
+
+
+def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "run.bag"
+    sim = Simulation(kbot.load("kbot"))
+    recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file))
+    sim.run(1.0)
+    recorder._writer.flush()
+    assert Recording(str(file)).summary().topics["/odom"].count == 50
+    recorder.close()
+    assert Recording(str(file)).summary().broken == ""
