@@ -5,6 +5,7 @@ from the model's kinematics.
 """
 
 from collections.abc import Iterator, Mapping
+from math import ceil, floor
 
 import numpy as np
 
@@ -63,27 +64,33 @@ def _draw(
     in_front = (clip[..., 3] > 1e-6).all(axis=1)
     seen = clip[in_front, :, :3] / clip[in_front, :, 3:]
     x, y, z = (seen[..., 0] + 1) / 2 * width, (1 - seen[..., 1]) / 2 * height, seen[..., 2]
-    for (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) in zip(x, y, z, strict=True):
+    columns, rows = np.arange(width)[None, :] + 0.5, np.arange(height)[:, None] + 0.5
+    for (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) in zip(x.tolist(), y.tolist(), z.tolist(), strict=True):
         area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
         if abs(area) < 1e-12:
             continue
-        left, right = max(0, int(min(x0, x1, x2))), min(width, int(max(x0, x1, x2)) + 1)
-        top, bottom = max(0, int(min(y0, y1, y2))), min(height, int(max(y0, y1, y2)) + 1)
+        # pixels whose middle may lie within
+        left, right = max(0, ceil(min(x0, x1, x2) - 0.5)), min(width, floor(max(x0, x1, x2) + 0.5))
+        top, bottom = max(0, ceil(min(y0, y1, y2) - 0.5)), min(height, floor(max(y0, y1, y2) + 0.5))
         if left >= right or top >= bottom:
             continue
-        px = np.arange(left, right)[None, :] + 0.5
-        py = np.arange(top, bottom)[:, None] + 0.5
+        px = columns[:, left:right]
+        py = rows[top:bottom]
         b = ((px - x0) * (y2 - y0) - (x2 - x0) * (py - y0)) / area
         c = ((x1 - x0) * (py - y0) - (px - x0) * (y1 - y0)) / area
         a = 1 - b - c
+        inside = (a >= 0) & (b >= 0) & (c >= 0)
+        if not inside.any():
+            continue
         at = z0 * a + z1 * b + z2 * c
+        inside &= at > -1
         part = np.s_[top:bottom, left:right]
-        inside = (a >= 0) & (b >= 0) & (c >= 0) & (at > -1)
+        before = depth[part]
         other = (image[part] != index) & (image[part] >= 0)
-        tied[part][inside & other & (np.abs(at - depth[part]) <= TIE)] = True
-        tied[part][inside & (at < depth[part] - TIE)] = False
-        nearer = inside & (at < depth[part])
-        depth[part][nearer] = at[nearer]
+        tied[part][inside & other & (np.abs(at - before) <= TIE)] = True
+        tied[part][inside & (at < before - TIE)] = False
+        nearer = inside & (at < before)
+        before[nearer] = at[nearer]
         image[part][nearer] = index
 
 

@@ -78,6 +78,7 @@ def test_a_clicked_goal_is_driven_to_through_a_maze(maze: tuple[str, Session], o
     until(lambda: tool(page, "Interact").get_attribute("aria-pressed") == "true")
     until(lambda: page.locator(".goal").inner_text().startswith("Driving to the goal"))
     until(lambda: page.locator(".display[data-display=Path] .lamp[data-level=ok]").count())
+    session.speed = 5.0
     until(lambda: page.locator(".goal").inner_text().startswith("Goal reached"), seconds=300)
     x, y, yaw = pose(session)
     assert np.hypot(x - 1.2, y - 1.2) < 0.03
