@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kbot.launch import Node, Plan
 
 _LOOK_SECONDS = 0.1
+_CALLER = "/kbot_launch"
 
 
 def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
@@ -82,14 +83,31 @@ def _tell(text: str) -> None:
     click.echo(text, err=True)
 
 
-def _tell_master(plan: Plan) -> None:
-    from kbot.bridges.ros1.bridge import DEFAULT_MASTER
+def clear_on_master(plan: Plan) -> None:
+    """Delete on the master of ROS 1 what a launch wants deleted first, by `<rosparam command="delete">` and
+    then by `clear_params`, as roslaunch does; nothing where no master is."""
     from kbot.bridges.ros1.rpc import RpcFailed, call
 
-    uri = os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER
+    deleted = [name for command, name, _ in plan.store if command == "delete"]
+    for name in (*deleted, *plan.clear):
+        with suppress(RpcFailed):  # there is no such parameter
+            call(_master(), "deleteParam", _CALLER, name)
+
+
+def _master() -> str:
+    from kbot.bridges.ros1.bridge import DEFAULT_MASTER
+
+    return os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER
+
+
+def _tell_master(plan: Plan) -> None:
+    from kbot.bridges.ros1.rpc import RpcFailed, call
+
+    uri = _master()
+    clear_on_master(plan)
     try:
         for name, param in plan.params.items():
-            call(uri, "setParam", "/kbot_launch", name, param.value)
+            call(uri, "setParam", _CALLER, name, param.value)
     except RpcFailed as failed:
         raise KbotError(f"{failed}: start roscore, or kbot sim kbot --ros1") from None
 

@@ -13,7 +13,7 @@ import click
 
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_programs import live_for_programs, start_programs
+from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.output import fail, report
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
@@ -56,6 +56,8 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     _dump(plan)
     wishes = _wishes(plan, staged, wishes)
+    if wishes.ros1:
+        clear_on_master(plan)
     with ExitStack() as stack:
         going = stack.enter_context(companions(wishes, served=True))
         teleop = TeleopKeys() if staged.has_teleop else None

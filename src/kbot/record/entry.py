@@ -65,7 +65,7 @@ def _layout(store: Typestore, name: str) -> Iterator[object]:
         part: object = desc
         if outer in (Nodetype.SEQUENCE, Nodetype.ARRAY):
             yield outer
-            part = inner[0]  # type: ignore[index]
+            part = inner[0]
         match part:
             case (Nodetype.NAME, str(below)):
                 yield from _layout(store, below)

@@ -1,0 +1,81 @@
+"""Parameters that a launch file deletes and clears on Debian's master, by roslaunch and by KBot."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from .conftest import Ros, stop, wait_until
+
+ROBOT = """<param name="robot_description" command="$(find xacro)/xacro $(dirname)/r.urdf"/>
+<node pkg="gazebo_ros" type="spawn_model" name="spawn" args="-urdf -param robot_description -model r"/>
+"""
+FILE = """<launch>
+  {}
+  <rosparam command="delete" param="/gone/deep"/>
+  <rosparam command="delete" ns="elsewhere" param="x"/>
+  <group ns="left" clear_params="true"><param name="new" value="1"/></group>
+  <node pkg="ends_at_once" type="end.py" name="n" clear_params="true"><param name="mine" value="2"/></node>
+</launch>"""
+BEFORE = {
+    "/gone/deep/a": "1", "/gone/deep/b": "2", "/gone/stays": "3", "/elsewhere/x": "4", "/elsewhere/y": "5",
+    "/left/old": "6", "/right/old": "7", "/n/old": "8",
+}  # fmt: skip
+AFTER = {
+    "/gone/stays": "3", "/elsewhere/y": "5", "/left/new": "1", "/right/old": "7", "/n/mine": "2",
+}  # fmt: skip
+
+
+@pytest.fixture
+def package(ros: Ros) -> Path:
+    folder = ros.packages / "ends_at_once"
+    folder.mkdir(exist_ok=True)
+    (folder / "package.xml").write_text(
+        "<package format='2'><name>ends_at_once</name><version>1.0.0</version><description>d</description>"
+        "<maintainer email='a@example.org'>a</maintainer><license>MIT</license></package>"
+    )
+    (folder / "end.py").write_text("#!/usr/bin/python3\nimport rospy\nrospy.init_node('n')\n")
+    (folder / "end.py").chmod(0o755)
+    (folder / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    return folder
+
+
+def parameters(ros: Ros) -> dict[str, str]:
+    """What is there of the names above and their neighbours."""
+    text = ros.run("rosparam", "list")
+    names = [name for name in text.split() if re.match("/(gone|elsewhere|left|right|n)/", name)]
+    return {name: ros.run("rosparam", "get", name).strip() for name in names}
+
+
+@pytest.mark.parametrize("by", ["roslaunch", "kbot", "kbot with a robot"])
+def test_what_is_deleted_and_cleared_is_gone_and_all_else_stays(ros: Ros, package: Path, by: str) -> None:
+    file = package / "a.launch"
+    file.write_text(FILE.format(ROBOT if "robot" in by else ""))
+    core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
+    running = None
+    try:
+        wait_until(lambda: _has_master(ros), "a master")
+        for name, value in BEFORE.items():
+            ros.run("rosparam", "set", name, value)
+        kbot = [sys.executable, "-m", "kbot", "launch", str(file)]
+        if "robot" in by:
+            running = ros.start(*kbot, "--no-browser", "--port", "0", "--ros1")
+            wait_until(lambda: "/n/mine" in parameters(ros), "a launch")
+        else:
+            command = ["roslaunch", str(file)] if by == "roslaunch" else kbot
+            subprocess.run(command, env=ros.environment, capture_output=True, timeout=90, check=False)
+        assert parameters(ros) == AFTER
+    finally:
+        for process in (running, core):
+            if process is not None:
+                stop(process)
+
+
+def _has_master(ros: Ros) -> bool:
+    try:
+        ros.run("rosparam", "list")
+    except AssertionError:
+        return False
+    return True
