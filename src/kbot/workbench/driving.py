@@ -15,6 +15,7 @@ from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
+from kbot.messages.visualization import PointStamped
 from kbot.model import Robot
 from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
@@ -57,6 +58,8 @@ from kbot.world.registry import parameters
 BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
 STEPS_AT_ONCE = 20
+SAME_PLACE = 0.005
+"""Metres within which a robot stands where it stood."""
 
 Attend: TypeAlias = Callable[[Simulation], None]
 """Told of each simulation before it first moves: the first one, and those that take its place."""
@@ -146,12 +149,14 @@ class Driving:
         )
         self._owed = 0.0
         self.loop = False
+        self.note = ""
         self._frames = ForeignFrames(self._sim.bus)
         mount_declared(self._sim, strict=False)  # the findings say what is wrong with the declarations
         ContactForces(self._sim)
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
+        self._sim.bus.advertise("clicked_point", PointStamped)  # pages speak on it, to whoever listens
         setup.attend(self._sim)
         self._shown = self._moment()
 
@@ -312,7 +317,13 @@ class Driving:
             with suppress(KbotError):  # a robot that can no longer drive has no goal
                 other._goals.go(self._goals.status.goal)
         other.paused = self.paused
+        if not other._stands_as(self):
+            other.note = "The robot no longer fits where it stood: it is at its start again."
         return other
+
+    def _stands_as(self, before: Driving) -> bool:
+        here, there = (one.moment().poses[one._sim.robot.root].translation[:2] for one in (self, before))
+        return bool(np.abs(here - there).max() < SAME_PLACE)
 
     def enter(self, world: str, seed: int) -> tuple[Driving, World]:
         """The robot at the start of another world."""

@@ -165,21 +165,13 @@ class TopicRelay:
         name = absolute(topic)
         if not name.endswith(tuple(f"/{allowed}" for allowed in FROM_PAGE)):
             raise KbotError(f"a page may not speak on {name}: it may on {', '.join(FROM_PAGE)}")
-        message_type = self._bus.topics.get(name) or self._offer(name)
+        message_type = self._bus.topics.get(name)
         if message_type is None or not (name in self._bus.inputs or message_type is PointStamped):
             hint = did_you_mean(name, sorted(self._bus.inputs))
             raise KbotError(f"nobody hears {name}" + (f": {hint}" if hint else ""))
         if known_type(kind) is not message_type:
             raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
         self._bus.publish(name, from_plain(message, message_type))
-
-    def _offer(self, name: str) -> type | None:
-        """The type of a topic that is there because a page speaks on it: a point that was clicked is for
-        whoever listens, also later."""
-        if not name.endswith("/clicked_point"):
-            return None
-        self._bus.advertise(name, PointStamped)
-        return PointStamped
 
     def _encoded(self, heard: _Heard, packet: Packet) -> Frame:
         message = packet.message

@@ -65,12 +65,15 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
     width.value = String(canvas.width);
     height.value = String(canvas.height);
   });
-  menu.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape") return;
+  // wherever the focus is: a click does not leave it here
+  const close = (event: Event): void => {
+    if (!menu.open) return;
     menu.open = false;
-    menu.querySelector("summary")?.focus();
-    event.stopPropagation();
-  });
+    if (menu.contains(document.activeElement)) menu.querySelector("summary")?.focus();
+    if (event.type === "keydown") event.stopPropagation();
+  };
+  addEventListener("keydown", (event) => event.key === "Escape" && close(event), true);
+  addEventListener("pointerdown", (event) => menu.contains(event.target as Node) || close(event), true);
   return menu;
 }
 

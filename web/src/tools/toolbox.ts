@@ -90,6 +90,7 @@ export class ToolBox {
     event.preventDefault();
     this.canvas.focus({ preventScroll: true });
     if (this.held !== null) return this.drop(); // a second finger
+    cancelAnimationFrame(this.waiting);
     const place = this.picker.at(event.clientX, event.clientY);
     if (place === null || !tool.press(place)) return;
     const held = (this.held = new AbortController());
