@@ -106,6 +106,10 @@ class Assembly:
         _carry_over(self.model, self.data, other.model, other.data)
         return other
 
+    def let_things_be_as_in(self, other: Assembly) -> None:
+        """Let the world's bodies stand and move as they do in another assembly; robots stay as they are."""
+        _carry_over(other.model, other.data, self.model, self.data, PREFIX)
+
     def height(self, root_qpos: int) -> float:
         """Metres at which a robot's root stands at the start."""
         return float(self.model.qpos0[root_qpos + 2])
@@ -153,13 +157,13 @@ _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
 _SPEEDS = {0: 6, 1: 3, 2: 1, 3: 1}
 
 
-def _carry_over(old: Any, before: Any, new: Any, after: Any) -> None:  # noqa: ANN401
-    """Positions, speeds and servo states of everything that is in both models, by name."""
+def _carry_over(old: Any, before: Any, new: Any, after: Any, prefix: str = "") -> None:  # noqa: ANN401
+    """Positions, speeds and servo states of everything that is in both models, by names that begin so."""
     after.time = before.time
     for index in range(old.njnt):
         name = old.joint(index).name
         there = mujoco.mj_name2id(new, mujoco.mjtObj.mjOBJ_JOINT, name)
-        if there < 0:
+        if there < 0 or not name.startswith(prefix):
             continue
         kind = int(old.jnt_type[index])
         _copy(before.qpos, old.jnt_qposadr[index], after.qpos, new.jnt_qposadr[there], _POSITIONS[kind])
@@ -169,8 +173,9 @@ def _carry_over(old: Any, before: Any, new: Any, after: Any) -> None:  # noqa: A
                 getattr(after, field), new.jnt_dofadr[there], _SPEEDS[kind],
             )  # fmt: skip
     for index in range(old.nu):
-        there = mujoco.mj_name2id(new, mujoco.mjtObj.mjOBJ_ACTUATOR, old.actuator(index).name)
-        if there < 0:
+        name = old.actuator(index).name
+        there = mujoco.mj_name2id(new, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+        if there < 0 or not name.startswith(prefix):
             continue
         after.ctrl[there] = before.ctrl[index]
         if old.actuator_actadr[index] >= 0:

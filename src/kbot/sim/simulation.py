@@ -15,6 +15,7 @@ from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
+from kbot.sim.assembly import Assembly
 from kbot.sim.controller_kinds import Interface
 from kbot.sim.drive import DriveLimits
 from kbot.sim.joints import limits
@@ -101,7 +102,9 @@ class Simulation(Models):
 
     def with_robot(self, robot: Robot) -> Simulation:
         """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
-        positions, odometry and command, and the other robots with theirs. What was attached is not any more.
+        positions, odometry and command, and the other robots and things with theirs. What was attached is not
+        any more. A robot that would be inside something where it stood begins at its start, where that is
+        free.
 
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
@@ -109,13 +112,16 @@ class Simulation(Models):
         other = Simulation(
             robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start, self._naming
         )
-        _put_as(other._robot, self._robot, other)
+        other._assembly.let_things_be_as_in(self._assembly)
+        other.frames_are_old()
+        _put_as(other._robot, self._robot, other, self._assembly)
+        other._make_room()
         for old in list(self.robots.values())[1:]:
             pose, named = old.ground_truth.pose, old.naming
             new = other.spawn_model(
                 old.robot, old.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
             )
-            _put_as(new, old, other)
+            _put_as(new, old, other, self._assembly)
         other.changes[:] = self.changes
         other._start_at(self._steps)
         return other
@@ -276,6 +282,16 @@ class Simulation(Models):
         """Digest of the engine's state; equal runs have equal ones."""
         return digest(self._vector())
 
+    def _make_room(self) -> None:
+        """Put the robot at its start where it is inside something now, and is not there."""
+        plan = self._assembly.plans[self._robot.name]
+        if self._robot.root_qpos < 0 or not self._assembly.what_it_is_inside(plan):
+            return
+        stood = self.get_model_state(self._robot.name).pose
+        self.set_pose(self.start.x, self.start.y, self.start.yaw)
+        if self._assembly.what_it_is_inside(plan):
+            self.set_model_state(self._robot.name, stood)
+
     def _back_to_start(self) -> None:
         self._take_apart()
         mujoco.mj_resetData(self._model, self._data)
@@ -288,16 +304,19 @@ class Simulation(Models):
         return read_engine(self._model, self._data)
 
 
-def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation) -> None:
-    """Let a changed robot stand as it stood before, and go on with what it was told."""
+def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation, before: Assembly) -> None:
+    """Let a changed robot stand as it stood `before`, its wheels on the same ground, and go on with what it
+    was told."""
     held = old.joint_positions
     for joint in new.robot.movable_joints:
         lower, upper = limits(joint)
         if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
             new.set_position(joint.name, held[joint.name])
     if new.root_qpos >= 0 and old.root_qpos >= 0:
-        pose = old.ground_truth.pose
-        simulation.set_pose(pose.x, pose.y, pose.yaw, new.name)
+        higher = simulation._assembly.height(new.root_qpos) - before.height(old.root_qpos)
+        stood = old.link_pose(old.robot.root)
+        place = stood.translation + np.array([0.0, 0.0, higher])
+        simulation.set_model_state(new.name, Transform.from_rotation_translation(stood.rotation, place))
     new.take_over(old)
 
 

@@ -53,6 +53,9 @@ class Motion(Protocol):
     paused: bool
     """Whether time waits."""
 
+    note: str
+    """What is to be told of how it took the place of another, empty for nothing."""
+
     @property
     def seed(self) -> int:
         """That of whatever is random."""
@@ -162,6 +165,7 @@ class Sliders:
     setting: SliderSetting = SliderSetting()
     bus: Bus = field(default_factory=Bus, init=False)
     loop: bool = field(default=False, init=False)
+    note: str = field(default="", init=False)
     errands: list[Callable[[], bool]] = field(default_factory=list, init=False)
     seed: int = field(default=0, init=False)
 

@@ -40,6 +40,7 @@ from kbot.workbench.protocol import (
     State,
     Stop,
     Timeline,
+    Told,
 )
 from kbot.workbench.source.shown import Reader, Shown
 from kbot.workbench.stage import Stage
@@ -114,6 +115,8 @@ class Session:
         refused = self.shown.take(reading, self._replace)
         messages: list[FromServer] = [Refused(refused)] if refused else []
         if not self.shown.is_stale:
+            if self._motion.note:
+                messages.append(Told(self._motion.note))
             self.recording.end()
             self.topics.attach(self._motion.bus)
             messages.append(self._stage.build(self._motion))

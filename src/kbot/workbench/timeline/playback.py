@@ -59,6 +59,7 @@ class Playback:
         self._told = Told(robot)
         self.bus, self.clock = Bus(), Clock()
         self.loop = False
+        self.note = ""
         self._silent: set[str] = set()
         self._is_paused = True
         self._publishers: dict[str, tuple[Publisher[Any], type]] = {

@@ -1,0 +1,88 @@
+"""A robot whose description changes while the world runs: everything stays where it was."""
+
+import numpy as np
+import pytest
+
+import kbot
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.sim import Simulation
+
+BIGGER = {"base_len": 0.4, "base_width": 0.4}
+
+
+def bigger() -> Robot:
+    return kbot.load("kbot", arguments=BIGGER)
+
+
+def test_things_stay_where_they_were_pushed() -> None:
+    sim = Simulation("kbot")
+    sim.spawn_thing("box", "crate", 0.25, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(2.0)
+    pushed = sim.body_poses()["crate"]
+    assert pushed.translation[0] > 0.3  # it was pushed
+    before = sim.get_model_state("crate")
+    other = sim.with_robot(kbot.load("kbot"))
+    after = other.get_model_state("crate")
+    assert after.pose.is_close(before.pose, 1e-12)
+    assert after.linear == before.linear
+    assert other.link_pose("base_footprint").is_close(sim.link_pose("base_footprint"), 1e-6)
+    other.cmd_vel(0.3, 0.0)
+    other.run(1.0)
+    assert other.body_poses()["crate"].translation[0] > pushed.translation[0] + 0.1  # and is pushed on
+
+
+def test_what_was_deleted_stays_away_and_what_was_spawned_stays() -> None:
+    sim = Simulation("kbot", "boxes")
+    sim.spawn_thing("box", "crate", 2.0, 2.0, 0.5, 0.0, (0.1, 0.1, 0.1))
+    sim.delete_model("box_0")
+    sim.run(1.0)
+    other = sim.with_robot(bigger())
+    names = {body.name for body in other.world.bodies}
+    assert "crate" in names
+    assert "box_0" not in names
+    assert other.body_poses()["crate"].translation[2] < 0.1  # it fell, and lies
+
+
+def test_a_tilted_robot_stays_tilted() -> None:
+    sim = Simulation("kbot", "ramp")
+    sim.cmd_vel(0.3, 0.0)
+    for _ in range(80):
+        sim.run(0.1)
+        if abs(sim.link_pose("base_footprint").rpy[1]) > 0.1:
+            break
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(0.3)
+    before = sim.link_pose("base_footprint")
+    assert abs(before.rpy[1]) > 0.1
+    after = sim.with_robot(kbot.load("kbot")).link_pose("base_footprint")
+    assert np.allclose(after.matrix, before.matrix, atol=1e-6)
+
+
+def test_a_taller_robot_stands_on_the_same_ground() -> None:
+    sim = Simulation("kbot")
+    sim.cmd_vel(0.3, 0.5)
+    sim.run(2.0)
+    taller = kbot.load("kbot", wheel_radius=0.06)
+    other = sim.with_robot(taller)
+    assert np.allclose(
+        other.link_pose("base_footprint").translation[:2], sim.link_pose("base_footprint").translation[:2]
+    )
+    start = Simulation(taller).link_pose("base_footprint").translation[2]
+    assert other.link_pose("base_footprint").translation[2] == pytest.approx(start, abs=1e-3)
+    other.run(0.5)
+    assert np.abs(other.link_pose("base_footprint").rpy[:2]).max() < 0.05  # it stands, and did not jump
+
+
+def test_a_robot_that_fits_no_longer_begins_at_its_start() -> None:
+    sim = Simulation("kbot")
+    sim.set_model_state(
+        "kbot", sim.link_pose("base_footprint") @ Transform.from_xyz_rpy((1, 0, 0), (0, 0, 0))
+    )
+    sim.spawn_thing("box", "crate", 1.25, 0.0, 0.0, 0.0, (0.2, 0.2, 0.2))
+    sim.run(0.2)
+    assert sim.with_robot(kbot.load("kbot")).ground_truth.pose.x == pytest.approx(1.0, abs=0.01)
+    other = sim.with_robot(bigger())
+    assert other.ground_truth.pose.x == pytest.approx(0.0, abs=0.01)
+    assert other.body_poses()["crate"].is_close(sim.body_poses()["crate"], 1e-12)
