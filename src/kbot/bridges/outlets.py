@@ -26,6 +26,7 @@ class Outlets:
         self._sinks: dict[str, list[Sink]] = {}
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
+        self._is_stirred = False
 
     def want(self, topic: str, sink: Sink) -> None:
         """Hear a topic; what is latched comes at once."""
@@ -48,9 +49,12 @@ class Outlets:
     def _receive(self, packet: Packet) -> None:
         """On the simulation's thread."""
         self._waiting.append(packet)
-        self._link.stir(self._wake)
+        if not self._is_stirred:
+            self._is_stirred = True
+            self._link.stir(self._wake)
 
     def _wake(self) -> None:
+        self._is_stirred = False
         later(self._hand_out)
 
     def _hand_out(self) -> None:

@@ -11,6 +11,7 @@ import secrets
 import struct
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import zenoh
@@ -28,7 +29,10 @@ ROUTER_PORT = 7447
 ANSWER_SECONDS = 30.0
 _ATTACHED = struct.Struct("<qqB16s")
 
-_Sent = tuple[Any, bytes, bytes]
+OfZenoh = Any
+"""What the library gives and takes, which is not typed."""
+
+_Sent = tuple[OfZenoh, bytes, bytes]
 """The library's publisher, a message and what is attached to it."""
 
 
@@ -50,7 +54,7 @@ class ZenohBridge:
         self._numbers = itertools.count(1)
         self._outgoing: dict[str, _Outgoing] = {}
         self._batch = Batch(_put)
-        self._incoming: dict[str, list[Any]] = {}
+        self._incoming: dict[str, list[OfZenoh]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
         self._services = [self._offer(name, service.type) for name, service in link.services.items()]
@@ -94,17 +98,17 @@ class ZenohBridge:
                     self._link, topic, self._session, key, token, self._batch
                 )
 
-    def _hear(self, topic: Topic) -> list[Any]:
+    def _hear(self, topic: Topic) -> list[OfZenoh]:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
-        made: list[Any] = []
+        made: list[OfZenoh] = []
         for kind in kinds:
             made.append(self._token("MS", topic.name, ros_name(kind)))
             key = topic_key(self.domain, topic.name, ros_name(kind))
             made.append(self._session.declare_subscriber(key, self._deliver(topic.name, kind)))
         return made
 
-    def _deliver(self, topic: str, kind: type) -> Callable[[Any], None]:
-        def deliver(sample: Any) -> None:  # noqa: ANN401 - the library's
+    def _deliver(self, topic: str, kind: type) -> Callable[[OfZenoh], None]:
+        def deliver(sample: OfZenoh) -> None:
             try:
                 self._link.send(topic, decode_cdr(sample.payload.to_bytes(), kind))
             except KbotError as error:
@@ -112,11 +116,11 @@ class ZenohBridge:
 
         return deliver
 
-    def _offer(self, name: str, kind: ServiceType) -> list[Any]:
+    def _offer(self, name: str, kind: ServiceType) -> list[OfZenoh]:
         token = self._token("SS", name, kind.ros2_name)
         key = topic_key(self.domain, name, kind.ros2_name)
 
-        def answer(query: Any) -> None:  # noqa: ANN401 - the library's
+        def answer(query: OfZenoh) -> None:
             try:
                 payload = query.payload.to_bytes() if query.payload is not None else b""
                 request = decode_cdr(payload, kind.request, kind.request_name)
@@ -127,7 +131,7 @@ class ZenohBridge:
             # the library keeps a thread for queries, which is not to wait for the simulation
             future.add_done_callback(lambda done: reply(query, done))
 
-        def reply(query: Any, done: Any) -> None:  # noqa: ANN401
+        def reply(query: OfZenoh, done: OfZenoh) -> None:
             error = done.exception()
             if error is not None:
                 query.reply_err(str(error).encode())
@@ -139,7 +143,7 @@ class ZenohBridge:
 
         return [token, self._session.declare_queryable(key, answer, complete=True)]
 
-    def _token(self, kind: str, name: str, type_name: str, *, latched: bool = False) -> Any:  # noqa: ANN401
+    def _token(self, kind: str, name: str, type_name: str, *, latched: bool = False) -> OfZenoh:
         number = next(self._numbers)
         key = entity_token(self.domain, self._zid, number, kind, NODE, name, type_name, latched=latched)
         return self._session.liveliness().declare_token(key)
@@ -152,15 +156,15 @@ class _Outgoing:
         self,
         link: Link,
         topic: Topic,
-        session: Any,  # noqa: ANN401 - the library's
+        session: OfZenoh,
         key: str,
-        token: Any,  # noqa: ANN401 - the library's
+        token: OfZenoh,
         batch: Batch[_Sent],
     ) -> None:
         self.topic = topic
         self._link, self._token, self._batch = link, token, batch
         self._gid, self._count = secrets.token_bytes(16), 0
-        self._publisher: Any
+        self._publisher: OfZenoh
         if topic.is_latched:
             self._publisher = zenoh.ext.declare_advanced_publisher(
                 session, key, cache=zenoh.ext.CacheConfig(max_samples=1), publisher_detection=True
@@ -184,18 +188,19 @@ class _Outgoing:
         later(lambda: change(self.topic.name, self._send))
 
     def _send(self, packet: Packet) -> None:
-        if packet.type_name == self.topic.type_name:
+        if type(packet.message) is self.topic.message_type:
             self._count += 1
             attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
             self._batch.add((self._publisher, packet.cdr, attached))
 
 
 def _put(batch: list[_Sent]) -> None:
-    for publisher, data, attached in batch:
-        publisher.put(data, attachment=attached)
+    with suppress(zenoh.ZError):  # the session is at its end
+        for publisher, data, attached in batch:
+            publisher.put(data, attachment=attached)
 
 
-def _open(host: str | None) -> tuple[Any, str]:
+def _open(host: str | None) -> tuple[OfZenoh, str]:
     """A session with the router, else one that listens in its place; and in words where that is."""
     router = os.environ.get("ZENOH_CONNECT") or f"tcp/127.0.0.1:{ROUTER_PORT}"
     zenoh.init_log_from_env_or("off")
@@ -220,7 +225,7 @@ def _open(host: str | None) -> tuple[Any, str]:
         raise KbotError(f"Zenoh cannot be served at {place}: {error}") from None
 
 
-def _keep_local(config: Any) -> None:  # noqa: ANN401
+def _keep_local(config: OfZenoh) -> None:
     """Look for nobody by multicast; stamps are what those who come late are served by."""
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("timestamping/enabled", "true")

@@ -13,6 +13,9 @@ from kbot.wire.layout import Step, layout
 from kbot.wire.types import ros1_types, ros2_types, ros_name
 
 Convert = Callable[[Any], Any]
+Message = Any
+"""Of the type that is asked for."""
+
 CDR_HEAD = b"\0\1\0\0"
 """Plain and little-endian."""
 
@@ -44,12 +47,12 @@ def _layout(kind: type, name: str, ros1: bool) -> tuple[Step, ...]:
     return layout(kind, name or ros_name(kind), ros1=ros1)
 
 
-def decode_cdr(data: bytes, message_type: type, name: str = "") -> Any:  # noqa: ANN401 - an instance of message_type
+def decode_cdr(data: bytes, message_type: type, name: str = "") -> Message:
     """Raises KbotError: the bytes are no such message."""
     return _decoded(ros2_types().deserialize_cdr, data, message_type, name)
 
 
-def decode_ros1(data: bytes, message_type: type, name: str = "") -> Any:  # noqa: ANN401 - an instance of message_type
+def decode_ros1(data: bytes, message_type: type, name: str = "") -> Message:
     """Raises KbotError: the bytes are no such message."""
     return _decoded(ros1_types().deserialize_ros1, data, message_type, name)
 
@@ -86,7 +89,7 @@ def _get(found: object, name: str) -> object:
     return getattr(found, name) if hasattr(found, name) else getattr(found, name.upper(), None)
 
 
-def _value(hint: Any) -> Convert:  # noqa: ANN401
+def _value(hint: object) -> Convert:
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return _inward(hint)
     if hint is bytes:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
-from kbot.wire.plain import to_plain
+from kbot.wire.json_text import json_text
 from kbot.wire.types import ros1_definition, ros2_definition, ros_name
-
-_finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
 
 
 class Packet:
@@ -26,7 +23,7 @@ class Packet:
         self.nanoseconds = nanoseconds
         self._cdr: bytes | None = None
         self._ros1: bytes | None = None
-        self._json: dict[tuple[bool, bool], str] = {}
+        self._json: dict[tuple[bool, bool], str] | None = None
 
     @property
     def type_name(self) -> str:
@@ -48,12 +45,10 @@ class Packet:
     def json(self, *, ros1: bool = False, exact: bool = False) -> str:
         """As `to_plain` spells it."""
         key = ros1, exact
+        if self._json is None:
+            self._json = {}
         if key not in self._json:
-            plain = to_plain(self.message, ros1=ros1, exact=True)
-            try:
-                self._json[key] = _finite_json(plain)
-            except ValueError:  # there are numbers that JSON lacks
-                self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
+            self._json[key] = json_text(self.message, ros1=ros1, exact=exact)
         return self._json[key]
 
     @property

@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.messages.types import Time
 from kbot.text import KbotError
@@ -47,7 +48,7 @@ def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
     return _finite if issubclass(kind, float) and not exact else _same
 
 
-def _part(hint: Any, ros1: bool, exact: bool) -> Callable[[Any], Plain] | None:  # noqa: ANN401
+def _part(hint: object, ros1: bool, exact: bool) -> Callable[[Any], Plain] | None:
     """A field's by what is written of its type, None where it is plain as it is; a value may still be of
     another, as an int among floats."""
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
@@ -75,18 +76,18 @@ def _finite_items(values: Iterable[float]) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in values]
 
 
-def _same_list(array: Any) -> Plain:  # noqa: ANN401
+def _same_list(array: NDArray[Any]) -> Plain:
     return array.tolist()
 
 
-def _finite_list(array: Any) -> Plain:  # noqa: ANN401
+def _finite_list(array: NDArray[Any]) -> Plain:
     values = array.tolist()
     if array.dtype.kind != "f" or np.isfinite(array).all():
         return values
     return _finite_items(values) if array.ndim == 1 else [_finite_list(row) for row in array]
 
 
-def from_plain(value: Plain, message_type: type) -> Any:  # noqa: ANN401 - an instance of message_type
+def from_plain(value: Plain, message_type: type) -> Plain:
     """A message of fields by name; those that are not given keep their defaults.
 
     Raises:
@@ -125,7 +126,7 @@ def _maker(message_type: type) -> Callable[[Plain], Any]:
     return make
 
 
-def _value(hint: Any) -> Callable[[Plain], Any]:  # noqa: ANN401
+def _value(hint: object) -> Callable[[Plain], Any]:
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return _maker(hint)
     if hint is float:
@@ -149,7 +150,7 @@ def _number(value: Plain) -> float:
     return float(value)
 
 
-def _exactly(value: Plain, kind: type) -> Any:  # noqa: ANN401
+def _exactly(value: Plain, kind: type) -> Plain:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise TypeError(f"a value of type {kind.__name__} is expected, not {_kind(value)}")
     return value

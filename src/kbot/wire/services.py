@@ -6,12 +6,15 @@ import dataclasses
 import hashlib
 from collections.abc import Iterator
 from functools import cache
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 from kbot.messages import services as messages
 from kbot.messages.services import SERVICES
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import FieldDesc
 
 BASES = {str: "string", bool: "bool", float: "float64"}
 ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
@@ -92,7 +95,7 @@ def _fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
         yield field.name, _kind(hints[field.name], ros1)
 
 
-def _kind(hint: Any, ros1: bool) -> str:  # noqa: ANN401
+def _kind(hint: object, ros1: bool) -> str:
     from kbot.wire.types import ros_name
 
     if get_origin(hint) is Annotated:  # an int, and which one
@@ -139,7 +142,7 @@ def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]
     store = get_typestore(Stores.ROS2_JAZZY)
     asked, answered, event = f"{name}_Request", f"{name}_Response", f"{name}_Event"
 
-    def some(part: str) -> Any:  # noqa: ANN401
+    def some(part: str) -> FieldDesc:
         return Nodetype.SEQUENCE, ((Nodetype.NAME, part), 1)
 
     fields: dict[str, dict[str, Any]] = {

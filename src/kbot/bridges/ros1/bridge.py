@@ -7,7 +7,7 @@ import threading
 from typing import Any
 from urllib.parse import urlsplit
 
-from kbot.bridges.link import Link
+from kbot.bridges.link import Link, Value
 from kbot.bridges.ros1.door import Door
 from kbot.bridges.ros1.master import Master
 from kbot.bridges.ros1.parameters import flat_parameters
@@ -53,7 +53,7 @@ class Ros1Bridge:
         self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER, own_master)
         self._outgoing: dict[str, Outgoing] = {}
         self._incoming: dict[str, Incoming] = {}
-        self._given: dict[str, Any] = {}
+        self._given: dict[str, Value] = {}
         """Parameters as the master has them from here, or told of them."""
         self._lock = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
@@ -220,7 +220,7 @@ class Ros1Bridge:
         self._changed.set()
         return 1, "the node goes, the simulation stays", 0
 
-    def _parameter_update(self, caller: str, name: str, value: Any) -> Reply:  # noqa: ANN401
+    def _parameter_update(self, caller: str, name: str, value: Value) -> Reply:
         """What others set at the master; a tree comes as a dictionary, what is gone as an empty one."""
         if value == {}:
             self._given.pop(f"/{name.strip('/')}", None)

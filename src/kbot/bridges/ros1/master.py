@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from kbot.bridges.link import Value
 from kbot.bridges.ros1.parameters import Parameters, resolve
 from kbot.bridges.ros1.registry import Registry
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
@@ -40,7 +41,7 @@ class Master:
             self._later(None)
 
     def _locked(self, method: Callable[..., Reply]) -> Callable[..., Reply]:
-        def answer(*arguments: Any) -> Reply:  # noqa: ANN401
+        def answer(*arguments: Value) -> Reply:
             try:
                 with self._lock:
                     return method(*arguments)
@@ -154,7 +155,7 @@ class Master:
         name = resolve(name, caller)
         return 1, f"Parameter [{name}]", self._parameters.get(name)
 
-    def _setParam(self, caller: str, name: str, value: Any) -> Reply:  # noqa: ANN401
+    def _setParam(self, caller: str, name: str, value: Value) -> Reply:
         name = resolve(name, caller)
         self._parameters.set(name, value)
         self._tell_watchers(name, value)
@@ -195,7 +196,7 @@ class Master:
         watchers = self._parameter_watchers.get(resolve(name, caller), {})
         return 1, f"Unsubscribe to parameter [{name}]", int(watchers.pop(caller, None) is not None)
 
-    def _tell_watchers(self, name: str, value: Any) -> None:  # noqa: ANN401
+    def _tell_watchers(self, name: str, value: Value) -> None:
         for watched, nodes in self._parameter_watchers.items():
             if f"{name}/".startswith(f"{watched.rstrip('/')}/"):
                 for uri in nodes.values():

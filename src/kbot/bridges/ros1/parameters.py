@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from kbot.bridges.link import Value
 from kbot.messages.bus import absolute
 
-Tree = dict[str, Any]
+Tree = dict[str, Value]
 
 
 class Parameters:
@@ -19,15 +19,15 @@ class Parameters:
     def __init__(self) -> None:
         self._tree: Tree = {}
 
-    def get(self, name: str) -> Any:  # noqa: ANN401
-        value: Any = self._tree
+    def get(self, name: str) -> Value:
+        value: Value = self._tree
         for part in parts(name):
             if not isinstance(value, dict) or part not in value:
                 raise KeyError(name)
             value = value[part]
         return value
 
-    def set(self, name: str, value: Any) -> None:  # noqa: ANN401
+    def set(self, name: str, value: Value) -> None:
         path = parts(name)
         if not path:
             if not isinstance(value, dict):
@@ -83,7 +83,7 @@ class Parameters:
         return found
 
 
-def flat_parameters(name: str, value: Any) -> Iterator[tuple[str, Any]]:  # noqa: ANN401
+def flat_parameters(name: str, value: Value) -> Iterator[tuple[str, Value]]:
     """Full names and values of a value and all below it, as ROS 1 sends trees."""
     if not isinstance(value, dict):
         yield name, value

@@ -17,6 +17,8 @@ SERVER_SECONDS = 10.0
 CLIENT_SECONDS = 3.0
 
 Reply = tuple[int, str, Any]
+Foreign = Any
+"""What the library hands over, or ROS answers."""
 
 
 class _Handler(SimpleXMLRPCRequestHandler):
@@ -73,24 +75,24 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
         self.server_close()
         self._thread.join()
 
-    def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401 - the library's
+    def process_request(self, request: Foreign, client_address: Foreign) -> None:
         if not self._free.acquire(blocking=False):
             self.shutdown_request(request)
             return
         super().process_request(request, client_address)
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+    def process_request_thread(self, request: Foreign, client_address: Foreign) -> None:
         try:
             super().process_request_thread(request, client_address)
         finally:
             self._free.release()
 
-    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+    def handle_error(self, request: Foreign, client_address: Foreign) -> None:
         """What one peer does wrong is its own affair."""
 
 
 class _Transport(xmlrpc.client.Transport):
-    def make_connection(self, host: Any) -> http.client.HTTPConnection:  # noqa: ANN401
+    def make_connection(self, host: Foreign) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = CLIENT_SECONDS
         return connection
@@ -100,7 +102,7 @@ class RpcFailed(Exception):
     """The other side does not answer, or answers that it cannot."""
 
 
-def call(uri: str, method: str, *arguments: Any) -> Any:  # noqa: ANN401 - what ROS answers
+def call(uri: str, method: str, *arguments: Foreign) -> Foreign:
     """Call a master or node; its answer's value.
 
     Raises:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 import time
-from typing import Any
 
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
@@ -18,7 +17,7 @@ from cyclonedds.util import duration
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import Batch, later, wait_for
 from kbot.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
-from kbot.bridges.ros2.types import sample_of, sample_type
+from kbot.bridges.ros2.types import Dds, sample_of, sample_type
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
 from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
@@ -53,21 +52,21 @@ class Ros2Bridge:
         try:
             # a process has a domain but once: another bridge of this process shares it
             self._domain = _shared_domain(self.domain, config)
-            self._participant: Any = DomainParticipant(
+            self._participant: Dds = DomainParticipant(
                 self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
             )
         except DDSException as error:
             raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
         self._outgoing: dict[str, _Outgoing] = {}
         self._batch = Batch(self._write)
-        self._readers: dict[Any, tuple[str, type]] = {}
+        self._readers: dict[Dds, tuple[str, type]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         latched = Qos(Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1))
         graph = sample_type(GRAPH_TYPE)
-        self._graph: Any = DataWriter(
+        self._graph: Dds = DataWriter(
             self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
         )
-        self._waitset: Any = WaitSet(self._participant)
+        self._waitset: Dds = WaitSet(self._participant)
         link.watch(self._changed.set)
         self._changed.set()
         self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-ros2")
@@ -107,7 +106,7 @@ class Ros2Bridge:
             self._waitset.wait(duration(milliseconds=100))
             self._hear()
 
-    def _write(self, batch: list[tuple[Any, Any]]) -> None:
+    def _write(self, batch: list[tuple[Dds, Dds]]) -> None:
         for writer, sample in batch:
             try:
                 writer.write(sample)
@@ -136,7 +135,7 @@ class Ros2Bridge:
             self._readers[reader] = topic.name, message_type
             self._waitset.attach(ReadCondition(reader, _ANY_NEW))
 
-    def _topic(self, name: str, kind: Any) -> Any:  # noqa: ANN401
+    def _topic(self, name: str, kind: Dds) -> Dds:
         return DdsTopic(self._participant, f"rt{name}", kind)
 
     def _tell_graph(self) -> None:
@@ -165,9 +164,9 @@ class _Outgoing:
         self,
         link: Link,
         topic: Topic,
-        writer: Any,  # noqa: ANN401 - of DDS
-        kind: Any,  # noqa: ANN401 - of DDS
-        batch: Batch[tuple[Any, Any]],
+        writer: Dds,
+        kind: Dds,
+        batch: Batch[tuple[Dds, Dds]],
     ) -> None:
         self.writer = writer
         self._link, self._topic, self._kind, self._batch = link, topic, kind, batch
@@ -186,14 +185,14 @@ class _Outgoing:
         self._link.outlets.leave(self._topic.name, self._send)
 
     def _send(self, packet: Packet) -> None:
-        if packet.type_name == self._topic.type_name:
+        if type(packet.message) is self._topic.message_type:
             self._batch.add((self.writer, sample_of(self._kind, packet.cdr)))
 
 
-_domains: dict[int, Any] = {}
+_domains: dict[int, Dds] = {}
 
 
-def _shared_domain(number: int, config: str) -> Any:  # noqa: ANN401
+def _shared_domain(number: int, config: str) -> Dds:
     if number not in _domains:
         _domains[number] = Domain(number, config)
     return _domains[number]
@@ -218,11 +217,11 @@ _NEVER_WAITS = Policy.Reliability.Reliable(0)
 _ANY_NEW = ViewState.Any | InstanceState.Alive | SampleState.NotRead
 
 
-def _type_hash(type_name: str) -> Any:  # noqa: ANN401
+def _type_hash(type_name: str) -> Dds:
     return Policy.Userdata(data=f"typehash={ros2_definition(type_name)[1]};".encode())
 
 
-def _writer_qos(topic: Topic) -> Any:  # noqa: ANN401
+def _writer_qos(topic: Topic) -> Dds:
     """A peer that is slow to take what is latched is waited for a moment, lest it never gets it."""
     if topic.is_latched:
         kept = Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1)
@@ -231,7 +230,7 @@ def _writer_qos(topic: Topic) -> Any:  # noqa: ANN401
     return Qos(*kept, _type_hash(topic.type_name))
 
 
-def _reader_qos(message_type: type) -> Any:  # noqa: ANN401
+def _reader_qos(message_type: type) -> Dds:
     return Qos(
         Policy.Durability.Volatile,
         Policy.Reliability.BestEffort,

@@ -13,9 +13,12 @@ from rosbags.interfaces import Nodetype
 
 from kbot.wire.types import ros2_types
 
-array: Any = idl.array
-sequence: Any = idl.sequence
-PRIMITIVES: dict[str, Any] = {
+Dds = Any
+"""What the library gives and takes, which is not typed."""
+
+array: Dds = idl.array
+sequence: Dds = idl.sequence
+PRIMITIVES: dict[str, Dds] = {
     "bool": bool,
     "string": str,
     "byte": idl.uint8,
@@ -26,7 +29,7 @@ PRIMITIVES: dict[str, Any] = {
 
 
 @cache
-def sample_type(name: str) -> Any:  # noqa: ANN401 - a class made for DDS
+def sample_type(name: str) -> Dds:
     """The class of samples of a ROS type such as `nav_msgs/msg/Odometry`.
 
     Its fields are there for DDS to know the type by; a sample itself is `sample_of` bytes.
@@ -39,29 +42,29 @@ def sample_type(name: str) -> Any:  # noqa: ANN401 - a class made for DDS
         {"typename": f"{package}::msg::dds_::{last}_"},
         lambda space: space.update({"__annotations__": fields, "__module__": __name__}),
     )
-    sample: Any = dataclasses.dataclass(made)
+    sample: Dds = dataclasses.dataclass(made)
     sample.serialize = _encoded
     sample.deserialize = classmethod(_taken)
     return sample
 
 
-def sample_of(kind: Any, data: bytes) -> Any:  # noqa: ANN401
+def sample_of(kind: Dds, data: bytes) -> Dds:
     """A sample that carries a message in CDR, with its header."""
     sample = object.__new__(kind)
     sample.encoded = data
     return sample
 
 
-def _encoded(sample: Any, **_: object) -> bytes:  # noqa: ANN401
+def _encoded(sample: Dds, **_: object) -> bytes:
     data: bytes = sample.encoded
     return data
 
 
-def _taken(kind: Any, /, data: bytes, **_: object) -> Any:  # noqa: ANN401
+def _taken(kind: Dds, /, data: bytes, **_: object) -> Dds:
     return sample_of(kind, bytes(data))
 
 
-def _field(kind: Any) -> Any:  # noqa: ANN401
+def _field(kind: Dds) -> Dds:
     match kind:
         case (Nodetype.BASE, (base, _)):
             return PRIMITIVES[base]
