@@ -74,7 +74,7 @@ def _quietly(work: Callable[[Simulation], None]) -> Answer:
 def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
     """A service that answers whether it went well, and in words."""
 
-    def answer(simulation: Simulation, request: Any) -> srv.StatusResponse:  # noqa: ANN401
+    def answer(simulation: Simulation, request: Any) -> srv.StatusResponse:  # noqa: ANN401 - its own
         try:
             return srv.StatusResponse(True, work(simulation, request))
         except DescriptionError as error:
