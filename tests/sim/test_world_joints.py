@@ -181,3 +181,14 @@ def test_a_plane_that_would_move_is_left_out_at_its_line(sim):
     assert "'m' cannot be touched: a plane or a height field cannot move" in warning.message
     assert warning.origin.span.line == 2
     found.run(0.1)
+
+
+def test_what_the_engine_warns_of_is_said_at_the_model(sim):
+    """Two turns about one axis leave the engine nothing to tell them by."""
+    axes = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>"
+    run = sim(link("bob") + joint("universal", "world", "bob", axes))
+    (said,) = [d for d in run.diagnostics if d.code == "W110"]
+    assert not said.is_error
+    assert said.message.startswith("'m': the physics engine warns: Inertia matrix is too close to singular")
+    assert "Time" not in said.message
+    assert said.origin is not None

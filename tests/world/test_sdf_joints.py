@@ -162,6 +162,16 @@ def test_a_merged_include_becomes_part_of_the_model(world, tmp_path):
 def test_faults_of_joints_are_said_at_their_line(world, inner, code, message):
     with pytest.raises(DescriptionError) as caught:
         world(f"<model name='m'>{link('a')}{link('b')}\n{inner}</model>")
-    fault = caught.value.diagnostics[0]
+    fault = next(d for d in caught.value.diagnostics if d.is_error)
     assert (fault.code, fault.origin.span.line) == (code, 4)
     assert message in fault.message
+
+
+@pytest.mark.parametrize(("kind", "tag"), [("revolute", "axis"), ("universal", "axis2")])
+def test_an_axis_that_is_not_there_is_said(world, kind, tag):
+    given = axis("0 0 1") if tag == "axis2" else ""
+    (said,) = world(
+        f"<model name='m'>{link('a')}{link('b')}\n{joint(kind, 'a', 'b', given)}</model>"
+    ).diagnostics
+    assert (said.code, said.is_error, said.origin.span.line) == ("W205", False, 4)
+    assert f"joint 'j' has no <{tag}>" in said.message

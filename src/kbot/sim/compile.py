@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +18,9 @@ from kbot.world import World
 from kbot.world.findings import Findings
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
+_DEGREE = re.compile(r"at DOF (\d+)")
+_PART = re.compile(r"[#~]")
+"""Between a body's name and the number of a shape or a joint of it."""
 
 
 def compile_model(
@@ -37,11 +41,14 @@ def compile_model(
     for weld in welds:
         add_weld(spec, weld, timestep)
     findings.require()
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        raise DescriptionError([_refused(str(error), plans, world)]) from None
-    return model, tuple(findings.diagnostics)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            raise DescriptionError([_refused(str(error), plans, world)]) from None
+    told = (_warned_of(str(one.message), model, plans, world) for one in warned)
+    return model, (*findings.diagnostics, *told)
 
 
 def _keep_quiet() -> None:
@@ -69,15 +76,25 @@ def _refused(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     """The engine's words at the line of the element they speak of."""
     reason = text.removeprefix("Error: ").splitlines()[0]
     named = _NAMED.search(text)
-    where: Origin | None = None
-    what = ""
-    if named:
-        owner, _, name = named[1].partition("/")
-        plan = next((p for p in plans if p.name == owner), None)
-        if plan is not None:
-            element = plan.robot.links.get(name) or plan.robot.joints.get(name.partition(":")[0])
-            where, what = (element.origin if element else plan.robot.origin), f"'{name}': "
-        else:
-            body = next((b for b in world.bodies if b.name == name.partition("#")[0]), None)
-            where, what = (body.origin if body else None), f"'{body.name if body else named[1]}': "
+    what, where = _element(named[1], plans, world) if named else ("", None)
     return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)
+
+
+def _warned_of(text: str, model: Any, plans: Sequence[RobotPlan], world: World) -> Diagnostic:  # noqa: ANN401
+    """A warning of the engine at the line of the joint it speaks of."""
+    reason = text.partition(" Time = ")[0]
+    degree = _DEGREE.search(text)
+    joint = model.joint(int(model.dof_jntid[int(degree[1])])).name if degree else ""
+    what, where = _element(joint, plans, world) if joint else ("", None)
+    return Diagnostic("W110", Severity.WARNING, f"{what}the physics engine warns: {reason}", where)
+
+
+def _element(named: str, plans: Sequence[RobotPlan], world: World) -> tuple[str, Origin | None]:
+    """What the engine's name of an element stands for, as the beginning of a sentence, and its line."""
+    owner, _, name = named.partition("/")
+    plan = next((p for p in plans if p.name == owner), None)
+    if plan is not None:
+        element = plan.robot.links.get(name) or plan.robot.joints.get(name.partition(":")[0])
+        return f"'{name}': ", element.origin if element else plan.robot.origin
+    body = next((b for b in world.bodies if b.name == _PART.split(name)[0]), None)
+    return f"'{body.name if body else named}': ", body.origin if body else None

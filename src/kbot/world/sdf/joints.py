@@ -60,10 +60,17 @@ class Joints:
             if motion is Motion.BALL:
                 made.append(Freedom(motion, damping=self._damping(joint.find("axis"))))
             else:
-                axis = joint.find(tag)
+                axis = self._axis(joint, tag)
                 bounded = kind != "continuous" and not (kind == "screw" and motion is Motion.SLIDE)
                 made.append(self._about(axis, motion, bounded, joint, frames, context))
         return tuple(made)
+
+    def _axis(self, joint: Element, tag: str) -> Element | None:
+        axis = joint.find(tag)
+        if axis is None:
+            message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
+            self._values.findings.warning("W205", message, joint.origin, "z is taken")
+        return axis
 
     def lead(self, joint: Element) -> float | None:
         """m/rad that a screw goes forward; None for other joints."""
