@@ -15,6 +15,8 @@ LARGEST_REQUEST = 1 << 24
 MOST_AT_ONCE = 64
 SERVER_SECONDS = 10.0
 CLIENT_SECONDS = 3.0
+LOOK_SECONDS = 0.25
+"""How long a server takes to notice that it is to end."""
 
 Reply = tuple[int, str, Any]
 Foreign = Any
@@ -61,7 +63,7 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
             self.register_function(function, name)
         self._free = threading.BoundedSemaphore(MOST_AT_ONCE)
         self._thread = threading.Thread(
-            target=self.serve_forever, args=(0.1,), daemon=True, name="kbot-ros1-rpc"
+            target=self.serve_forever, args=(LOOK_SECONDS,), daemon=True, name="kbot-ros1-rpc"
         )
         self._thread.start()
 

@@ -103,7 +103,7 @@ class Ros2Bridge:
                 for outgoing in self._outgoing.values():
                     outgoing.look()
                 look_at = time.monotonic() + LOOK_SECONDS
-            self._waitset.wait(duration(milliseconds=100))
+            self._waitset.wait(duration(seconds=LOOK_SECONDS))
             self._hear()
 
     def _write(self, batch: list[tuple[Dds, Dds]]) -> None:
