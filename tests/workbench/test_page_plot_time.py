@@ -187,6 +187,7 @@ def test_the_plot_is_saved_as_a_drawing(page: Any) -> None:
 def test_a_reset_does_not_end_the_plot(page: Any) -> None:
     before = shown(page, page.began + 0.2)
     page.keyboard.press("r")
+    until(lambda: page.evaluate("kbot.time") == 0.0)
     page.keyboard.press("p")
     until(lambda: 1.0 < page.session.state().time < before[-1, 0])
     rows = once(page, lambda rows: (np.diff(rows[:, 0]) < 0).any())
@@ -223,4 +224,4 @@ def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> N
         click(page, 0.5)
         until(lambda: played.timeline().at == pytest.approx(3.0, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)
-        page.close()
+        page.goto("about:blank")
