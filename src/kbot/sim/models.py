@@ -1,4 +1,4 @@
-"""Models of a running world, robots and things alike: where they are, put elsewhere, and attached."""
+"""Models of a running world, robots and things alike: where they are, and put elsewhere."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ import numpy as np
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.sim.disturbed import Disturbed
+from kbot.sim.attached import Attached
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
-from kbot.sim.welds import STANDING, weld_as_it_stands
 from kbot.sim.world_builder import PREFIX, body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -46,7 +45,7 @@ class _Place(NamedTuple):
     speed: int
 
 
-class Models(Disturbed):
+class Models(Attached):
     """A running world whose models are moved by hand."""
 
     def spawn_thing(
@@ -236,50 +235,6 @@ class Models(Disturbed):
         self._fresh = -1
         numbers = {joint: float(position) for joint, position in wanted.items()}
         self._note("place", x=x, y=y, yaw=yaw, joints=numbers)
-
-    def attach(self, link: str, to: str, robot: str | None = None, to_robot: str | None = None) -> None:
-        """Weld a robot's link, as it stands now, to something: another robot's link where `to_robot` is
-        given, else a body of the world or a link of the first robot. A gripper holds what it carries, a
-        tug its trailer, a dock its robot. The two do not touch each other any longer.
-
-        A reset takes it apart; `state` and `restore` keep it.
-
-        Raises:
-            KbotError: no such robot, link or body, the two are one, or are attached already.
-        """
-        first, second = self._body_called(link, robot), self._body_called(to, to_robot)
-        if first == second == STANDING:
-            raise KbotError(f"'{link}' and '{to}' stand still for good")
-        if first == second:
-            raise KbotError(f"'{link}' cannot be attached to itself")
-        if self._model.body(first).weldid == self._model.body(second).weldid:
-            raise KbotError(f"'{link}' and '{to}' are one rigid piece already")
-        if any({first, second} == {weld.first, weld.second} for weld in self._assembly.welds):
-            raise KbotError(f"'{link}' is attached to '{to}' already")
-        self.refresh()
-        weld = weld_as_it_stands(self._model, self._data, first, second)
-        self._use(self._assembly.with_welds((*self._assembly.welds, weld)))
-        self._note("attach", link=link, to=to, robot=robot, to_robot=to_robot)
-
-    def detach(self, link: str, robot: str | None = None) -> None:
-        """Let go whatever a link, or a body of the world that can move, is attached to.
-
-        Raises:
-            KbotError: no such robot, link or body, or it is attached to nothing.
-        """
-        body = self._body_called(link, robot)
-        if body == STANDING:
-            raise KbotError(f"'{link}' stands still for good: detach what is attached to it")
-        kept = tuple(weld for weld in self._assembly.welds if body not in (weld.first, weld.second))
-        if len(kept) == len(self._assembly.welds):
-            raise KbotError(f"'{link}' is attached to nothing")
-        self._use(self._assembly.with_welds(kept))
-        self._note("detach", link=link, robot=robot)
-
-    def _take_apart(self) -> None:
-        """Detach all."""
-        if self._assembly.welds:
-            self._use(self._assembly.with_welds(()))
 
     def _place_of(self, model: str) -> _Place:
         if not isinstance(model, str):

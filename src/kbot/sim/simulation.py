@@ -15,17 +15,15 @@ from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
-from kbot.sim.assembly import Assembly
+from kbot.sim.carry_over import make_room, put_as
 from kbot.sim.controller_kinds import Interface
 from kbot.sim.drive import DriveLimits
-from kbot.sim.joints import limits
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.numbers import shortened
 from kbot.sim.population import read_robot
 from kbot.sim.recipe import Contacts
-from kbot.sim.robot import SimulatedRobot
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
 from kbot.sim.world_builder import body_pose
 from kbot.text import KbotError
@@ -114,14 +112,14 @@ class Simulation(Models):
         )
         other._assembly.let_things_be_as_in(self._assembly)
         other.frames_are_old()
-        _put_as(other._robot, self._robot, other, self._assembly)
-        other._make_room()
+        put_as(other._robot, self._robot, other, self._assembly)
+        make_room(other)
         for old in list(self.robots.values())[1:]:
             pose, named = old.ground_truth.pose, old.naming
             new = other.spawn_model(
                 old.robot, old.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
             )
-            _put_as(new, old, other, self._assembly)
+            put_as(new, old, other, self._assembly)
         other.changes[:] = self.changes
         other._start_at(self._steps)
         return other
@@ -282,16 +280,6 @@ class Simulation(Models):
         """Digest of the engine's state; equal runs have equal ones."""
         return digest(self._vector())
 
-    def _make_room(self) -> None:
-        """Put the robot at its start where it is inside something now, and is not there."""
-        plan = self._assembly.plans[self._robot.name]
-        if self._robot.root_qpos < 0 or not self._assembly.what_it_is_inside(plan):
-            return
-        stood = self.get_model_state(self._robot.name).pose
-        self.set_pose(self.start.x, self.start.y, self.start.yaw)
-        if self._assembly.what_it_is_inside(plan):
-            self.set_model_state(self._robot.name, stood)
-
     def _back_to_start(self) -> None:
         self._take_apart()
         mujoco.mj_resetData(self._model, self._data)
@@ -302,22 +290,6 @@ class Simulation(Models):
 
     def _vector(self) -> NDArray[np.float64]:
         return read_engine(self._model, self._data)
-
-
-def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Simulation, before: Assembly) -> None:
-    """Let a changed robot stand as it stood `before`, its wheels on the same ground, and go on with what it
-    was told."""
-    held = old.joint_positions
-    for joint in new.robot.movable_joints:
-        lower, upper = limits(joint)
-        if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
-            new.set_position(joint.name, held[joint.name])
-    if new.root_qpos >= 0 and old.root_qpos >= 0:
-        higher = simulation._assembly.height(new.root_qpos) - before.height(old.root_qpos)
-        stood = old.link_pose(old.robot.root)
-        place = stood.translation + np.array([0.0, 0.0, higher])
-        simulation.set_model_state(new.name, Transform.from_rotation_translation(stood.rotation, place))
-    new.take_over(old)
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:
