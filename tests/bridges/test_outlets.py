@@ -1,0 +1,71 @@
+"""From the simulation's thread to the loop: opened once for all who want it, handed out to each."""
+
+from kbot.bridges.loop import Batch, later, loop, wait_for
+from kbot.messages import types as msg
+from kbot.wire import Packet
+
+from .conftest import Running, wait_until
+
+
+def test_a_topic_is_opened_once_and_shared(running: Running) -> None:
+    outlets, first, second = running.link.outlets, list[Packet](), list[Packet]()
+    later(lambda: outlets.want("/odom", first.append))
+    later(lambda: outlets.want("/odom", second.append))
+    wait_until(lambda: len(first) > 3 and len(second) > 3)
+    later(lambda: outlets.leave("/odom", first.append))
+    wait_until(lambda: len(second) > len(first) + 3)
+    shared = {id(packet) for packet in first} & {id(packet) for packet in second}
+    assert len(shared) > 2  # one encoding serves both
+    later(lambda: outlets.leave("/odom", second.append))
+
+
+def test_who_comes_late_gets_what_is_latched_at_once(running: Running) -> None:
+    outlets, first, late = running.link.outlets, list[Packet](), list[Packet]()
+    later(lambda: outlets.want("/robot_description", first.append))
+    wait_until(lambda: first)
+    later(lambda: outlets.want("/robot_description", late.append))
+    wait_until(lambda: late)
+    assert late == first
+    for sink in (first.append, late.append):
+        later(lambda sink=sink: outlets.leave("/robot_description", sink))
+
+
+def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running) -> None:
+    outlets, encoded = running.link.outlets, list[bytes]()
+
+    def encode(packet: Packet) -> None:
+        encoded.append(packet.cdr)
+
+    running.stop()
+    bus = running.simulation.bus
+    talk = bus.advertise("/talk", msg.String)
+    later(lambda: outlets.want("/talk", encode))
+    wait_for(_nothing())
+    running.simulation.run(0.1)
+    talk.publish(msg.String(5))  # type: ignore[arg-type] - what a program may do
+    talk.publish(msg.String("hi"))
+    running.simulation.run(0.1)
+    wait_until(lambda: encoded)
+    assert [data[8:] for data in encoded] == [b"hi\0"]
+    assert ["/talk: a message cannot be sent" in text for text in running.told] == [True]
+    later(lambda: outlets.leave("/talk", encode))
+
+
+def test_a_batch_is_handed_on_once_for_all_that_came_in_one_go() -> None:
+    batches = list[list[int]]()
+    batch = Batch(batches.append)
+
+    def add() -> None:
+        for number in range(3):
+            batch.add(number)
+
+    later(add)
+    wait_until(lambda: batches)
+    later(add)
+    wait_until(lambda: len(batches) == 2)
+    assert batches == [[0, 1, 2], [0, 1, 2]]
+    assert loop() is loop()
+
+
+async def _nothing() -> None:
+    """Comes after all that was put on the loop before."""
