@@ -9,7 +9,7 @@ from kbot.workbench.session import Session
 
 from .conftest import until
 from .pictures import blue, middle, screenshot
-from .test_page_tools import at, drag, from_above, tool
+from .test_page_tools import at, drag, from_above, show_what_is, tool
 
 OpenPage = Callable[..., Any]
 ABOVE = "kbot.look([0.2, 0.1999, 3], [0.2, 0.2, 0])"
@@ -49,6 +49,7 @@ def test_a_thing_is_seen_where_it_is_moved_to(driving: tuple[str, Session], open
     until(lambda: not looks_empty(0.5, 0.0) and looks_empty(0.5, 0.6))
     until(lambda: abs(session.state().bodies[2]) < 1e-3)
     page.keyboard.press("v")
+    show_what_is(page, session)
     drag(page, at(page, 0.5, 0.0, 0.3), at(page, 0.5, 0.6, 0.3))
     until(lambda: looks_empty(0.5, 0.0) and not looks_empty(0.5, 0.6))
 
@@ -74,4 +75,4 @@ def test_a_said_point_is_seen_where_it_was_clicked(driving: tuple[str, Session],
         tool(page, "Publish point").click()
         page.mouse.click(*at(page, *place))
         until(lambda place=place: np.linalg.norm(ball() - on_picture(page, *place)) < 3)
-    assert "clicked_point: -0.2" in page.locator(".notices").inner_text()
+    until(lambda: "clicked_point: -0.2" in page.locator(".notices").inner_text())
