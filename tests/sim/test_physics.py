@@ -225,6 +225,15 @@ def test_a_run_that_diverges_stops_and_says_where(urdf):
     assert abs(sim.joint_positions["hinge"]) < 10
 
 
+def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
+    """A timer within the control period, as a sensor has one, is not called any more."""
+    sim = Simulation(urdf(arm(kind="continuous")))
+    sim.clock.every(100.0, lambda: sim.link_pose("bob"))
+    sim._data.qvel[0] = float("nan")
+    with pytest.raises(SimulationDiverged, match=r"between 0\.000 s and 0\.010 s"):
+        sim.run(1.0)
+
+
 def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
     """A force thrusts the bob to 2e202 m/s in the last step before the speeds are looked at."""
     sim = Simulation(urdf(arm(kind="prismatic")))

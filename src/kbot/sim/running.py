@@ -184,11 +184,11 @@ class Running:
 
     def _stop(self) -> None:
         """Do what is due at this step."""
+        # false for NaN too; numpy's own dot warns where it overflows
+        if not mujoco.mju_norm(self._qvel) < FASTEST:
+            self._fail()
         if self._steps == self._next_tick:
             self._next_tick += self._tick_steps
-            # false for NaN too; numpy's own dot warns where it overflows
-            if not mujoco.mju_norm(self._qvel) < FASTEST:
-                self._fail()
             for robot in self.robots.values():
                 if robot.tick(self._steps) and robot not in self._slewing:
                     self._slewing.append(robot)
@@ -206,7 +206,8 @@ class Running:
         self._plan_stop()
 
     def _fail(self) -> None:
-        last = (self._steps - self._tick_steps) * self.timestep
+        # at the end of the control period before, it was looked at too
+        last = (self._steps - 1) // self._tick_steps * self._tick_steps * self.timestep
         self._failure = diverged(
             self._model, self._data, list(self.robots.values()), self.time, last, self._inside
         )
