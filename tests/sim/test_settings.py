@@ -118,6 +118,36 @@ def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
     assert settings.radius == 0.035
 
 
+@pytest.mark.parametrize(
+    ("said", "code"), [("1e-320", "W131"), ("1e300", "W131"), ("-0.17", "W130"), ("wide", "W130")]
+)
+def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
+    """Odometry would be made of infinities."""
+    robot = with_extension(classic(f"{JOINTS}<wheelSeparation>{said}</wheelSeparation>"))
+    settings, diagnostics = settings_of(robot)
+    assert [d.code for d in diagnostics] == [code]
+    assert settings.separation == pytest.approx(0.174)
+    Simulation(robot).run(0.1)
+
+
+@pytest.mark.parametrize("what", ["wheel_separation_multiplier", "wheel_radius_multiplier"])
+def test_a_multiplier_that_is_none_is_left_out_and_said(with_extension, tmp_path, what):
+    file = tmp_path / "controllers.yaml"
+    file.write_text(
+        "controller_manager:\n  ros__parameters:\n    base:\n"
+        "      type: diff_drive_controller/DiffDriveController\n"
+        f"base:\n  ros__parameters:\n    {what}: 0.0\n"
+    )
+    plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
+    robot = with_extension(plugin)
+    settings, diagnostics = settings_of(robot)
+    assert [d.code for d in diagnostics] == ["W130"]
+    assert (settings.radius, settings.separation) == pytest.approx((0.035, 0.174))
+    sim = Simulation(robot)
+    sim.cmd_vel(0.1, 0.0)
+    sim.run(0.1)
+
+
 def test_a_wrong_separation_turns_wrong_and_is_said(with_extension):
     """0.15 m for wheels that are 0.174 m apart: told one turn it makes 0.15/0.174 of one, and its
     odometry believes in the whole."""

@@ -23,6 +23,8 @@ DEFAULT_LIMITS = DriveLimits()
 
 NOTICEABLE = 0.005
 """Share by which a plugin's size may differ from the robot's before it is said."""
+ABSURD = 1000.0
+"""How many times too large or too small a size is not reckoned with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,12 @@ class _PluginValues:
         return value
 
     def positive(self, *names: str) -> float | None:
-        value = self.number(*names)
+        """A number above zero, None where there is none, or 0, or, with a finding, one below."""
+        value, element = self.number(*names), self.element(*names)
+        if value is not None and element is not None and value < 0.0:
+            self.findings.warning(
+                "W130", f"<{element.tag}> is above zero, not {value:g}", element.origin, "it is left out"
+            )
         return value if value is not None and value > 0.0 else None
 
 
@@ -130,10 +137,10 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
     radius = values.positive("wheel_radius")
     if radius is None and diameter is not None:
         radius = diameter / 2.0
-    _compare("distance between the wheels", separation, drive.separation, values, "wheelSeparation",
-             "wheel_separation")  # fmt: skip
-    _compare("wheels' radius", radius, drive.radius, values, "wheelDiameter", "wheel_diameter",
-             "wheel_radius")  # fmt: skip
+    separation = _compare("distance between the wheels", separation, drive.separation, values,
+                          "wheelSeparation", "wheel_separation")  # fmt: skip
+    radius = _compare("wheels' radius", radius, drive.radius, values, "wheelDiameter", "wheel_diameter",
+                      "wheel_radius")  # fmt: skip
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     half = (separation or drive.separation) / 2.0
     linear = values.positive("max_linear_acceleration", "max_acceleration")
@@ -163,23 +170,30 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
     )
 
 
-def _compare(what: str, said: float | None, true: float, values: _PluginValues, *names: str) -> None:
+def _compare(what: str, said: float | None, true: float, values: _PluginValues, *names: str) -> float | None:
     element = values.element(*names)
-    if said is not None and element is not None:
-        _warn_of_difference(what, said, true, element.origin, values.findings)
+    if said is None or element is None:
+        return said
+    return _compared(what, said, true, element.origin, values.findings)
 
 
-def _warn_of_difference(
-    what: str, said: float, true: float, origin: Origin | None, findings: Findings
-) -> None:
+def _compared(what: str, said: float, true: float, origin: Origin | None, findings: Findings) -> float:
+    """The size that is said, in m, and a finding where it is not the true one; one that is out of all
+    proportion is not reckoned with."""
+    hint = f"write {true:g}, or compute it from the sizes that the wheels are made of"
+    if not true / ABSURD <= said <= true * ABSURD:
+        message = f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: it is left out"
+        findings.warning("W131", message, origin, hint)
+        return true
     if abs(said - true) > NOTICEABLE * true:
         findings.warning(
             "W131",
             f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: its odometry will be"
             f" {100 * abs(said / true - 1):.0f} % off",
             origin,
-            f"write {true:g}, or compute it from the sizes that the wheels are made of",
+            hint,
         )
+    return said
 
 
 def _below_zero(value: float | None) -> float | None:
@@ -199,17 +213,23 @@ def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Find
             findings.warning("W130", what, found.place(name))
         return default
 
-    radius = number("wheel_radius", 0.0) or drive.radius
-    separation = number("wheel_separation", 0.0) or drive.separation
-    for what, name, said, true in (
-        ("distance between the wheels", "wheel_separation", separation, drive.separation),
-        ("wheels' radius", "wheel_radius", radius, drive.radius),
-    ):
-        _warn_of_difference(what, said, true, found.place(name), findings)
-    separation *= number("wheel_separation_multiplier", 1.0)
-    both = number("wheel_radius_multiplier", 1.0)
-    sides = [number(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right")]
-    radius *= sum(sides) / 2.0
+    def size(what: str, name: str, true: float) -> float:
+        said = number(name, 0.0)
+        return _compared(what, said, true, found.place(name), findings) if said else true
+
+    def multiplier(name: str, default: float = 1.0) -> float:
+        value = number(name, default)
+        if 1.0 / ABSURD <= value <= ABSURD:
+            return value
+        what = f"{name} of the controller is {value:g}: it is left out"
+        findings.warning("W130", what, found.place(name), "a multiplier is above zero and near 1")
+        return default
+
+    separation = size("distance between the wheels", "wheel_separation", drive.separation)
+    radius = size("wheels' radius", "wheel_radius", drive.radius)
+    separation *= multiplier("wheel_separation_multiplier")
+    both = multiplier("wheel_radius_multiplier")
+    radius *= sum(multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right")) / 2.0
     return DriveSettings(
         radius,
         separation,
