@@ -60,11 +60,12 @@ def pixels(show: Show) -> np.ndarray:
 
 
 def ball(show: Show) -> tuple[float, float]:
-    """Middle of the red in the window: column and row of pixel edges, as intrinsics count them."""
+    """Middle of the red in the window: column and row of pixel edges, as intrinsics count them; nan where
+    little is red yet."""
     image = pixels(show)
-    assert image.shape[:2] == (HEIGHT, WIDTH)
     rows, columns = np.nonzero((image[..., 0] > image[..., 1] + 30) & (image[..., 0] > image[..., 2] + 30))
-    assert len(rows) > 50
+    if image.shape[:2] != (HEIGHT, WIDTH) or len(rows) <= 50:
+        return np.nan, np.nan
     return float(columns.mean()) + 0.5, float(rows.mean()) + 0.5
 
 

@@ -11,7 +11,7 @@ from kbot.workbench.session import Session
 
 from .conftest import until
 from .pictures import blue, middle, screenshot
-from .test_page_tools import at, drag, from_above, pose, tool
+from .test_page_tools import at, drag, from_above, pose, show_what_is, tool
 
 OpenPage = Callable[..., Any]
 ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
@@ -73,6 +73,7 @@ def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_pag
     until(lambda: len(session.state().bodies) == 7 and abs(session.state().bodies[2]) < 1e-3)
     page.keyboard.press("n")
     page.locator(".hint").get_by_label("Push or kick").select_option("kick")
+    show_what_is(page, session)
     drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
     until(lambda: "Only the robot is kicked" in page.locator(".notices").inner_text())
     page.locator(".hint").get_by_label("Push or kick").select_option("push")
@@ -143,5 +144,5 @@ def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open
     until(lambda: session.about().world == "boxes")
     assert session.about().seed == 7
     menu(page)
-    assert seed.input_value() == "7"
+    until(lambda: seed.input_value() == "7")
     assert tool(page, "Interact").get_attribute("aria-pressed") == "true"
