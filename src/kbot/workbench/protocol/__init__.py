@@ -4,66 +4,39 @@ Lengths in metres, angles in radians, quaternions x, y, z, w, colours in 0..1. E
 JSON object with a `type`.
 """
 
+from kbot.workbench.protocol.displays import Displays, DisplaysSaved, DisplaysText, OpenDisplays, SaveDisplays
 from kbot.workbench.protocol.from_page import (
-    Action,
     Advance,
-    ApplyFix,
-    Delete,
-    Disturb,
     Drive,
-    DropParameters,
-    EditSource,
-    EndFault,
     FromPage,
-    JointSpeed,
-    KeepParameters,
-    Kick,
-    MoveModel,
-    OpenDisplays,
-    OpenSource,
     Pause,
-    Publish,
-    Push,
     Reset,
-    ResetPart,
-    SaveDisplays,
     SetJoint,
     SetJoints,
-    SetParameter,
     SetSpeed,
-    SetWorld,
-    Spawn,
     Stop,
-    Subscribe,
-    Undo,
-    Unsubscribe,
 )
 from kbot.workbench.protocol.plot import AskSeries, DrawPlot, PlotDrawn, Series
 from kbot.workbench.protocol.scene import BodyView, InertiaView, JointView, LinkView, Scene, Things
-from kbot.workbench.protocol.time import GoLive, RecordingView, RecordRun, Resume, Seek, SetLoop, Timeline
-from kbot.workbench.protocol.to_page import (
-    About,
-    Displays,
-    DisplaysSaved,
-    DisplaysText,
-    FaultView,
+from kbot.workbench.protocol.source import (
+    ApplyFix,
+    DropParameters,
+    EditSource,
     Finding,
     Findings,
-    FromServer,
+    KeepParameters,
     Note,
+    OpenSource,
     Parameter,
     Parameters,
-    Refused,
+    SetParameter,
     SourceText,
-    State,
     Step,
-    Told,
-    TopicMessage,
-    Topics,
-    TopicView,
-    WorldChoice,
-    WorldParameter,
+    Undo,
 )
+from kbot.workbench.protocol.time import GoLive, RecordingView, RecordRun, Resume, Seek, SetLoop, Timeline
+from kbot.workbench.protocol.to_page import About, FromServer, Refused, State, Told
+from kbot.workbench.protocol.topics import Publish, Subscribe, TopicMessage, Topics, TopicView, Unsubscribe
 from kbot.workbench.protocol.values import (
     Length,
     Name,
@@ -73,6 +46,22 @@ from kbot.workbench.protocol.values import (
     SettingsText,
     Shape,
     ShapeKind,
+)
+from kbot.workbench.protocol.world import (
+    Action,
+    Delete,
+    Disturb,
+    EndFault,
+    FaultView,
+    JointSpeed,
+    Kick,
+    MoveModel,
+    Push,
+    ResetPart,
+    SetWorld,
+    Spawn,
+    WorldChoice,
+    WorldParameter,
 )
 
 __all__ = [
