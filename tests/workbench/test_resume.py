@@ -70,9 +70,11 @@ def test_it_stands_and_drives_as_it_did(desk: Desk) -> None:
     assert state.positions == before.positions
     assert desk.client.looks_at is None
     assert not desk.session.paused
-    desk.run(1.0)
+    desk.run(0.4)
     assert desk.session.state().poses == then[round(desk.session.state().time, 2)].poses
-    assert desk.session.state().at > 4.9  # the timeline goes on
+    assert desk.session.state().at > 4.3  # the timeline goes on
+    desk.run(2.0)
+    assert desk.session.state().twist[0] == pytest.approx(0.0, abs=0.01)  # nobody drives it any more
 
 
 def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk) -> None:
@@ -139,6 +141,18 @@ def test_who_looks_at_what_is_has_nothing_to_go_on_from(desk: Desk) -> None:
     desk.run(1.0)
     with pytest.raises(KbotError, match="go back to a moment first"):
         desk.past.resume(desk.client)
+
+
+def test_a_reset_is_not_gone_across(desk: Desk) -> None:
+    desk.sim.cmd_vel(0.3, 0.0)
+    desk.run(3.3)
+    desk.session._motion.reset()
+    desk.run(1.4)
+    reset_at = desk.session.state().at - 1.4
+    desk.resume(reset_at - 0.1)
+    assert desk.session.state().time == pytest.approx(3.0, abs=0.31)
+    desk.resume(reset_at + 0.2)
+    assert desk.session.state().time < 0.1
 
 
 def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:

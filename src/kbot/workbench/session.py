@@ -214,12 +214,15 @@ class Session:
         """What `resume` goes on from, and its size in bytes."""
         return self._motion.save()
 
-    def resume(self, saved: object) -> None:
-        """Let the simulation go on from a saved state. Raises KbotError: robots came or went since."""
+    def resume(self, saved: object, client: int) -> None:
+        """Let the simulation go on from a saved state; where the robot was driven then it stops soon, unless
+        the page that asks drives it on. Raises KbotError: robots came or went since."""
         self._motion.resume(saved)
         self.paused = False
         self._resets += 1
         self._deadman.release()
+        if any(self._motion.moment().command):
+            self._deadman.press(client)
         self._look_around()
 
     def obey(self, message: FromPage, client: int) -> list[FromServer]:

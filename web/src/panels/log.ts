@@ -1,5 +1,7 @@
 import type { App } from "../app";
 import { h } from "../dom";
+import { icon } from "../icons";
+import { clock } from "../time/words";
 import { goalWords, onGoal } from "../tools/goal";
 
 const MOST = 300;
@@ -10,10 +12,17 @@ type Level = "error" | "warning" | "info";
 export function log(app: App): HTMLElement {
   const list = h("ol", {});
   const log = h("div", { class: "log", role: "log", "aria-label": "Log", tabindex: 0 }, list);
+  let last: { level: Level; text: string; count: HTMLElement; times: number } | null = null;
   const add = (level: Level, text: string): void => {
+    if (last?.level === level && last.text === text) {
+      last.times += 1;
+      last.count.textContent = `×${last.times}`;
+      return;
+    }
     const atEnd = log.scrollTop + log.clientHeight >= log.scrollHeight - 8;
-    const time = app.about.value?.mode === "sim" ? `${(app.state.value?.time ?? 0).toFixed(2)} s` : new Date().toLocaleTimeString();
-    list.append(h("li", { "data-level": level }, h("time", {}, time), h("span", {}, text)));
+    const count = h("b", {});
+    list.append(h("li", { "data-level": level }, h("time", {}, moment(app)), h("span", {}, level !== "info" && icon(level), text, count)));
+    last = { level, text, count, times: 1 };
     while (list.childElementCount > MOST) list.firstElementChild?.remove();
     if (atEnd) log.scrollTop = log.scrollHeight;
   };
@@ -40,4 +49,11 @@ export function log(app: App): HTMLElement {
   });
   onGoal(app, (state, reason) => add(state === "stuck" || state === "refused" ? "warning" : "info", goalWords(state, reason)));
   return log;
+}
+
+/** When something was said: by the simulation's clock, the place in a recording, or the time of day. */
+function moment(app: App): string {
+  if (app.about.value?.mode === "sim") return `${(app.state.value?.time ?? 0).toFixed(2)} s`;
+  const played = app.travel.timeline.value;
+  return played === null ? new Date().toLocaleTimeString() : clock(played.at);
 }

@@ -63,6 +63,22 @@ export function timelineBar(app: App): HTMLElement {
     where.textContent = now.played ? `${clock(at)} / ${clock(now.end)}` : isLive ? "" : `\u2212${clock(now.end - at)}`;
     slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : isLive ? "live" : ago(now.end - at));
   };
+  let letGo: ReturnType<typeof setTimeout> | undefined;
+  /** Brings the thumb to the moment on show, once the hand is off it: it may not be the one asked for. */
+  const follow = (): void => {
+    const now = travel.timeline.value;
+    if (now === null) return;
+    clearTimeout(letGo);
+    const wait = touched + HELD - performance.now();
+    if (wait > 0) {
+      letGo = setTimeout(follow, wait + 1);
+      return;
+    }
+    const isLive = now.live && !now.played;
+    const at = isLive ? now.end : now.at;
+    slider.value = String(at);
+    describe(now, isLive, at);
+  };
   let file = "";
   travel.timeline.watch((now) => {
     bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
@@ -70,11 +86,7 @@ export function timelineBar(app: App): HTMLElement {
     slider.min = String(now.start);
     slider.max = String(now.end);
     document.documentElement.dataset["time"] = now.live ? "now" : "past";
-    if (performance.now() - touched > HELD) {
-      const at = now.live && !now.played ? now.end : now.at;
-      slider.value = String(at);
-      describe(now, now.live && !now.played, at);
-    }
+    follow();
     live.hidden = now.played;
     resume.hidden = now.played || now.live;
     live.setAttribute("aria-pressed", String(now.live));
@@ -90,7 +102,7 @@ export function timelineBar(app: App): HTMLElement {
     record.title = now === null ? "Record to a file" : `End the recording to ${now.file}`;
     record.setAttribute("aria-label", now === null ? "Record" : "End the recording");
     if (now === null) {
-      if (file !== "") app.told.set({ text: `Recorded to ${file}.` });
+      if (file !== "") app.told.set({ text: `Recorded to ${file}. To play it: kbot view ${baseName(file)}` });
       file = "";
       return;
     }

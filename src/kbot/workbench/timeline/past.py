@@ -77,7 +77,7 @@ class Past:
         if at is None:
             raise KbotError("go back to a moment first: the simulation goes on from the one on show")
         saved = self._saved.nearest(at, self._session.run)
-        self._session.resume(saved.state)
+        self._session.resume(saved.state, client.number)
         self._hub.publish(Told(self._way_on(at, saved)))
         self.go_live(client)
 

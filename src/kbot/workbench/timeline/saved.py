@@ -20,6 +20,8 @@ class Saved:
     """A state that was taken `at` seconds along the timeline, at a simulated time in s; `size` in bytes."""
 
     number: int
+    lap: int
+    """Another one each time that the simulation was set back."""
     at: float
     time: float
     state: object
@@ -45,12 +47,14 @@ class SavedStates:
         """Take a state where one is due; `take` gives it with its size, or nothing where there is none."""
         if run is not self._run:
             self._run, self._all = run, []
-        if self._all and at - self._all[-1].at < EVERY:
+        is_anew = not self._all or time < self._all[-1].time
+        if not is_anew and at - self._all[-1].at < EVERY:
             return
         taken = take()
         if taken is None:
             return
-        self._all.append(Saved(self._count, at, time, *taken))
+        lap = (self._all[-1].lap if self._all else 0) + is_anew
+        self._all.append(Saved(self._count, lap, at, time, *taken))
         self._count += 1
         self._all = [saved for saved in self._all if _is_kept(saved, at - saved.at)]
         while self.size > MOST_BYTES and len(self._all) > 1:
@@ -66,7 +70,8 @@ class SavedStates:
                 "no state is saved there, for the robot or its world was another then: the first to go on "
                 f"from comes {known[0].at - at:.1f} s later"
             )
-        return min(known, key=lambda saved: abs(saved.at - at))
+        lap = max((saved.lap for saved in known if saved.at <= at), default=known[0].lap)
+        return min((saved for saved in known if saved.lap == lap), key=lambda saved: abs(saved.at - at))
 
 
 def _is_kept(saved: Saved, age: float) -> bool:

@@ -1,0 +1,152 @@
+"""In the page: a simulation goes on from a moment of before, recorded worlds, and damaged recordings."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.record import Recorder
+from kbot.record.replay import replay
+from kbot.sim import Simulation
+from kbot.wire import Feed
+from kbot.workbench.protocol import Spawn
+from kbot.workbench.serve import serving
+from kbot.workbench.session import Session
+from kbot.workbench.timeline.playback import played_session
+
+from .conftest import until
+from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture
+
+OpenPage = Callable[..., Any]
+
+
+def slider(page: Any) -> Any:
+    return page.get_by_role("slider", name="Moment on show")
+
+
+def is_past(page: Any) -> bool:
+    return bool(page.evaluate("document.documentElement.dataset.time === 'past'"))
+
+
+def shown_x(page: Any) -> float:
+    return float(page.evaluate("kbot.poses()[0]"))
+
+
+def press(page: Any, part: float) -> None:
+    """Click on the line of time, a part of it from its start."""
+    box = slider(page).bounding_box()
+    page.mouse.click(box["x"] + 6 + (box["width"] - 12) * part, box["y"] + box["height"] / 2)
+
+
+def test_a_simulation_goes_on_from_the_moment_on_show(
+    driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path
+) -> None:
+    address, session = driving
+    session.recording.folder = str(tmp_path)
+    page, other = open_page(address), open_page(address)
+    page.keyboard.press("p")  # so that the recording begins at the start of its run
+    until(lambda: session.paused)
+    page.keyboard.press("r")
+    until(lambda: session.state().time == 0.0)
+    began = session.state().at
+    page.get_by_role("button", name="Record", exact=True).click()
+    until(lambda: page.locator(".recording .name").count())
+    page.keyboard.press("p")
+    until(lambda: not session.paused)
+    assert not page.get_by_role("button", name="Resume from here").is_visible()
+    page.keyboard.down("w")
+    until(lambda: session.state().odometry[0] > 0.6)
+    page.keyboard.up("w")
+    until(lambda: session.state().twist[0] == 0.0)
+    page.keyboard.press("y")
+    low, high = (float(slider(page).evaluate(f"s => s.{end}")) for end in ("min", "max"))
+    press(page, (began + 1.3 - low) / (high - low))
+    until(lambda: is_past(page) and shown_x(page) < 0.55)
+    page.get_by_role("button", name="Resume from here").click()
+    until(lambda: not is_past(page) and session.state().odometry[0] < 0.6)
+    told = page.get_by_role("log").get_by_text("The simulation goes on from")
+    until(lambda: told.count() == 1)
+    assert "the recording holds both ways" in told.inner_text()
+    until(lambda: "goes on from" in other.locator(".notices").inner_text())  # whoever else looks is told too
+    assert not session.paused
+    assert not page.get_by_role("button", name="Resume from here").is_visible()
+    file = session.recording.view().file  # type: ignore[union-attr]
+    page.get_by_role("button", name="End the recording").click()
+    until(lambda: session.recording.view() is None)
+    assert replay(file).is_same
+    other.close()
+
+
+def test_what_was_dropped_since_is_gone_from_the_picture(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    until(lambda: session.state().at > 2.0)
+    simulation = session._motion._sim  # type: ignore[attr-defined]
+
+    def drop() -> bool:  # where the simulation runs
+        simulation.errands.remove(drop)
+        session._motion.act(Spawn("box", 1.0, 1.0, 0.3, 0.0, 0.1, 0.1, 0.1))
+        return True
+
+    simulation.errands.append(drop)
+    until(lambda: len(session.scene.bodies) > 0)
+    until(lambda: session.state().at > 3.5)
+    press(page, 0.0)
+    until(lambda: is_past(page))
+    page.get_by_role("button", name="Resume from here").focus()
+    page.keyboard.press("Enter")
+    until(lambda: not is_past(page) and len(session.scene.bodies) == 0)
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> str:
+    """Towards a wall of boxes that was there from the start, past a crate that comes after 2 s."""
+    sim = Simulation("kbot", "boxes")
+    path = tmp_path / "run.mcap"
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path)):
+        sim.cmd_vel(0.1, 0.0)
+        sim.run(2.0)
+        sim.spawn_thing("box", "crate", 0.6, 0.4, 0.0, 0.0, (0.2, 0.2, 0.2))
+        sim.run(2.0)
+    return str(path)
+
+
+def test_a_recording_is_shown_in_its_world(recorded: str, open_page: OpenPage) -> None:
+    session = played_session(recorded)
+    session.paused = True
+    with serving(session) as address:
+        page = open_page(address)
+        page.evaluate("kbot.look([0, 0, 6], [0.01, 0, 0])")
+        assert page.locator(".crumbs").inner_text().strip() != ""
+        without = pixels(page)
+        press(page, 0.75)
+        until(lambda: session.timeline().at > 2.5)  # type: ignore[union-attr]
+        until(lambda: pixels(page) != without)
+        assert {body.name for body in session.scene.bodies} >= {"crate", "box_0"}
+        page.close()
+
+
+def pixels(page: Any) -> bytes:
+    page.evaluate("kbot.drawn()")
+    return bytes(page.locator(".picture canvas").first.screenshot())
+
+
+def test_a_damaged_part_is_told_of_in_the_page(
+    whole: Path,  # noqa: F811
+    tmp_path: Path,
+    open_page: OpenPage,
+) -> None:
+    path, start, end = damaged(whole, tmp_path / "bad.mcap", 6)
+    session = played_session(str(path))
+    session.paused = True
+    with serving(session) as address:
+        page = open_page(address)
+        press(page, (start + 0.1) / session.timeline().end)  # type: ignore[union-attr]
+        words = page.locator(".notices").get_by_text(f"is damaged from {start:.2f} s to {end:.2f} s")
+        until(words.count)
+        assert session.timeline().at == pytest.approx(start, abs=0.01)  # type: ignore[union-attr]
+        until(lambda: float(slider(page).evaluate("s => s.value")) == pytest.approx(start, abs=0.05))
+        page.close()

@@ -1,0 +1,44 @@
+"""Time, plots and log for all people: what axe finds with all of it open."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .test_page_access import axe
+
+OpenPage = Callable[..., Any]
+
+__all__ = ["axe"]
+
+
+@pytest.mark.parametrize(("theme", "size"), [("dark", (1440, 900)), ("light", (390, 844))])
+def test_axe_finds_nothing_while_one_looks_back(
+    driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: tuple[int, int]
+) -> None:
+    page = open_page(
+        driving[0],
+        viewport={"width": size[0], "height": size[1]},
+        color_scheme=theme,
+        reduced_motion="reduce",
+    )
+    until(lambda: driving[1].state().at > 2.0)
+    page.keyboard.press("l")
+    page.keyboard.press("y")
+    until(lambda: page.locator("#plots canvas").count() == 1)
+    page.keyboard.press("k")
+    page.get_by_role("slider", name="Moment on show").focus()
+    for _ in range(5):
+        page.keyboard.press("PageDown")
+    until(lambda: page.evaluate("document.documentElement.dataset.time === 'past'"))
+    until(lambda: page.get_by_role("button", name="Resume from here").is_visible())
+    for opened in ("", "Save the plot", "1 bookmark"):
+        if opened:
+            page.get_by_role("button", name=opened).click()
+            until(lambda: page.locator(":popover-open").count() == 1)
+        page.evaluate(axe)
+        found = page.evaluate("axe.run()")["violations"]
+        assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
