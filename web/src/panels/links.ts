@@ -4,6 +4,16 @@ import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
 import type { LinkView, Scene } from "../protocol";
 
+/** Where a key leads to from an item, by the levels of all: as in every tree, to the left is the parent. */
+const STEPS: Readonly<Record<string, (at: number, levels: readonly number[]) => number>> = {
+  ArrowDown: (at) => at + 1,
+  ArrowUp: (at) => at - 1,
+  ArrowLeft: (at, levels) => levels.findLastIndex((level, index) => index < at && level < levels[at]!),
+  ArrowRight: (at, levels) => (levels[at + 1]! > levels[at]! ? at + 1 : at),
+  Home: () => 0,
+  End: (_, levels) => levels.length - 1,
+};
+
 /** The tree of links; a click chooses one and shows where it is written. */
 export function links(app: App): HTMLElement {
   const tree = h("ul", { class: "tree", role: "tree", "aria-label": "Links" });
@@ -26,13 +36,13 @@ export function links(app: App): HTMLElement {
   });
   app.selected.watch(mark);
   tree.addEventListener("keydown", (event) => {
-    if ((event.key !== "ArrowDown" && event.key !== "ArrowUp") || !focusedByKeyboard()) return;
+    const go = STEPS[event.key];
+    if (go === undefined || event.shiftKey || event.ctrlKey || !focusedByKeyboard()) return;
     const items = [...tree.querySelectorAll<HTMLButtonElement>("button[data-link]")];
-    const at = items.indexOf(document.activeElement as HTMLButtonElement);
-    const next = items[at + (event.key === "ArrowDown" ? 1 : -1)];
+    const levels = items.map((item) => Number(item.parentElement?.ariaLevel));
     event.preventDefault();
     event.stopPropagation();
-    next?.focus();
+    items[go(items.indexOf(document.activeElement as HTMLButtonElement), levels)]?.focus();
   });
   return panel("links", "Links", [count], tree);
 }

@@ -1,0 +1,141 @@
+"""What opens in the page, by keys alone: nothing for axe to find, and nothing wider than the page."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+
+OpenPage = Callable[..., Any]
+
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+SIZES = {"wide": (1440, 900, "dark"), "phone": (390, 844, "light"), "zoomed": (640, 400, "dark")}
+"""Width, height and theme; a page of 1280 by 800 at 200 % is the last."""
+AGAIN = "document.activeElement.blur()"
+
+
+@pytest.fixture(scope="module")
+def axe() -> str:
+    if not AXE.is_file():
+        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
+    return AXE.read_text(encoding="utf-8")
+
+
+def world_menu(page: Any) -> str:
+    page.get_by_role("button", name="World and faults").press("Enter")
+    page.get_by_role("button", name="Let it happen").press("Enter")
+    return "#world-menu:has(.faults li)"
+
+
+def keys(page: Any) -> str:
+    page.keyboard.press("?")
+    return "dialog.help"
+
+
+def traffic(page: Any) -> str:
+    page.keyboard.press("y")
+    return "#traffic:has(.topics li)"
+
+
+def plots(page: Any) -> str:
+    page.keyboard.press("l")
+    return "#plots"
+
+
+def saving(page: Any) -> str:
+    page.locator(".save-menu summary").press("Enter")
+    return ".save-menu[open]"
+
+
+def bookmarks(page: Any) -> str:
+    page.keyboard.press("k")
+    page.locator(".marked").press("Enter")
+    return ".timeline:has(:popover-open)"
+
+
+def settings(page: Any) -> str:
+    sheet = page.locator(".sheets").get_by_role("button", name="Displays")
+    if sheet.is_visible():
+        sheet.press("Enter")
+    for head in page.locator(".display .head").all():
+        head.press("Enter")
+    page.locator(".display[data-display=TF] details summary").press("Enter")
+    return "#displays:has(.folded li)"
+
+
+def tool(page: Any) -> str:
+    page.keyboard.press("n")
+    return ".chip-bars:has(.hint .tool-options)"
+
+
+OPENERS = (world_menu, keys, traffic, plots, saving, bookmarks, settings, tool)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_axe_finds_nothing_in_what_opens(
+    driving: tuple[str, Session], open_page: OpenPage, axe: str, size: str
+) -> None:
+    width, height, theme = SIZES[size]
+    page = open_page(
+        driving[0],
+        viewport={"width": width, "height": height},
+        color_scheme=theme,
+        reduced_motion="reduce",
+    )
+    page.evaluate(axe)
+    found = {}
+    for opener in OPENERS:
+        opened = opener(page)
+        until(lambda opened=opened: page.locator(opened).first.is_visible())
+        name = opener.__name__
+        violations = page.evaluate("opened => axe.run(document.querySelector(opened))", opened)["violations"]
+        if violations:
+            found[name] = [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in violations]
+        if page.evaluate("document.documentElement.scrollWidth") > width:
+            found[name] = [("serious", "wider than the page", "")]
+        page.keyboard.press("Escape")
+        page.keyboard.press("Escape")
+        page.evaluate(AGAIN)
+    assert found == {}
+
+
+def test_the_tree_of_links_is_walked_by_keys_alone(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    for _ in range(80):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.dataset.link ?? ''"):
+            break
+
+    def on() -> str:
+        return str(page.evaluate("document.activeElement.dataset.link"))
+
+    assert on() == "base_footprint"
+    for key, link in (
+        ("ArrowRight", "base_link"),
+        ("ArrowRight", "left_wheel"),
+        ("ArrowRight", "left_wheel"),  # nothing hangs on it
+        ("ArrowDown", "right_wheel"),
+        ("ArrowLeft", "base_link"),
+        ("End", "caster_wheel"),
+        ("ArrowUp", "right_wheel"),
+        ("Home", "base_footprint"),
+    ):
+        page.keyboard.press(key)
+        assert on() == link, key
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
+    assert page.locator("#links [aria-selected=true]").inner_text().startswith("base_link")
+
+
+def test_the_save_menu_closes_from_wherever_the_focus_is(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    for leave in (lambda: page.keyboard.press("Escape"), lambda: page.mouse.click(480, 500)):
+        page.locator(".save-menu summary").click()
+        until(lambda: page.locator(".save-sheet").is_visible())
+        leave()
+        until(lambda: not page.locator(".save-sheet").is_visible())
