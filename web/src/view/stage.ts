@@ -56,6 +56,7 @@ export class Stage {
   private readonly fill = new DirectionalLight(0xffffff, FILL);
   private readonly before: (() => void)[] = [];
   private readonly first: (() => void)[] = [];
+  private readonly after: (() => void)[] = [];
   private pending = false;
 
   private readonly perspective = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 1000);
@@ -98,6 +99,11 @@ export class Stage {
   /** Runs before each drawn frame. */
   onFrame(action: () => void): void {
     this.before.push(action);
+  }
+
+  /** Runs once, after the next drawn frame. */
+  afterFrame(action: () => void): void {
+    this.after.push(action);
   }
 
   /** Runs once something is on the screen. */
@@ -260,6 +266,7 @@ export class Stage {
     if (this.frames === 0) this.drawFirst();
     else this.renderer.render(this.scene, this.camera);
     this.frames += 1;
+    for (const action of this.after.splice(0)) action();
   }
 
   /** Draws the solid things alone: each other material has a program to be made, which the next picture pays for. */
