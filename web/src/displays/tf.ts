@@ -92,7 +92,8 @@ class Frames implements Display {
     for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
     for (const axis of this.axes) {
       axis.count = count;
-      axis.instanceMatrix.needsUpdate = true;
+      axis.visible = count > 0;
+      axis.instanceMatrix.needsUpdate = axis.visible;
     }
   }
 

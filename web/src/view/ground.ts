@@ -1,42 +1,42 @@
-import { CircleGeometry, Color, DoubleSide, Mesh, ShaderMaterial, ShadowMaterial, Vector2, Vector3 } from "three";
+import { CircleGeometry, Color, DoubleSide, Mesh, ShaderMaterial, ShadowMaterial, Vector3 } from "three";
 
 import type { Theme } from "../options";
 import { AXES, PALETTES, type Palette } from "./palette";
 
+// `at` counts in cells, lines being where its fraction is a half; `near` in radii of what stands above.
 const VERTEX = /* glsl */ `
-  varying vec2 place;
+  uniform vec3 under;
+  uniform float cell;
+  varying vec2 at, near;
+  varying float fade;
   void main() {
     vec4 world = modelMatrix * vec4(position, 1.0);
-    place = world.xy;
+    at = world.xy / cell - 0.5;
+    near = (world.xy - under.xy) / under.z;
+    fade = 1.33 * (1.0 - length(position.xy));
     gl_Position = projectionMatrix * viewMatrix * world;
   }`;
 
-// Colours are mixed as they are seen on a screen, which saves three powers at every pixel: without a graphics
-// card the floor would otherwise cost a third of the picture.
+// Without a graphics card the floor costs as much as all that stands on it, each operation counts: colours are
+// mixed as they are seen on a screen, which saves three powers at every pixel, and nothing is bounded twice.
 const FRAGMENT = /* glsl */ `
   uniform vec3 floorColour, background, line, major, xAxis, yAxis;
-  uniform vec2 centre;
-  uniform vec3 under;
-  uniform float cell, reach, lines, shade;
-  varying vec2 place;
-  float ruled(vec2 at, vec2 wide, vec2 perWide) {
-    vec2 near = clamp(1.0 - abs(fract(at - 0.5) - 0.5) * perWide, 0.0, 1.0);
-    vec2 faded = near * clamp(1.6 - 2.8 * wide, 0.0, 1.0);
-    return max(faded.x, faded.y) * lines;
-  }
+  uniform float lines, shade;
+  varying vec2 at, near;
+  varying float fade;
   void main() {
-    vec2 wide = fwidth(place);
+    vec2 wide = fwidth(at);
     vec2 perWide = 1.0 / wide;
-    float perCell = 1.0 / cell;
-    float fade = clamp(1.33 - 1.33 * distance(place, centre) / reach, 0.0, 1.0);
-    vec3 colour = floorColour;
-    colour = mix(colour, line, ruled(place * perCell, wide * perCell, perWide * cell));
-    colour = mix(colour, major, ruled(place * perCell * 0.1, wide * perCell * 0.1, perWide * cell * 10.0));
-    vec2 onAxis = clamp(1.1 - abs(place) * perWide, 0.0, 1.0) * lines * 0.75;
+    vec2 small = max(1.0 - abs(fract(at) - 0.5) * perWide, 0.0) * min(1.6 - 2.8 * wide, 1.0);
+    vec2 large = max(1.0 - abs(fract(at * 0.1 - 0.45) - 0.5) * (perWide * 10.0), 0.0) * min(1.6 - 0.28 * wide, 1.0);
+    vec2 onAxis = clamp(1.1 - abs(at + 0.5) * perWide, 0.0, 1.0) * (lines * 0.75);
+    vec3 colour = mix(floorColour, line, max(max(small.x, small.y), 0.0) * lines);
+    colour = mix(colour, major, max(max(large.x, large.y), 0.0) * lines);
     colour = mix(colour, xAxis, onAxis.y);
     colour = mix(colour, yAxis, onAxis.x);
-    colour *= 1.0 - shade * (1.0 - smoothstep(0.15, 1.0, distance(place, under.xy) / under.z));
-    gl_FragColor = vec4(mix(background, colour, fade), 1.0);
+    float above = max(1.0 - dot(near, near), 0.0);
+    colour *= 1.0 - shade * above * above;
+    gl_FragColor = vec4(mix(background, colour, clamp(fade, 0.0, 1.0)), 1.0);
   }`;
 
 /** By which light and what is seen of it differ, about. */
@@ -65,9 +65,7 @@ export class Ground {
         major: { value: new Color() },
         xAxis: { value: seen(AXES.x) },
         yAxis: { value: seen(AXES.y) },
-        centre: { value: new Vector2() },
         cell: { value: 0.1 },
-        reach: { value: 1 },
         lines: { value: 1 },
         under: { value: new Vector3(0, 0, 1) },
         shade: { value: 0 },
@@ -151,8 +149,6 @@ export class Ground {
       mesh.scale.set(reach, reach, 1);
       mesh.updateMatrix();
     }
-    (this.floor.material.uniforms["centre"]!.value as Vector2).set(x, y);
-    this.floor.material.uniforms["reach"]!.value = reach;
   }
 }
 
