@@ -31,7 +31,7 @@ from typing import Any
 
 from bench_xacro import stand_in_for_ament
 
-import xacro  # type: ignore[import-untyped]
+import xacro  # type: ignore[import-untyped] - it has no types
 from kbot.checks import Config, all_rules, check_file, check_text
 from kbot.model.load import resolve_robot_path
 from kbot.text import Diagnostic, read_source
@@ -40,7 +40,7 @@ from kbot.xacro import Packages, clear_cache, expand_text
 LEFT_OUT = ("G101",)
 
 
-def corpus_module(folder: Path) -> Any:  # noqa: ANN401
+def corpus_module(folder: Path) -> Any:  # noqa: ANN401 - a module of no known type
     spec = importlib.util.spec_from_file_location("corpus_check", folder / "check.py")
     if spec is None or spec.loader is None:
         sys.exit(f"{folder} has no check.py")

@@ -1,18 +1,23 @@
-"""What the page draws in a second beside a bare three.js page of the same boxes, and what serving costs.
+"""What the page draws in a second beside a bare three.js page of the same triangles, and what serving costs.
 
-    python benchmarks/bench_page.py [--seconds S]
+    python benchmarks/bench_page.py [--rounds N] [--seconds S]
 
-Each pair of pages is shown in turn in the same headless Chromium (software rendering), and both turn about
-their scene all the time, so that every frame is drawn anew. The bare pages draw with an `InstancedMesh`
-and the same material, and have nothing else: no floor, no edges, no panels, no socket.
+Two scenes: 1,000 boxes around KBot, less those where it stands; and KBot turning between four walls with 20
+frames, told of 50 times a second and drawn as axes, and a scan of 360 beams 10 times a second. Each is shown
+in turn by the workbench and by a bare page (`bare.js`) in the same headless Chromium, which draws in
+software. The bare page has the same triangles of robot, boxes, walls, axes and floor; the same canvas, pixel
+ratio, antialiasing, kinds of lights and materials, and way around the scene; the 50 and 10 Hz are its own
+timers. It has nothing else: no lines on floor and edges, no panels, no socket. Both turn about their scene
+all the time, so that every frame is drawn anew. Frames are compared round by round; processor time per
+frame, of the browser's drawing processes, tells the same on a machine that has other work to do.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -20,174 +25,180 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bench_first_picture import ARGUMENTS, bare_page, chromium
+from browsing import (
+    KEEP_SOCKET,
+    SHOWS,
+    answer_lag,
+    bare_page,
+    drawing_seconds,
+    kbot,
+    opened_browser,
+    page,
+    share_of_core,
+)
+
+import kbot as package
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-BOXES = 1000
-ROUNDS = 3
+BARE = Path(__file__).with_name("bare.js")
+SHIPPED = Path(package.__file__).parent / "robots" / "kbot_description" / "urdf" / "kbot.xacro"
 
-BARE = """
-import * as THREE from "three";
-const renderer = new THREE.WebGLRenderer({ antialias: true });
-renderer.setSize(714, 672);
-document.body.append(renderer.domElement);
-const scene = new THREE.Scene();
-scene.background = new THREE.Color(0x0f1318);
-const sun = new THREE.DirectionalLight(0xffffff, 2.1);
-const fill = new THREE.DirectionalLight(0xffffff, 0.5);
-scene.add(new THREE.HemisphereLight(0xffffff, 0x666666, 1.5), sun, fill);
-const material = new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0.05 });
-const boxes = new THREE.InstancedMesh(new THREE.BoxGeometry(0.1, 0.1, 0.1), material, COUNT);
-const place = new THREE.Matrix4();
-for (let i = 0; i < COUNT; i += 1) {
-  const isStart = Math.abs((i % 40) - 20) < 3 && Math.abs(Math.floor(i / 40) - 12) < 3;
-  place.makeScale(isStart ? 0 : 1, isStart ? 0 : 1, isStart ? 0 : 1); // no box where the robot starts
-  boxes.setMatrixAt(i, place.setPosition((i % 40) * 0.2 - 4, Math.floor(i / 40) * 0.2 - 2.5, 0.05));
-}
-for (let i = 0; i < COUNT; i += 1) boxes.setColorAt(i, new THREE.Color(0.5, 0.4, 0.3));
-scene.add(boxes);
-const camera = new THREE.PerspectiveCamera(32, 714 / 672, 0.01, 100);
-camera.up.set(0, 0, 1);
-window.frames_drawn = 0;
-const draw = (now) => {
-  camera.position.set(9 * Math.cos(now / 2000), 9 * Math.sin(now / 2000), 4);
-  camera.lookAt(0, 0, 0);
-  renderer.render(scene, camera);
-  window.frames_drawn += 1;
-  requestAnimationFrame(draw);
-};
-requestAnimationFrame(draw);
-window.drawn = true;
-"""
+PLACES = [
+    (i % 40 * 0.2 - 4, i // 40 * 0.2 - 2.5, 0.05)
+    for i in range(1000)
+    if not (abs(i % 40 - 20) < 3 and abs(i // 40 - 12) < 3)  # the robot starts there
+]
+WALLS = {(0.1, 4, 0.4): [(2, 0, 0.2), (-2, 0, 0.2)], (4, 0.1, 0.4): [(0, 2, 0.2), (0, -2, 0.2)]}
 
-TURN = """() => { const turn = (now) => {
-  kbot.look([9 * Math.cos(now / 2000), 9 * Math.sin(now / 2000), 4], [0, 0, 0]);
+TURN = """([away, height]) => { const turn = (now) => {
+  kbot.look([away * Math.cos(now / 2000), away * Math.sin(now / 2000), height], [0, 0, 0]);
   requestAnimationFrame(turn); }; requestAnimationFrame(turn); }"""
+
+LIDAR = """<gazebo reference="base_link"><sensor type="gpu_lidar" name="lidar"><topic>scan</topic>
+<update_rate>10</update_rate><pose>0 0 0.1 0 0 0</pose><lidar><scan><horizontal><samples>360</samples>
+<min_angle>-3.14159</min_angle><max_angle>3.12413</max_angle></horizontal></scan>
+<range><min>0.2</min><max>8</max></range></lidar></sensor></gazebo>"""
+
+DISPLAYS = """displays:
+- {kind: Grid, name: Grid}
+- {kind: RobotModel, name: RobotModel}
+- {kind: TF, name: TF, properties: {axes: true}}
+- {kind: World, name: World}
+- {kind: LaserScan, name: LaserScan}
+"""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=4.0)
-    seconds = parser.parse_args().seconds
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=list(ARGUMENTS))
-        with tempfile.TemporaryDirectory() as folder:
-            world = Path(folder) / "boxes.sdf"
-            world.write_text(boxes_world())
-            ours, bare = frames(browser, ["sim", "kbot", "--world", str(world)], seconds)
-        print(f"{BOXES} boxes: {ours:.1f} frames a second, bare {bare:.1f}: {ours / bare:.2f} (bound 0.9)")
-        share = serving(browser, seconds)
-        print(f"one page of a running simulation: {share:.1%} of a core for the server (bound 4 %)")
-        print(f"from a moved slider to the pose it makes: median {lag(browser) * 1000:.0f} ms (bound 100 ms)")
-        browser.close()
-
-
-def boxes_world() -> str:
-    shape = "<geometry><box><size>0.1 0.1 0.1</size></box></geometry>"
-    paint = "<material><diffuse>0.5 0.4 0.3 1</diffuse></material>"
-    visual = f"<visual name='v'>{shape}{paint}</visual>"
-    link = f"<link name='l'><collision name='c'>{shape}</collision>{visual}</link>"
-    boxes = "".join(
-        f"<model name='b{i}'><static>true</static>"
-        f"<pose>{i % 40 * 0.2 - 4} {i // 40 * 0.2 - 2.5} 0.05 0 0 0</pose>{link}</model>"
-        for i in range(BOXES)
-        if not (abs(i % 40 - 20) < 3 and abs(i // 40 - 12) < 3)  # the robot starts there
-    )
-    plane = "<geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>"
-    ground = (
-        f"<model name='ground'><static>true</static><link name='l'><collision name='c'>{plane}</collision>"
-        f"<visual name='v'>{plane}</visual></link></model>"
-    )
-    return f'<?xml version="1.0"?><sdf version="1.9"><world name="many">{ground}{boxes}</world></sdf>'
-
-
-def frames(browser: Browser, words: list[str], seconds: float) -> tuple[float, float]:
-    """Frames a second of the page and of the bare one; medians of alternating rounds."""
-    ours, plain = [], []
-    with kbot(words) as (address, _), bare_page(BARE.replace("COUNT", str(BOXES))) as bare:
-        for _ in range(ROUNDS):
-            with page(browser, address, "!!window.kbot && kbot.frames > 0") as shown:
-                shown.evaluate(TURN)
-                ours.append(rate(shown, "kbot.frames", seconds))
-            with page(browser, bare, "!!window.drawn") as shown:
-                plain.append(rate(shown, "window.frames_drawn", seconds))
-    return statistics.median(ours), statistics.median(plain)
-
-
-def rate(shown: Page, counter: str, seconds: float) -> float:
-    time.sleep(1.0)
-    before, start = shown.evaluate(f"[{counter}, performance.now()]")
-    time.sleep(seconds)
-    after, end = shown.evaluate(f"[{counter}, performance.now()]")
-    return (after - before) / (end - start) * 1000.0
-
-
-def serving(browser: Browser, seconds: float) -> float:
-    """The share of a core that one page costs the server, beyond what the simulation takes without a page."""
-    with kbot(["sim", "kbot"]) as (address, process):
-        time.sleep(1.0)
-        alone = share_of_core(process.pid, seconds)
-        with page(browser, address, "!!window.kbot && kbot.frames > 0") as shown:
-            shown.locator(".topbar").wait_for()
+    options = parser.parse_args()
+    rounds, seconds = options.rounds, options.seconds
+    with tempfile.TemporaryDirectory() as folder, opened_browser() as browser:
+        many = Path(folder) / "boxes.sdf"
+        many.write_text(world_of({(0.1, 0.1, 0.1): PLACES}))
+        with kbot(["sim", "kbot", "--world", str(many)]) as (address, _):
+            compare("1,000 boxes", "boxes", browser, address, (9.0, 4.0), rounds, seconds)
+        with framed_robot(Path(folder)) as (address, process):
             time.sleep(1.0)
-            return share_of_core(process.pid, seconds) - alone
+            alone = share_of_core(process.pid, seconds)
+            compare("20 frames and a scan", "frames", browser, address, (1.4, 0.8), rounds, seconds)
+            with turning(browser, address) as shown:
+                share = share_of_core(process.pid, seconds) - alone
+                late = answer_lag(shown)
+        print(f"  one page of that costs the server {share:.1%} of a core (bound 4 %)")
+        print(f"  from a question to its answer {late:.0f} ms (bound 100 ms)")
+        print(f"from a moved slider to the pose it makes: median {slider_lag(browser):.0f} ms (bound 100 ms)")
 
 
-def lag(browser: Browser) -> float:
-    """Seconds from a moved slider to the pose that the server answers with, the median of some."""
+def compare(
+    title: str,
+    scene: str,
+    browser: Browser,
+    address: str,
+    path: tuple[float, float],
+    rounds: int,
+    seconds: float,
+) -> None:
+    """Show the page and the bare one in turn, and say how they compare."""
+    script = BARE.read_text().replace("SCENE", scene).replace("BOXES", json.dumps(PLACES))
+    ours, bare = [], []
+    with turning(browser, address) as shown:
+        width, height = shown.evaluate("(({width, height}) => [width, height])(kbot.camera())")
+    with bare_page(script) as plain:
+        for _ in range(rounds):
+            with page(browser, f"{plain}?width={width}&height={height}", "window.frames_drawn > 0") as shown:
+                bare.append(rate(shown, "window.frames_drawn", seconds))
+            with turning(browser, address) as shown:
+                shown.evaluate(TURN, list(path))
+                ours.append(rate(shown, "kbot.frames", seconds))
+    pairs = list(zip(ours, bare, strict=True))
+    frames = statistics.median(one[0] / other[0] for one, other in pairs)
+    work = statistics.median(other[1] / one[1] for one, other in pairs)
+    print(
+        f"{title}: {statistics.median(one for one, _ in ours):.1f} frames a second, "
+        f"bare {statistics.median(one for one, _ in bare):.1f}: {frames:.2f} (bound 0.9), "
+        f"by processor time per frame {work:.2f}"
+    )
+
+
+def rate(shown: Page, counter: str, seconds: float) -> tuple[float, float]:
+    """Frames a second, and processor time in s that one of them takes the browser."""
+    time.sleep(1.0)
+    (before, start), worked = shown.evaluate(f"[{counter}, performance.now()]"), drawing_seconds()
+    time.sleep(seconds)
+    (after, end), worked = shown.evaluate(f"[{counter}, performance.now()]"), drawing_seconds() - worked
+    return (after - before) / (end - start) * 1000.0, worked / max(1, after - before)
+
+
+@contextmanager
+def turning(browser: Browser, address: str) -> Iterator[Page]:
+    """The whole page, with the key held down that turns the robot to the left."""
+    with page(browser, address, SHOWS, KEEP_SOCKET) as shown:
+        shown.locator(".topbar").wait_for()
+        shown.keyboard.down("a")
+        yield shown
+        shown.keyboard.up("a")
+
+
+def slider_lag(browser: Browser) -> float:
+    """Milliseconds from a moved slider to the pose that the server answers with, the median of some."""
     script = """(value) => new Promise((resolve) => {
       const was = kbot.poses(), start = performance.now();
       const slider = document.querySelector('[data-joint=left_wheel_joint] [type=range]');
       slider.value = value; slider.dispatchEvent(new Event('input'));
       const look = () => kbot.poses() !== was ? resolve(performance.now() - start) : setTimeout(look, 1);
       look(); })"""
-    with (
-        kbot(["view", "kbot"]) as (address, _),
-        page(browser, address, "!!window.kbot && kbot.frames > 0") as shown,
-    ):
+    with kbot(["view", "kbot"]) as (address, _), page(browser, address, SHOWS) as shown:
         shown.locator("[data-joint=left_wheel_joint]").wait_for()
         taken = []
         for value in range(1, 16):
             time.sleep(0.1)
-            taken.append(float(shown.evaluate(script, value / 10.0)) / 1000.0)
+            taken.append(float(shown.evaluate(script, value / 10.0)))
     return statistics.median(taken)
 
 
-def share_of_core(pid: int, seconds: float) -> float:
-    before = cpu_seconds(pid)
-    time.sleep(seconds)
-    return (cpu_seconds(pid) - before) / seconds
-
-
-def cpu_seconds(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / 100.0
-
-
 @contextmanager
-def page(browser: Browser, address: str, ready: str) -> Iterator[Page]:
-    shown = browser.new_page(viewport={"width": 1280, "height": 720})
-    shown.goto(address)
-    while not shown.evaluate(ready):
-        time.sleep(0.01)
-    yield shown
-    shown.close()
+def framed_robot(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """KBot with a lidar and as many more frames as make twenty, between four walls."""
+    more = "".join(
+        f'<link name="frame_{i}"/><joint name="to_frame_{i}" type="fixed"><parent link="base_link"/>'
+        f'<child link="frame_{i}"/><origin xyz="{0.02 * i - 0.14:.2f} 0.05 0.03"/></joint>'
+        for i in range(15)
+    )
+    robot, walls, displays = folder / "framed.xacro", folder / "walls.sdf", folder / "framed.kbot.yaml"
+    robot.write_text(
+        f'<robot name="framed" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        f'<xacro:include filename="{SHIPPED}"/>{more}{LIDAR}</robot>'
+    )
+    walls.write_text(world_of(WALLS))
+    displays.write_text(DISPLAYS)
+    words = ["sim", str(robot), "--world", str(walls), "--config", str(displays)]
+    with kbot(words) as served:
+        yield served
 
 
-@contextmanager
-def kbot(words: list[str]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    command = [sys.executable, "-m", "kbot", *words, "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        line = running.stdout.readline()
-        while "http://" not in line:
-            line = running.stdout.readline()
-        yield "http://" + line.split("http://")[1].split()[0], running
-        running.terminate()
+def world_of(boxes: dict[tuple[float, float, float], list[tuple[float, float, float]]]) -> str:
+    """A world of resting boxes by their sizes, on level ground."""
+    models = "".join(
+        f"<model name='b{number}_{i}'><static>true</static><pose>{x} {y} {z} 0 0 0</pose><link name='l'>"
+        f"<collision name='c'>{_box(size)}</collision><visual name='v'>{_box(size)}"
+        "<material><diffuse>0.5 0.4 0.3 1</diffuse></material></visual></link></model>"
+        for number, (size, places) in enumerate(boxes.items())
+        for i, (x, y, z) in enumerate(places)
+    )
+    plane = "<geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>"
+    ground = (
+        f"<model name='ground'><static>true</static><link name='l'><collision name='c'>{plane}</collision>"
+        f"<visual name='v'>{plane}</visual></link></model>"
+    )
+    return f'<?xml version="1.0"?><sdf version="1.9"><world name="many">{ground}{models}</world></sdf>'
+
+
+def _box(size: tuple[float, float, float]) -> str:
+    return f"<geometry><box><size>{' '.join(map(str, size))}</size></box></geometry>"
 
 
 if __name__ == "__main__":

@@ -147,7 +147,7 @@ def by_dart(robot: kbot.Robot) -> Run:
     return run
 
 
-def _dart_ground(dart: Any) -> Any:  # noqa: ANN401
+def _dart_ground(dart: Any) -> Any:  # noqa: ANN401 - DART has no types
     ground = dart.dynamics.Skeleton("ground")
     _, body = ground.createWeldJointAndBodyNodePair()
     shape = body.createShapeNode(dart.dynamics.BoxShape([100.0, 100.0, 0.2]))

@@ -52,7 +52,7 @@ def microseconds(work: Callable[[], Any]) -> float:
     return 1e6 * (time.process_time() - begun) / CALLS
 
 
-def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noqa: ANN401
+def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noqa: ANN401 - either of two lidars
     """The engine's own call and nothing else: the robot's body left out."""
     model, data = simulation.engine()
     pose = simulation.link_pose("base_link") @ POSE
@@ -67,7 +67,7 @@ def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noq
 def pybullet_rays(world: World) -> Callable[[], Any] | None:
     if importlib.util.find_spec("pybullet") is None:
         return None
-    import pybullet as bullet  # type: ignore[import-not-found]
+    import pybullet as bullet  # type: ignore[import-not-found] - measured where it is installed
 
     client = bullet.connect(bullet.DIRECT)
     for body in world.bodies:

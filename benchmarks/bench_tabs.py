@@ -12,74 +12,33 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
-import statistics
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
 
-from bench_first_picture import ARGUMENTS, chromium
-from bench_page import kbot, share_of_core
+from browsing import KEEP_SOCKET, SHOWS, answer_lag, kbot, opened_browser, page, share_of_core
 from websockets.asyncio.client import connect
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
-
 TABS = (1, 20)
-QUESTIONS = 15
-
-KEEP_SOCKET = (
-    "window.WebSocket = class extends WebSocket { constructor(...a) { super(...a); window.line = this; } };"
-)
-ASK = """(text) => new Promise((resolve) => {
-  const start = performance.now();
-  const hear = ({ data }) => {
-    if (typeof data !== 'string' || !data.includes(text)) return;
-    line.removeEventListener('message', hear);
-    resolve(performance.now() - start);
-  };
-  line.addEventListener('message', hear);
-  line.send(JSON.stringify({ type: 'open_source', file: text })); })"""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seconds", type=float, default=5.0)
     seconds = parser.parse_args().seconds
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright, kbot(["sim", "kbot"]) as (address, process):
-        browser = playwright.chromium.launch(executable_path=chromium(), args=list(ARGUMENTS))
+    with opened_browser() as browser, kbot(["sim", "kbot"]) as (address, process):
         time.sleep(1.0)
         alone = share_of_core(process.pid, seconds)
-        with opened_page(browser, address) as shown:
+        with page(browser, address, f"{SHOWS} && window.line?.readyState === 1", KEEP_SOCKET) as shown:
             for tabs in TABS:
                 with sockets(address, tabs - 1):
                     time.sleep(1.0)
                     share = share_of_core(process.pid, seconds) - alone
-                    late = lag(shown)
+                    late = answer_lag(shown)
                 print(
                     f"{tabs:2} tabs: {share:6.1%} of a core for the server, lag {late:.0f} ms (bound 100 ms)"
                 )
-        browser.close()
-
-
-@contextmanager
-def opened_page(browser: Browser, address: str) -> Iterator[Page]:
-    """The page, whose socket may be asked."""
-    shown = browser.new_page(viewport={"width": 1280, "height": 720})
-    shown.add_init_script(KEEP_SOCKET)
-    shown.goto(address)
-    while not shown.evaluate("!!window.kbot && kbot.frames > 0 && window.line?.readyState === 1"):
-        time.sleep(0.01)
-    yield shown
-    shown.close()
-
-
-def lag(shown: Page) -> float:
-    """Milliseconds from a question to its answer, the median of some."""
-    return statistics.median(float(shown.evaluate(ASK, f"question {i}.")) for i in range(QUESTIONS))
 
 
 @contextmanager

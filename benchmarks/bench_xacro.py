@@ -69,12 +69,12 @@ def stand_in_for_ament() -> None:
         raise KeyError(name)
 
     package, module = types.ModuleType("ament_index_python"), types.ModuleType("ament_index_python.packages")
-    module.get_package_share_directory = find  # type: ignore[attr-defined]
+    module.get_package_share_directory = find  # type: ignore[attr-defined] - what the official package looks for
     sys.modules["ament_index_python"], sys.modules["ament_index_python.packages"] = package, module
 
 
 def _entries(only: str, scratch: Path) -> Iterator[tuple[str, Path, dict[str, str]]]:
-    import check  # type: ignore[import-not-found]
+    import check  # type: ignore[import-not-found] - the corpus has it, beside its files
 
     own, every = check.packages()
     with (SHARED / "corpus/manifest.csv").open(newline="") as file:
@@ -181,15 +181,15 @@ def _source_map_cost() -> str:
     usual = Run.__init__
 
     def without(self: Run, *args: object, **named: object) -> None:
-        usual(self, *args, **named)  # type: ignore[arg-type]
-        self.used = Nothing()  # type: ignore[assignment]
+        usual(self, *args, **named)  # type: ignore[arg-type] - passed through as it came
+        self.used = Nothing()  # type: ignore[assignment] - takes nothing down
 
     best = [math.inf, math.inf]
     for _ in range(200):
         for index, start in enumerate((usual, without)):
-            Run.__init__ = start  # type: ignore[method-assign,assignment]
+            Run.__init__ = start  # type: ignore[method-assign,assignment] - put back below
             best[index] = min(best[index], _seconds(lambda: expand(str(path)).text))
-    Run.__init__ = usual  # type: ignore[method-assign]
+    Run.__init__ = usual  # type: ignore[method-assign] - as it was
     share = 100 * (best[0] - best[1]) / best[0]
     return f"Recording what each value was computed from takes {max(share, 0):.0f} % of a warm expansion.\n"
 
