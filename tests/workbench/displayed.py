@@ -46,6 +46,23 @@ class Speaker:
         return True
 
 
+def hear(session: Session, topic: str, kind: type) -> list[Any]:
+    """What is said on a topic from now on; subscribed to where the simulation runs."""
+    heard: list[Any] = []
+    subscribed = threading.Event()
+
+    def subscribe() -> bool:
+        if subscribed.is_set():
+            return False
+        session.topics.bus.subscribe(topic, kind, heard.append)
+        subscribed.set()
+        return True
+
+    session._motion._sim.errands.append(subscribe)  # type: ignore[attr-defined]
+    assert subscribed.wait(60.0), "nobody runs the simulation's errands"
+    return heard
+
+
 class Show:
     """One page, whose simulation is paused at its start, with nothing shown but what a test adds."""
 

@@ -14,6 +14,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
 
 from .conftest import until
+from .displayed import hear
 from .pictures import blue, middle, screenshot
 
 OpenPage = Callable[..., Any]
@@ -105,8 +106,7 @@ def test_a_pose_estimate_puts_the_robot_there_by_touch(
 ) -> None:
     address, session = driving
     page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-    heard: list[PoseWithCovarianceStamped] = []
-    session.topics.bus.subscribe("initialpose", PoseWithCovarianceStamped, heard.append)
+    heard = hear(session, "initialpose", PoseWithCovarianceStamped)
     from_above(page, "kbot.look([0.2, 0.1999, 2], [0.2, 0.2, 0])")
     tool(page, "2D pose estimate").tap()
     touch = page.context.new_cdp_session(page)
@@ -124,8 +124,7 @@ def test_a_clicked_point_is_that_of_the_surface(maze: tuple[str, Session], open_
     address, session = maze
     session.paused = True
     page = open_page(address)
-    heard: list[PointStamped] = []
-    session.topics.bus.subscribe("clicked_point", PointStamped, heard.append)
+    heard = hear(session, "clicked_point", PointStamped)
     from_above(page)
     for place in ((0.6, 0.6, 0.0), (0.0, 0.0, top_of_plate(session))):
         page.keyboard.press("u")
@@ -241,8 +240,7 @@ def test_a_tool_works_by_the_keyboard_alone(driving: tuple[str, Session], open_p
     address, session = driving
     session.paused = True
     page = open_page(address)
-    heard: list[PointStamped] = []
-    session.topics.bus.subscribe("clicked_point", PointStamped, heard.append)
+    heard = hear(session, "clicked_point", PointStamped)
     from_above(page, "kbot.look([0.5, 0.2, 2], [0.5, 0.3, 0])")
     page.keyboard.press("u")
     page.locator(".picture canvas").focus()

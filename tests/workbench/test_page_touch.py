@@ -10,6 +10,7 @@ from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session import Session
 
 from .conftest import until
+from .displayed import hear
 from .test_page_tools import at, from_above, tool
 
 OpenPage = Callable[..., Any]
@@ -58,8 +59,7 @@ def eye(page: Any) -> np.ndarray:
 
 def test_a_goal_is_given_by_a_finger(phone: tuple[Any, Fingers, Session]) -> None:
     page, fingers, session = phone
-    heard: list[PoseStamped] = []
-    session.topics.bus.subscribe("goal_pose", PoseStamped, heard.append)
+    heard = hear(session, "goal_pose", PoseStamped)
     from_above(page, "kbot.look([0, -0.001, 2], [0, 0, 0])")
     tool(page, "2D goal").tap()
     fingers.down(at(page, 0.1, 0.1))
