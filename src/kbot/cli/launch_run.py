@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import _thread
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,14 @@ import click
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
+from kbot.cli.launch_robots import put_all
 from kbot.cli.output import fail, report
 from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.transform import Transform
 from kbot.model.spawned import with_controllers
+from kbot.nodes.joy import JoyNode, Joystick
+from kbot.nodes.teleop_twist_joy import TeleopTwistJoy
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import read_displays, serve_session
 
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
     from kbot.bridges.companions import Companions
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
-    from kbot.launch.spawning import Spawn, SpawnedRobot
     from kbot.launch.stage import Stage
+    from kbot.launch.teleop import HandDriving
     from kbot.messages import Bus, Clock
     from kbot.record.playback import Playback
     from kbot.sim import Simulation
@@ -60,9 +62,11 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         clear_on_master(plan)
     with ExitStack() as stack:
         going = stack.enter_context(companions(wishes, served=True))
-        teleop = TeleopKeys() if staged.has_teleop else None
+        hand = staged.by_hand
+        teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
         if staged.simulate:
-            session = _simulated(staged, going, world or _known_world(staged.world), place, teleop)
+            joysticks = [stack.enter_context(closing(Joystick(g, _tell))) for g in hand.gamepads]
+            session = _simulated(staged, going, world or _known_world(staged.world), place, teleop, joysticks)
         else:
             session = _shown(staged, going, place)
         processes = start_programs(stack, plan, staged.programs, wishes)
@@ -115,7 +119,12 @@ def _can_be_told(value: object) -> bool:
 
 
 def _simulated(
-    staged: Stage, going: Companions, world: str, place: Place, teleop: TeleopKeys | None
+    staged: Stage,
+    going: Companions,
+    world: str,
+    place: Place,
+    teleop: TeleopKeys | None,
+    joysticks: Sequence[Joystick] = (),
 ) -> Session:
     from kbot.nodes.gz_bridge import GzBridge
     from kbot.sensors.declared import mount_on_others
@@ -137,19 +146,14 @@ def _simulated(
         _publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
-            _put(simulation, spawn)
-            for other in staged.others:
-                _spawn(simulation, other, place.package_path)
-            for model in staged.models:
-                _spawn_thing(simulation, model)
+            put_all(simulation, staged, place.package_path)
         mount_on_others(simulation)
         if staged.bridged:
             notes = GzBridge(simulation, staged.bridged).notes
             report(notes if simulation.steps == 0 else ())
         bus = simulation.bus
         players[:] = _play(staged, bus, simulation.clock, players, bus.topics.keys() - bus.inputs)
-        if teleop is not None:
-            simulation.clock.every(RATE, lambda: teleop.drive(simulation.command))
+        _drive_by_hand(simulation, staged.by_hand, teleop, joysticks)
 
     start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
     naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
@@ -160,53 +164,24 @@ def _simulated(
     return session
 
 
-def _spawn(simulation: Simulation, other: SpawnedRobot, package_path: Sequence[str]) -> None:
-    """Raises DescriptionError, KbotError: a further robot of the launch cannot be put there."""
-    from kbot.model.load import load_robot
-    from kbot.xacro import Packages
-
-    packages, spawn = Packages(package_path, around=other.path), other.spawn
-    robot = load_robot(other.path, other.arguments, packages=packages).require()
-    try:
-        spawned = simulation.spawn_model(
-            with_controllers(robot, other.controllers),
-            spawn.model,
-            spawn.x,
-            spawn.y,
-            spawn.yaw,
-            namespace=spawn.namespace,
-            frame_prefix=other.frame_prefix,
-        )
-    except DescriptionError:
-        raise
-    except KbotError as error:
-        raise KbotError(f"{other.origin}: {error}") from None
-    _put(simulation, replace(spawn, joints={}), spawned.name)
+def _drive_by_hand(
+    simulation: Simulation, hand: HandDriving, teleop: TeleopKeys | None, joysticks: Sequence[Joystick]
+) -> None:
+    if teleop is not None:
+        command = _command(simulation, hand.keys.topic if hand.keys is not None else "")
+        simulation.clock.every(RATE, lambda: teleop.drive(command))
+    for gamepad, joystick in zip(hand.gamepads, joysticks, strict=True):
+        JoyNode(simulation.bus, simulation.clock, gamepad, joystick)
+    for driver in hand.drivers:
+        TeleopTwistJoy(simulation.bus, driver, _command(simulation, driver.topic))
 
 
-def _spawn_thing(simulation: Simulation, model: SpawnedRobot) -> None:
-    """Raises DescriptionError, KbotError: a model of SDF cannot be put there."""
-    spawn = model.spawn
-    place = Transform.from_xyz_rpy((spawn.x, spawn.y, spawn.z or 0.0), (spawn.roll, spawn.pitch, spawn.yaw))
-    try:
-        simulation.spawn_sdf(model.path, spawn.model or None, place)
-    except DescriptionError:
-        raise
-    except KbotError as error:
-        raise KbotError(f"{model.origin}: {error}") from None
-
-
-def _put(simulation: Simulation, spawn: Spawn, name: str | None = None) -> None:
-    """The joints that were given, and the height and attitude, where the ground does not say them."""
-    if spawn.joints:
-        simulation.place(simulation.start, spawn.joints)
-    robot = simulation.named(name)
-    name, standing = robot.name, robot.link_pose(robot.robot.root)
-    x, y, height = standing.translation.tolist()
-    lift = max(0.0, (spawn.z or 0.0) - height)
-    if lift > 0.0 or spawn.roll or spawn.pitch:
-        pose = Transform.from_xyz_rpy((x, y, height + lift), (spawn.roll, spawn.pitch, standing.yaw))
-        simulation.set_model_state(name, pose)
+def _command(simulation: Simulation, topic: str) -> Callable[[float, float], None]:
+    """That of the robot which hears this topic, else of the first."""
+    for robot in simulation.robots.values():
+        if robot.settings is not None and topic in map(robot.naming.topic, robot.settings.command_topics):
+            return robot.command
+    return simulation.command
 
 
 def _shown(staged: Stage, going: Companions, place: Place) -> Session:

@@ -20,6 +20,7 @@ from kbot.launch.rosbag import Recording, read_recording
 from kbot.launch.rosbag_play import Playing, read_playing
 from kbot.launch.spawning import Spawn, SpawnedRobot
 from kbot.launch.static_transforms import StaticTransform, read_static_transform
+from kbot.launch.teleop import HandDriving, read_hand_driving
 from kbot.launch.words import split
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
@@ -43,6 +44,7 @@ class Stage:
     models           things of SDF that are spawned
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
+    by_hand          what drives by keys and gamepads
     playings         recordings that are said again
     controllers      those that are spawned for it
     bridged          topics under the names that a bridge to gz gives them
@@ -67,7 +69,7 @@ class Stage:
     maps: tuple[str, ...]
     recordings: tuple[Recording, ...]
     playings: tuple[Playing, ...]
-    has_teleop: bool
+    by_hand: HandDriving
     controllers: tuple[SpawnedController, ...]
     bridged: tuple[Bridged, ...]
     programs: tuple[Program, ...]
@@ -92,6 +94,8 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     joints, found = read_joint_states(plan)
     notes += found
     controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
+    notes += found
+    by_hand, found = read_hand_driving(plan, cast)
     notes += found
     bridged, found = read_bridged(plan, cast.get(Role.BRIDGE, []))
     notes += found
@@ -118,7 +122,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
         recordings=tuple(recordings),
         playings=tuple(playing for playing in playings if playing is not None),
-        has_teleop=bool(cast.get(Role.TELEOP)),
+        by_hand=by_hand,
         controllers=first.controllers if first else controllers,
         bridged=bridged,
         programs=tuple(programs),

@@ -166,6 +166,15 @@ class WrenchStamped:
 
 
 @dataclass(frozen=True, slots=True)
+class Joy:
+    """Axes of a gamepad from 1 (left, ahead) to -1; a button is 1 while it is pressed."""
+
+    header: Header = HEADER
+    axes: tuple[float, ...] = ()
+    buttons: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Bool:
     data: bool = False
 
