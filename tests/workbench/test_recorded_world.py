@@ -87,6 +87,29 @@ def test_things_come_and_go_as_they_did(run: tuple[Path, dict]) -> None:
     assert np.allclose(moving(session)["second/base_footprint"][:2], (-2.0, 0.0), atol=0.01)
 
 
+BALL = """<sdf version="1.7"><model name="ball"><link name="link"><pose>0 0 0.1 0 0 0</pose>
+<inertial><mass>0.2</mass></inertial>
+<collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>
+<visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry></visual></link></model></sdf>"""
+
+
+def test_models_of_sdf_come_too(tmp_path: Path) -> None:
+    sim = Simulation("kbot")
+    with recorder(sim, tmp_path / "run.mcap"):
+        sim.run(0.5)
+        sim.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((1.0, 0.5, 0.0), (0.0, 0.0, 0.0)))
+        sim.run(0.5)
+        rolled = sim.body_poses()
+    session = played_session(str(tmp_path / "run.mcap"))
+    assert "ball" not in " ".join(body.name for body in session.scene.bodies)
+    seek(session, 1.0)
+    session._look_around()
+    there = moving(session)
+    assert there
+    for name, pose in rolled.items():
+        assert np.allclose(there[name], pose.translation, atol=1e-3)
+
+
 def test_without_true_poses_it_starts_where_it_stood(tmp_path: Path) -> None:
     sim = Simulation("kbot", "boxes", start=START)
     path = tmp_path / "few.mcap"

@@ -24,7 +24,7 @@ export function timelineBar(app: App): HTMLElement {
   });
   const where = h("output", { class: "where", "aria-label": "How long ago" });
   const live = h("button", { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() }, "Live");
-  const resume = h("button", { type: "button", class: "live resume", title: "Let the simulation go on from the moment on show; what came after it is given up", hidden: true, onclick: () => travel.resume() }, "Resume from here");
+  const resume = h("button", { type: "button", class: "live resume", title: "Resume from here: let the simulation go on from the moment on show", "aria-label": "Resume from here", hidden: true, onclick: () => travel.resume() }, icon("branch"), h("span", {}, "Resume from here"));
   const record = h("button", { type: "button", class: "icon-button record", onclick: () => travel.toggleRecording() }, icon("record"));
   const recording = h("span", { class: "recording", role: "status", hidden: true });
   const loop = toggle("Loop", "Begin again at the end", false, (on) => app.send({ type: "set_loop", loop: on }), icon("loop"));
@@ -88,7 +88,8 @@ export function timelineBar(app: App): HTMLElement {
     document.documentElement.dataset["time"] = now.live ? "now" : "past";
     follow();
     live.hidden = now.played;
-    resume.hidden = now.played || now.live;
+    resume.hidden = now.played;
+    resume.classList.toggle("away", now.live); // keeps its place, so that the line does not jump under a hand
     live.setAttribute("aria-pressed", String(now.live));
     loop.hidden = !now.played;
     loop.setAttribute("aria-pressed", String(now.loop));

@@ -18,7 +18,7 @@ from kbot.text import KbotError
 from kbot.workbench.foreign_frames import read_transform
 from kbot.workbench.timeline.recorded_run import RecordedRun
 from kbot.world import World, load_world
-from kbot.world.things import thing
+from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body
 
 KEPT = 200
@@ -92,6 +92,8 @@ class RecordedWorld:
             match change:
                 case {"do": "spawn_thing"}:
                     bodies.append(_thing(json.dumps(change)))
+                case {"do": "spawn_sdf"}:
+                    bodies += _model(json.dumps(change))
                 case {"do": "spawn_model", "robot": name, "description": text}:
                     others[name] = _robot(name, text)
                 case {"do": "delete_model", "robot": name}:
@@ -106,6 +108,12 @@ def _thing(change: str) -> Body:
     told = json.loads(change)
     pose = Transform.from_xyz_rpy((told["x"], told["y"], told["z"]), (0.0, 0.0, told["yaw"]))
     return thing(told["kind"], told["name"], pose, told["size"] and tuple(told["size"]))
+
+
+@lru_cache(KEPT)
+def _model(change: str) -> tuple[Body, ...]:
+    told = json.loads(change)
+    return model_of_sdf(told["sdf"], told["name"], Transform(told["matrix"]))[0]
 
 
 @lru_cache(KEPT)
