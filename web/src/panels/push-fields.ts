@@ -3,8 +3,8 @@ import type { Vector3 } from "three";
 import type { App } from "../app";
 import { h } from "../dom";
 
-/** What is usual: 1.5 times the robot's weight, so that it slides, for some seconds; or a speed in m/s. */
-const WEIGHTS = 1.5 * 9.81;
+/** What is usual: the robot's weight, so that it slides, for some seconds; or a speed in m/s. */
+const WEIGHTS = 9.81;
 const LASTING = 0.2;
 const SPEED = 0.5;
 const [STRONGEST, FASTEST] = [1000, 100];

@@ -11,7 +11,7 @@ import { PushFields } from "./push-fields";
 export function worldMenu(app: App): HTMLElement {
   const menu = h("div", { class: "menu", id: "world-menu", popover: "auto", role: "dialog", "aria-label": "World and faults" });
   const button = h("button", { type: "button", class: "icon-button", popovertarget: menu.id, title: "World and faults", "aria-label": "World and faults" }, icon("sliders"));
-  const count = h("span", { class: "badge", "aria-hidden": "true", hidden: true });
+  const count = h("span", { class: "acting", "aria-hidden": "true", hidden: true });
   const counted = (acting: number): void => {
     count.hidden = acting === 0;
     count.textContent = String(acting);
@@ -29,10 +29,11 @@ function parametersOf(app: App, done: () => void): HTMLElement {
   const seed = h("input", { type: "number", min: 0, max: 2 ** 53 - 1, step: 1, value: 0, required: true, title: "Of whatever is random in a run, as noise is" });
   const title = h("h2", {});
   let shown = "";
+  let told = -1;
   app.about.watch((about) => {
     const choice = about?.worlds.find(({ name }) => name === about.world);
-    if (about === null || (shown === about.world && seed.value === String(about.seed))) return;
-    seed.value = String(about.seed);
+    if (about === null) return;
+    if (told !== about.seed) seed.value = String((told = about.seed)); // what is being written stays
     if (shown === about.world) return;
     shown = about.world;
     title.textContent = shown.replaceAll("_", " ");
