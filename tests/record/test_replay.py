@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kbot.kinematics.transform import Transform
@@ -46,6 +47,15 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
     record(tmp_path / "run.bag", drive)
     with pytest.raises(KbotError, match=r"the run was reset.*record it as \.mcap"):
         replay(str(tmp_path / "run.bag"))
+
+
+def test_numbers_of_numpy_are_recorded_as_any(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        sim.cmd_vel(np.float32(0.3), np.int64(1))  # type: ignore[arg-type]  # as a script may have them
+        sim.run(0.3)
+
+    record(tmp_path / "run.mcap", drive)
+    assert replay(str(tmp_path / "run.mcap")).same_state is True
 
 
 BALL = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1</mass></inertial>

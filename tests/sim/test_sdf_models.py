@@ -58,7 +58,11 @@ def test_links_joints_and_the_model_s_own_pose_go_along(sim: Simulation) -> None
 
 def test_a_model_that_collides_with_itself_is_one_model(sim: Simulation) -> None:
     gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
-    assert [body.name for body in sim.spawn_sdf(gate, "g", at(1.0, 1.0))] == ["g", "g::bar"]
+    bodies = sim.spawn_sdf(gate, "g", at(1.0, 1.0))
+    assert [body.name for body in bodies] == ["g", "g::bar"]
+    assert not any(body.model for body in bodies)  # bodies of one model would not touch each other
+    sim.delete_model("g")
+    assert not sim.body_poses()
 
 
 def test_a_world_of_one_model_is_that_model(sim: Simulation) -> None:

@@ -45,7 +45,7 @@ def spawn_text(
     """
     first = _FIRST_TAG.match(xml)
     if first is not None and first["tag"] in ("sdf", "gazebo"):
-        return _stands(simulation.spawn_sdf(xml, name or None, place)[0].model, place)
+        return _stands(simulation.spawn_sdf(xml, name or None, place)[0].belongs_to, place)
     robot = load_robot_text(xml, f"{name or 'model'}.urdf").require()
     x, y, _ = place.translation.tolist()
     spawned = simulation.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from kbot.model.writer import to_urdf
 from kbot.nodes.robot_state_publisher import RobotStatePublisher
-from kbot.sim import Simulation
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
 
 
 class StatePublishers:

@@ -92,8 +92,8 @@ class Models(Attached):
             raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
         vector("a place in m", pose.translation.tolist(), FURTHEST)
         bodies, loops = model_of_sdf(sdf, name, pose)
-        self._require_free(bodies[0].model)
-        self._add(bodies, loops, bodies[0].model)
+        self._require_free(bodies[0].belongs_to)
+        self._add(bodies, loops, bodies[0].belongs_to)
         self._note("spawn_sdf", sdf=sdf, name=name, matrix=pose.matrix.tolist())
         return bodies
 
@@ -135,7 +135,7 @@ class Models(Attached):
 
     def _delete_thing(self, name: str) -> None:
         bodies = self.world.bodies
-        gone = {body.name for body in bodies if name in (body.name, body.model)}
+        gone = {body.name for body in bodies if name in (body.name, body.belongs_to)}
         if not gone:
             known = (*self.robots, *(body.name for body in bodies))
             hint = did_you_mean(name, known) or f"there are {', '.join(known)}"

@@ -159,6 +159,7 @@ class Population(Running):
         if not (is_finite(linear) and is_finite(angular)):
             told = f"{shortened(linear)}, {shortened(angular)}"
             raise KbotError(f"a speed command is two finite numbers, not {told}")
+        linear, angular = float(linear), float(angular)  # numpy's have no place in a journal
         if watchdog is not None:
             watchdog = positive("a watchdog's time in seconds", watchdog, LONGEST)
         deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
@@ -180,8 +181,10 @@ class Population(Running):
             KbotError: no such robot, joint or interface, a joint that drives or follows another, or a number
                 that is none.
         """
-        self.named(robot).take_joint_command(*joint_command(values, interface))
-        self._note("command_joints", values=dict(values), interface=str(interface), robot=robot)
+        told, kind = joint_command(values, interface)
+        self.named(robot).take_joint_command(told, kind)
+        numbers = {joint: float(value) for joint, value in told.items()}
+        self._note("command_joints", values=numbers, interface=str(kind), robot=robot)
 
     def follow_trajectory(
         self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None = None

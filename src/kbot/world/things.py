@@ -58,7 +58,7 @@ def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Bod
         path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
         world = read_sdf(path, with_floor=False)
     bodies = world.bodies
-    models = {body.name.partition("::")[0] for body in bodies}
+    models = {body.belongs_to for body in bodies}
     if len(models) != 1:
         raise KbotError(f"{path} holds {len(models) or 'no'} models: one can be spawned")
     (old,) = models
@@ -69,7 +69,8 @@ def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Bod
 
     def placed(body: Body) -> Body:
         joint = body.joint and replace(body.joint, parent=renamed(body.joint.parent))
-        return replace(body, name=renamed(body.name), model=new, pose=pose @ body.pose, joint=joint)
+        mates = body.model and new
+        return replace(body, name=renamed(body.name), model=mates, pose=pose @ body.pose, joint=joint)
 
     loops = (
         replace(

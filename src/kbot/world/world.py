@@ -124,6 +124,11 @@ class Body:
     def is_static(self) -> bool:
         return self.mass is None
 
+    @property
+    def belongs_to(self) -> str:
+        """The name of the model that it is a link of; its own where it is one by itself."""
+        return self.name.partition("::")[0]
+
 
 @dataclass(frozen=True, slots=True)
 class World:

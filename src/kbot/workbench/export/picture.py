@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from typing import Any
 
@@ -101,19 +102,18 @@ def _model(things: Things, look: Look, width: int, height: int) -> Any:  # noqa:
     pose = Transform.from_rotation_translation(look.axes, things.centre + look.towards_eye * distance)
     x, y, z, w = pose.quaternion_xyzw
     spec.worldbody.add_camera(pos=pose.translation, quat=(w, x, y, z), fovy=math.degrees(FIELD_OF_VIEW))
-    for surfaces in (*things.links.values(), things.others):
-        for surface in surfaces:
-            _add(spec, surface)
+    surfaces = itertools.chain(*things.links.values(), things.others)
+    for number, surface in enumerate(surfaces):
+        _add(spec, f"surface{number}", surface)
     return spec.compile()
 
 
-def _add(spec: Any, surface: Surface) -> None:  # noqa: ANN401
+def _add(spec: Any, name: str, surface: Surface) -> None:  # noqa: ANN401 - the engine has no types
     import mujoco
 
     vertices, faces = surface.vertices, surface.faces
     if len(vertices) < 4:  # the engine's least
         vertices = np.concatenate([vertices, vertices[-1:].repeat(4 - len(vertices), axis=0)])
-    name = f"surface{len(spec.meshes)}"
     spec.add_mesh(
         name=name,
         uservert=vertices.ravel(),
