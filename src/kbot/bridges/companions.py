@@ -27,7 +27,7 @@ CLOCK_RATE = 50.0
 
 
 class Bridge(Protocol):
-    """One protocol, spoken by threads of its own."""
+    """One protocol. What never waits runs on the loop of all bridges, the rest on threads of its own."""
 
     def describe(self) -> str:
         """Where it is to be found, in one sentence."""

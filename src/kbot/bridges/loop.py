@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 S = TypeVar("S")
-CLOSE_SECONDS = 10.0
+WAIT_SECONDS = 10.0
 
 
 @cache
@@ -28,7 +28,7 @@ def later(work: Callable[[], object]) -> None:
 
 def wait_for(work: Coroutine[Any, Any, T]) -> T:
     """The result of what is run on the loop; from any other thread."""
-    return asyncio.run_coroutine_threadsafe(work, loop()).result(CLOSE_SECONDS)
+    return asyncio.run_coroutine_threadsafe(work, loop()).result(WAIT_SECONDS)
 
 
 class Batch(Generic[S]):
