@@ -130,7 +130,7 @@ def _simulated(
     from kbot.sensors.declared import mount_on_others
     from kbot.sim.naming import Naming
     from kbot.workbench.description import Description
-    from kbot.workbench.driving import driven_session
+    from kbot.workbench.driven_session import driven_session
 
     spawn = staged.spawn
     description = Description(

@@ -11,7 +11,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
@@ -20,11 +19,10 @@ from kbot.model import Robot
 from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.sim.state import State
 from kbot.text import KbotError
-from kbot.workbench.about import Offers
 from kbot.workbench.contact_forces import ContactForces
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
@@ -35,16 +33,11 @@ from kbot.workbench.protocol import (
     MoveModel,
     ResetPart,
     Spawn,
-    WorldChoice,
-    WorldParameter,
 )
 from kbot.workbench.scene import Control
-from kbot.workbench.session import Session
-from kbot.workbench.source.shown import Reader
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field
 from kbot.workbench.world_actions import (
-    SPAWNED,
     WorldActions,
     faults,
     joint_controls,
@@ -52,8 +45,7 @@ from kbot.workbench.world_actions import (
     other_robots,
     push,
 )
-from kbot.world import BUILDERS, World, load_world
-from kbot.world.registry import parameters
+from kbot.world import World, load_world
 
 BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
@@ -65,58 +57,8 @@ Attend: TypeAlias = Callable[[Simulation], None]
 """Told of each simulation before it first moves: the first one, and those that take its place."""
 
 
-def driven_session(
-    reader: Reader,
-    world: str,
-    seed: int,
-    contacts: str,
-    attend: Attend = lambda simulation: None,
-    start: PlanarPose = ORIGIN,
-    naming: Naming = PLAIN,
-) -> Session:
-    """A session whose robot is simulated, and starts at `start`; `naming` says where its topics are.
-
-    Raises:
-        DescriptionError: it makes no robot, or one that cannot be simulated.
-        KbotError: there is no such world.
-    """
-    setup = _Setup(load_world(world), world, seed, contacts, attend, start, naming)
-    return Session(
-        reader,
-        "sim",
-        lambda robot: Driving(robot, setup),
-        setup.world,
-        Offers(why_not, limits, world_choices(), SPAWNED),
-    )
-
-
-def world_choices() -> tuple[WorldChoice, ...]:
-    """The built-in worlds."""
-    return tuple(
-        WorldChoice(
-            name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in parameters(name).items())
-        )
-        for name in BUILDERS
-    )
-
-
-def why_not(robot: Robot) -> str:
-    """Why a robot cannot drive, empty when it can."""
-    drive = find_drive(robot)
-    return drive.reason if isinstance(drive, NoDrive) else ""
-
-
-def limits(robot: Robot) -> tuple[float, float]:
-    """Forward m/s and turning rad/s for full: brisk for the robot's size, and 1 m/s at most."""
-    drive = find_drive(robot)
-    if isinstance(drive, NoDrive):
-        return 0.0, 0.0
-    linear = min(1.0, 14.0 * drive.radius)
-    return round(linear, 2), round(min(4.0, linear / drive.separation), 2)
-
-
 @dataclass(frozen=True, slots=True)
-class _Setup:
+class Setup:
     """What stays when the robot changes."""
 
     world: World
@@ -132,7 +74,7 @@ class _Setup:
 class Driving:
     """A running simulation."""
 
-    def __init__(self, robot: Robot, setup: _Setup, simulation: Simulation | None = None) -> None:
+    def __init__(self, robot: Robot, setup: Setup, simulation: Simulation | None = None) -> None:
         """Starts a simulation, or goes on with one.
 
         Raises:

@@ -56,7 +56,7 @@ def open_session(
 
     description = Description(resolve_robot_path(path), arguments, package_path)
     if simulate:
-        from kbot.workbench.driving import driven_session
+        from kbot.workbench.driven_session import driven_session
 
         return driven_session(description, world, seed, contacts, attend, start)
     from kbot.workbench.motion import Sliders, SliderSetting

@@ -1,0 +1,67 @@
+"""A session whose robot is simulated, and what its pages may ask for."""
+
+from __future__ import annotations
+
+from kbot.kinematics.differential_drive import NoDrive, find_drive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.model import Robot
+from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.simulation import ORIGIN
+from kbot.workbench.about import Offers
+from kbot.workbench.driving import Attend, Driving, Setup
+from kbot.workbench.protocol import WorldChoice, WorldParameter
+from kbot.workbench.session import Session
+from kbot.workbench.source.shown import Reader
+from kbot.workbench.world_actions import SPAWNED
+from kbot.world import BUILDERS, load_world
+from kbot.world.registry import parameters
+
+
+def driven_session(
+    reader: Reader,
+    world: str,
+    seed: int,
+    contacts: str,
+    attend: Attend = lambda simulation: None,
+    start: PlanarPose = ORIGIN,
+    naming: Naming = PLAIN,
+) -> Session:
+    """A session whose robot is simulated, and starts at `start`; `naming` says where its topics are.
+
+    Raises:
+        DescriptionError: it makes no robot, or one that cannot be simulated.
+        KbotError: there is no such world.
+    """
+    setup = Setup(load_world(world), world, seed, contacts, attend, start, naming)
+    return Session(
+        reader,
+        "sim",
+        lambda robot: Driving(robot, setup),
+        setup.world,
+        Offers(why_not, limits, world_choices(), SPAWNED),
+    )
+
+
+def world_choices() -> tuple[WorldChoice, ...]:
+    """The built-in worlds."""
+    return tuple(
+        WorldChoice(
+            name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in parameters(name).items())
+        )
+        for name in BUILDERS
+    )
+
+
+def why_not(robot: Robot) -> str:
+    """Why a robot cannot drive, empty when it can."""
+    drive = find_drive(robot)
+    return drive.reason if isinstance(drive, NoDrive) else ""
+
+
+def limits(robot: Robot) -> tuple[float, float]:
+    """Forward m/s and turning rad/s for full: brisk for the robot's size, and 1 m/s at most."""
+    drive = find_drive(robot)
+    if isinstance(drive, NoDrive):
+        return 0.0, 0.0
+    linear = min(1.0, 14.0 * drive.radius)
+    return round(linear, 2), round(min(4.0, linear / drive.separation), 2)
