@@ -11,10 +11,10 @@ from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.motion import Motion, flat
+from kbot.workbench.motion import Motion
+from kbot.workbench.orders import carry_out
 from kbot.workbench.protocol import (
     About,
-    Action,
     Advance,
     Drive,
     Findings,
@@ -24,7 +24,6 @@ from kbot.workbench.protocol import (
     OpenSource,
     Pause,
     Publish,
-    Push,
     RecordRun,
     Refused,
     Reset,
@@ -32,9 +31,6 @@ from kbot.workbench.protocol import (
     SaveDisplays,
     Scene,
     Seek,
-    SetJoint,
-    SetJoints,
-    SetLoop,
     SetSpeed,
     SetWorld,
     State,
@@ -46,6 +42,7 @@ from kbot.workbench.source.shown import Reader, Shown
 from kbot.workbench.stage import Stage
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
+from kbot.workbench.told_state import told_state
 from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
@@ -80,7 +77,7 @@ class Session:
         """Tells every page."""
         self.along: Callable[[float], float] = lambda time: time
         """Where a simulated time, which is now, is along the timeline."""
-        self._motion = make_motion(self._robot)
+        self._motion = make_motion(self.shown.robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
         """What pages are to know at once, such as what is not shown."""
@@ -91,10 +88,6 @@ class Session:
         self._deadman = Deadman()
         self._stage = Stage(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
         self.shown.look()
-
-    @property
-    def _robot(self) -> Robot:
-        return self.shown.robot
 
     @property
     def scene(self) -> Scene:
@@ -140,8 +133,8 @@ class Session:
     def standing(self) -> tuple[Robot, dict[str, float]]:
         """The robot on show, and where the joints stand that follow no other; rad, m."""
         positions = self._motion.moment().positions
-        free = (joint.name for joint in self._robot.movable_joints if joint.mimic is None)
-        return self._robot, {name: positions[name] for name in free if name in positions}
+        free = (joint.name for joint in self.shown.robot.movable_joints if joint.mimic is None)
+        return self.shown.robot, {name: positions[name] for name in free if name in positions}
 
     def about(self, client: int = NOBODY) -> About:
         return about(self.shown, self.mode, self._stage.world, self._offers, self._motion.seed, client)
@@ -151,24 +144,16 @@ class Session:
 
     def state(self) -> State:
         moment = self._motion.moment()
-        return State(
+        return told_state(
+            moment,
+            self.shown.robot,
             revision=self._stage.revision,
-            time=round(moment.time, 6),
             paused=self.paused,
             speed=self.speed,
-            rate=round(self.rate, 3),
-            positions=tuple(round(moment.positions[joint.name], 6) for joint in self._robot.movable_joints),
-            poses=flat(moment.poses[link] for link in self._robot.links),
-            bodies=moment.bodies,
-            frames=tuple((name, parent) for name, (parent, _) in moment.frames.items()),
-            frame_poses=flat(pose for _, pose in moment.frames.values()),
-            command=moment.command,
-            twist=tuple(round(v, 5) for v in moment.twist),
-            odometry=tuple(round(v, 6) for v in moment.odometry),
+            rate=self.rate,
             driver=self._deadman.driver,
             resets=self._resets,
-            at=round(self._along(moment.time), 4),
-            faults=moment.faults,
+            at=self._along(moment.time),
         )
 
     def _along(self, time: float) -> float:
@@ -236,10 +221,6 @@ class Session:
                 self._drive(linear, angular, client)
             case Stop():
                 self._stop()
-            case SetJoint(name=name, position=position):
-                self._motion.set_joint(name, position)
-            case SetJoints(preset=preset):
-                self._motion.set_joints(preset)
             case Pause(paused=paused):
                 self.paused = paused
                 self.rate = 0.0
@@ -253,12 +234,6 @@ class Session:
                 self._deadman.release()
             case SetSpeed(factor=factor):
                 self.speed = factor
-            case Push(link=link, x=x, y=y, z=z, seconds=seconds):
-                self._motion.push(link, (x, y, z), seconds)
-            case _ if isinstance(message, Action):
-                self._motion.act(message)
-                self._resets += isinstance(message, ResetPart)
-                self._look_around()
             case SetWorld(world=world, seed=seed):
                 self._enter(world, round(seed))
             case Publish(topic=topic, kind=kind, message=fields):
@@ -267,15 +242,15 @@ class Session:
                 return [self.display_file.save(to, setup)]
             case OpenDisplays(name=name, text=text):
                 return [self.display_file.open(name, text)]
-            case RecordRun(on=on):
-                self._record(on)
-            case Seek(at=at):
-                self._resets += 1
-                self._motion.seek(at)
-            case SetLoop(loop=loop):
-                self._motion.loop = loop
+            case RecordRun(on=True):
+                self._motion.record(self.recording)
+            case RecordRun():
+                self.recording.end()
             case OpenSource(file=file):
                 return [self.shown.source(file)]
+            case _ if carry_out(message, self._motion):
+                self._resets += isinstance(message, ResetPart | Seek)
+                self._look_around()
             case _:
                 if self.shown.authoring.obey(message):
                     self.wants_reading()
@@ -286,12 +261,6 @@ class Session:
         self.topics.leave(client)
         if client == self._deadman.driver:
             self._stop()
-
-    def _record(self, on: bool) -> None:
-        if on:
-            self._motion.record(self.recording)
-        else:
-            self.recording.end()
 
     def _enter(self, name: str, seed: int) -> None:
         self._motion, self._stage.world = self._motion.enter(name, seed)
@@ -321,10 +290,7 @@ class Session:
         if standing and client != self._deadman.driver:
             return  # another page is driving, and this one merely lets go
         self._motion.drive(linear, angular)
-        if standing:
-            self._deadman.release()
-        else:
-            self._deadman.press(client)
+        self._deadman.press(NOBODY if standing else client)
 
     def _stop(self) -> None:
         self._deadman.release()
