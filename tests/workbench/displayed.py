@@ -166,3 +166,8 @@ def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Po
 
 def is_like(colours: np.ndarray, rgb: tuple[int, int, int], within: int = 40) -> bool:
     return bool((np.abs(colours - rgb) < within).all())
+
+
+def is_red(colours: np.ndarray) -> np.ndarray:
+    result: np.ndarray = (colours[:, 0] > 70) & (colours[:, 0] > 1.6 * colours[:, 1:].max(axis=1))
+    return result

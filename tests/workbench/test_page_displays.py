@@ -11,8 +11,6 @@ from kbot.messages import (
     Odometry,
     Point,
     PoseWithCovariance,
-    Quaternion,
-    TransformStamped,
     Twist,
     TwistStamped,
     Vector3,
@@ -26,17 +24,12 @@ from kbot.messages.navigation import (
 )
 from kbot.messages.sensing import Image, LaserScan, PointCloud2, PointField, Range
 from kbot.messages.visualization import (
-    DELETE,
-    DELETE_ALL,
-    ColorRGBA,
-    Marker,
-    MarkerArray,
     PointStamped,
     PoseArray,
 )
 
 from .conftest import until
-from .displayed import FROM_ABOVE, WORLD, Show, is_like, pose, showing
+from .displayed import FROM_ABOVE, WORLD, Show, is_like, is_red, pose, showing
 from .pictures import screenshot
 
 OpenPage = Callable[..., Any]
@@ -240,80 +233,6 @@ def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
         until(lambda: "3 by 3 cells, but 6 values" in show.status("Map"))
 
 
-def marker(kind: int, **fields: Any) -> Marker:
-    fields.setdefault("scale", Vector3(0.3, 0.3, 0.3))
-    fields.setdefault("color", ColorRGBA(1.0, 0.0, 0.0, 1.0))
-    return Marker(WORLD, "test", fields.pop("id", 0), kind, **fields)
-
-
-SQUARE = tuple(Point(x, y) for x, y in ((-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4)))
-PAINTED = tuple(ColorRGBA(*rgb, 1.0) for rgb in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)))
-# by type: a marker, places on it and places beside it
-MARKERS = {
-    0: (marker(0, scale=Vector3(0.6, 0.1, 0.1)), [(0.1, 0), (0.4, 0)], [(-0.1, 0), (0.7, 0)]),
-    1: (marker(1, pose=pose(yaw=np.pi / 4)), [(0, 0), (0.19, 0)], [(0.14, 0.14), (0.24, 0)]),
-    2: (marker(2, scale=Vector3(0.6, 0.2, 0.2)), [(0.27, 0), (0, 0.08)], [(0.25, 0.08), (0.34, 0)]),
-    3: (marker(3), [(0.14, 0), (0, -0.14)], [(0.13, 0.13)]),
-    4: (marker(4, points=SQUARE, scale=Vector3(0.06)), [(0, -0.4), (0.4, 0), (0, 0.4)], [(-0.4, 0), (0, 0)]),
-    5: (marker(5, points=SQUARE, scale=Vector3(0.06)), [(0, -0.4), (0, 0.4)], [(0.4, 0), (0, 0)]),
-    6: (marker(6, points=SQUARE), [(0.3, 0.3), (-0.5, 0.5)], [(0, 0), (0.2, 0.4)]),
-    7: (marker(7, points=SQUARE), [(0.4, 0.4), (-0.4, 0.28)], [(0.52, 0.52), (0, 0)]),
-    8: (
-        marker(8, points=SQUARE, scale=Vector3(0.1, 0.1)),
-        [(0.4, 0.4), (-0.4, -0.37)],
-        [(0.4, 0.32), (0, 0)],
-    ),
-    11: (
-        marker(11, points=SQUARE[:3], scale=Vector3(1, 1, 1)),
-        [(0.3, 0), (0.2, -0.2)],
-        [(-0.2, 0.2), (0, 0.3)],
-    ),
-}
-
-
-def is_red(colours: np.ndarray) -> np.ndarray:
-    result: np.ndarray = (colours[:, 0] > 70) & (colours[:, 0] > 1.6 * colours[:, 1:].max(axis=1))
-    return result
-
-
-def red_at(show: Show, places: list[tuple[float, float]]) -> np.ndarray:
-    return is_red(show.colours(*[(x, y, 0.0) for x, y in places]))
-
-
-def test_markers_of_every_shape(open_page: OpenPage) -> None:
-    with showing(open_page, {"/marks": MarkerArray}) as show:
-        show.page.evaluate("kbot.look([0, -0.001, 9], [0, 0, 0])")
-        show.add("Marker", "/marks")
-        for one, on, beside in MARKERS.values():
-            clear = Marker(action=DELETE_ALL)
-            show.hear("Marker", "/marks", MarkerArray((clear, one)))
-            # the one before may still be there
-            until(lambda on=on, beside=beside: red_at(show, on).all() and not red_at(show, beside).any())
-
-
-def test_markers_have_colours_a_point_text_lives_and_namespaces(open_page: OpenPage) -> None:
-    with showing(open_page, {"/mark": Marker}) as show:
-        show.page.evaluate(FROM_ABOVE)
-        show.add("Marker", "/mark")
-        show.hear("Marker", "/mark", marker(7, id=1, points=SQUARE, colors=PAINTED))
-        for point, rgb in zip(SQUARE, (RED, GREEN, BLUE, (255, 255, 0)), strict=True):
-            colour = show.colours((point.x, point.y, 0.0))[0]
-            assert [part > 90 for part in colour] == [part > 0 for part in rgb], rgb
-        show.bus.publish("/mark", marker(0, id=1, action=DELETE))
-        until(lambda: not show.mask(RED, 90).any())
-        show.hear("Marker", "/mark", marker(9, id=2, text="KBot", scale=Vector3(0.0, 0.0, 0.2)))
-        until(
-            lambda: is_red(show.colours((0.0, 0.0, 0.0)).reshape(-1, 3)).any() or show.mask(RED).sum() > 100
-        )
-        rows = show.extent(show.mask(RED, 90))[:, 0]
-        tall = np.diff(show.pixels([(0.0, 0.2, 0.0), (0.0, 0.0, 0.0)])[:, 0])[0]
-        assert abs(np.diff(rows)[0] - tall) < 0.2 * tall  # an upper-case letter is as tall as the scale's z
-        show.set("Marker", "namespaces", "other")
-        until(lambda: not show.mask(RED, 90).any())
-        show.bus.publish("/mark", marker(3, id=3, color=ColorRGBA(1.0, 0.0, 0.0, 0.0)))
-        until(lambda: "its colour's a is 0" in show.status("Marker"))
-
-
 def test_a_camera_picture_is_shown_pixel_by_pixel(open_page: OpenPage) -> None:
     pixels = np.array([[RED, GREEN], [BLUE, (255, 255, 255)]], np.uint8)
     padded = np.zeros((2, 8), np.uint8)  # rows may be longer than their pixels
@@ -365,136 +284,3 @@ def test_a_point_is_a_ball(open_page: OpenPage) -> None:
         show.hear("PointStamped", "/clicked", PointStamped(WORLD, Point(0.4, 0.3)))
         assert is_red(show.colours((0.4, 0.3, 0.0), (0.47, 0.3, 0.0))).all()
         assert not is_red(show.colours((0.53, 0.3, 0.0))).any()
-
-
-def test_axes_stand_in_their_frame(open_page: OpenPage) -> None:
-    with showing(open_page, {}) as show:
-        show.page.evaluate(FROM_ABOVE)
-        show.add("Axes")
-        show.set("Axes", "length", "0.5")
-        until(lambda: (show.colours((0.4, 0.0, 0.0)) @ (1.0, -1.5, 0.0) > 0).all())  # red along x
-        until(lambda: (show.colours((0.0, 0.4, 0.0)) @ (-1.5, 1.0, 0.0) > 0).all())  # green along y
-        show.set("Axes", "frame", "left_wheel")
-        # the wheel stands at (0, 0.087); its x axis goes ahead too
-        until(lambda: show.colours((0.4, 0.087, 0.035))[0, 0] > 120)
-        assert show.colours((0.4, 0.0, 0.0))[0, 0] < 90
-
-
-def test_a_grid_has_as_many_cells_as_it_is_given(open_page: OpenPage) -> None:
-    with showing(open_page, {}) as show:
-        show.page.evaluate(FROM_ABOVE)
-        show.add("Grid")
-        for name, value in (("cell", "0.25"), ("count", "4"), ("colour", "#ff0000")):
-            show.set("Grid", name, value)
-        until(lambda: show.mask(RED, 90).any())
-        found = show.extent(show.mask(RED, 90))
-        (top, left), (bottom, right) = show.pixels([(-0.5, 0.5, 0.0), (0.5, -0.5, 0.0)])
-        assert np.abs(found - [[top, left], [bottom, right]]).max() <= 2
-        row = is_red(screenshot(show.page)[show.pixels([(0.0, 0.12, 0.0)])[0, 0]].astype(int))
-        assert np.count_nonzero(np.diff(np.flatnonzero(row)) > 2) == 4  # five lines
-
-
-def test_the_force_of_the_ground_is_the_weight_of_the_robot(open_page: OpenPage) -> None:
-    from kbot.sim import Simulation
-    from kbot.workbench.contact_forces import ContactForces
-
-    simulation = Simulation("kbot")
-    contacts = ContactForces(simulation)
-    simulation.run(1.0)
-    mass = sum(link.inertial.mass for link in simulation.robot.links.values() if link.inertial)
-    total = sum(force for _, force in contacts.forces())
-    assert np.allclose(total, (0.0, 0.0, mass * 9.81), atol=1e-3)
-    with showing(open_page, {}) as show:
-        show.look((0.0, -0.8, 0.1), (0.0, 0.0, 0.05))
-        show.add("Contacts")
-        show.set("Contacts", "scale", "0.5")
-        show.set("Contacts", "colour", "#ff0000")
-        show.page.get_by_role("button", name="Go on").click()
-        until(lambda: reds(show).sum() > 100)
-        # the right wheel, nearest to the eye, bears 4.258 N of 11.28 N: 0.189 m of 0.5 m; a tip is thin
-        (tip,) = show.pixels([(0.0, -0.087, 0.189)])
-        until(lambda: abs(show.extent(reds(show))[0, 0] - tip[0]) <= 10)
-
-
-def reds(show: Show) -> np.ndarray:
-    """Where the picture is of any red, (height, width)."""
-    image = screenshot(show.page).astype(int)
-    return is_red(image.reshape(-1, 3)).reshape(image.shape[:2])
-
-
-def test_inertia_is_a_box_or_an_ellipsoid_and_parts_can_be_faded(open_page: OpenPage) -> None:
-    with showing(open_page, {}) as show:
-        page = show.page
-        show.look((0.0, -0.001, 0.8), (0.0, 0.0, 0.0))
-        page.get_by_label("Show RobotModel", exact=True).check()
-        show.row("RobotModel").locator(".head").click()
-        blue = (show.mask((20, 20, 190), 60)).sum()
-        assert blue > 1000
-        show.set("RobotModel", "alpha", "0.3")
-        until(lambda: show.mask((20, 20, 190), 60).sum() < 0.1 * blue)
-        show.set("RobotModel", "alpha", "1")
-        until(lambda: show.mask((20, 20, 190), 60).sum() == blue)
-        show.row("RobotModel").get_by_text("Links", exact=True).click()
-        page.get_by_label("Show of base_link").uncheck()
-        until(lambda: show.mask((20, 20, 190), 60).sum() == 0)
-        show.field("RobotModel", "visual").uncheck()
-        page.get_by_label("Show of base_link").check()
-        show.field("RobotModel", "inertia").check()
-        until(lambda: violet(show).sum() > 500)
-        box = violet(show).sum()
-        show.set("RobotModel", "inertia_shape", "ellipsoid")
-        # from above, a rectangle a b against an ellipse with half axes sqrt(5/12) of the sides
-        until(lambda: abs(violet(show).sum() / box - np.pi * 5 / 12) < 0.12)
-
-
-def violet(show: Show) -> np.ndarray:
-    """Where an inertia is."""
-    r, g, b = np.moveaxis(screenshot(show.page).astype(int), 2, 0)
-    result: np.ndarray = (b > 70) & (b > 1.35 * g) & (r > 1.1 * g)
-    return result
-
-
-def test_the_fixed_frame_stands_still(open_page: OpenPage) -> None:
-    with showing(open_page, {}) as show:
-        page = show.page
-        page.get_by_role("button", name="Global options").click()
-        chooser = page.get_by_label("Fixed frame of the picture")
-        assert set(chooser.locator("option").all_inner_texts()) >= {"world", "map", "odom", "left_wheel"}
-        page.get_by_label("Show RobotModel", exact=True).check()
-        chooser.select_option("left_wheel")
-        page.evaluate("kbot.look([0, -1, 0.5], [0, 0, 0])")
-        page.evaluate("kbot.drawn()")
-        wheel = page.evaluate("kbot.where('left_wheel')")
-        box = page.locator(".picture canvas").first.bounding_box()
-        # in its own frame the wheel is at the origin, which is looked at
-        assert abs(wheel["x"] - box["x"] - box["width"] / 2) < 1.5
-        assert abs(wheel["y"] - box["y"] - box["height"] / 2) < 1.5
-        page.get_by_label("Background of the picture", exact=True).fill("#ff0000")
-        page.get_by_label("Floor of the picture").uncheck()
-        until(lambda: show.mask(RED, 6).mean() > 0.5)
-
-
-def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
-    from kbot.messages import TFMessage
-    from kbot.messages import Transform as TransformMessage
-
-    marker_frame = TransformStamped(
-        Header(frame_id="map"), "beacon", TransformMessage(Vector3(0.6, 0.4), Quaternion())
-    )
-    with showing(open_page, {}) as show:
-        show.page.evaluate(FROM_ABOVE)
-        show.row("TF").locator(".head").click()
-        show.field("TF", "axes").check()
-        show.set("TF", "length", "0.5")
-        show.set("TF", "filter", "beacon")
-        show.bus.publish("/tf", TFMessage((marker_frame,)))
-        show.page.get_by_role("button", name="Step").click()
-        until(lambda: show.colours((0.7, 0.4, 0.0))[0, 0] > 150)
-        assert show.colours((0.6, 0.5, 0.0))[0, 1] > 120
-        assert show.colours((0.1, 0.0, 0.0))[0, 0] < 90  # the filter leaves others out
-        show.row("TF").get_by_text("Tree").click()
-        until(lambda: show.row("TF").locator(".frames li li", has_text="beacon").count())
-        arrows = (232, 111, 197)
-        assert not show.mask(arrows, 30).any()
-        show.field("TF", "arrows").check()
-        until(lambda: show.mask(arrows, 30).any())

@@ -1,0 +1,149 @@
+"""Driving in the page, by keys, pad, touch and gamepad; and what stops the robot."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
+
+FROM_ABOVE = "kbot.look([0, -0.001, 1.6], [0, 0, 0])"
+
+OpenPage = Callable[..., Any]
+
+
+def test_held_keys_drive_the_robot_across_the_picture(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    page.keyboard.press("8")  # the view does not follow
+    page.evaluate(FROM_ABOVE)
+    before = middle(blue(screenshot(page)))
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.12)
+    page.keyboard.up("w")
+    until(lambda: standing(page))
+    after = middle(blue(screenshot(page)))
+    # seen from above with y up, forward is to the right
+    assert after[0] - before[0] > 0.12 * pixels_per_metre(page)
+    assert abs(after[1] - before[1]) < 0.01 * pixels_per_metre(page)
+    robot = id_image(page)[0] >= 0
+    with_path = screenshot(page).astype(int)
+    page.locator("[data-option=trail]").click()
+    left = (np.abs(screenshot(page).astype(int) - with_path).sum(axis=2) > 60) & ~robot
+    assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # the way it took, behind it
+
+
+def test_turning_keys_turn_it_where_it_stands(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("ArrowLeft")
+    until(lambda: reading(page, "yaw") > 30)
+    page.keyboard.up("ArrowLeft")
+    until(lambda: standing(page))
+    assert abs(reading(page, "x")) < 0.002
+    assert abs(reading(page, "y")) < 0.002
+
+
+def test_a_page_that_loses_the_keyboard_stops_the_robot(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.02)
+    page.evaluate("dispatchEvent(new Event('blur'))")
+    until(lambda: standing(page))
+
+
+def test_a_page_that_is_closed_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page, other = open_page(driving[0]), open_page(driving[0])
+    page.keyboard.down("w")
+    until(lambda: reading(other, "x") > 0.02)
+    until(lambda: other.inner_text(".who") == "Driven from another tab")
+    page.close()
+    until(lambda: standing(other) and other.inner_text(".who") == "")
+
+
+def test_the_pad_drives_by_pointer(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    box = page.locator(".pad").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 60)
+    until(lambda: reading(page, "x") > 0.05)
+    page.mouse.up()
+    until(lambda: standing(page))
+    assert abs(reading(page, "yaw")) < 0.5
+
+
+def test_the_pad_drives_by_touch_on_a_phone(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0], viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    box = page.locator(".pad").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touch = page.context.new_cdp_session(page)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y - 50}]})
+    until(lambda: reading(page, "x") > 0.05)
+    touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(lambda: standing(page))
+
+
+def test_a_gamepad_drives(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.evaluate(
+        """() => {
+          window.stick = [0, 0];
+          navigator.getGamepads = () => [{ axes: window.stick }];
+          dispatchEvent(new Event("gamepadconnected"));
+          window.stick = [0.05, -1];
+        }"""
+    )
+    until(lambda: reading(page, "x") > 0.05)
+    page.evaluate("window.stick = [0.05, 0.05]")
+    until(lambda: standing(page))
+    assert abs(reading(page, "yaw")) < 0.5
+
+
+def test_pause_step_reset_and_speed(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    page.keyboard.down("w")
+    until(lambda: reading(page, "x") > 0.05)
+    page.keyboard.up("w")
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    at = page.evaluate("kbot.time")
+    page.get_by_role("button", name="Step").click()
+    until(lambda: abs(page.evaluate("kbot.time") - at - 0.1) < 0.0021)
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: page.evaluate("kbot.time") == 0 and reading(page, "x") == 0)
+    page.get_by_role("combobox", name="Speed").select_option("5")
+    until(lambda: session.speed == 5.0)
+    page.get_by_role("button", name="Go on").click()
+    until(lambda: page.evaluate("kbot.time") > 0.5)
+
+
+def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    at = page.evaluate("kbot.where('base_link')")
+    page.keyboard.down("Shift")
+    page.mouse.move(at["x"], at["y"])
+    page.mouse.down()
+    page.mouse.move(at["x"], at["y"] - 200)
+    until(lambda: session.state().poses[2] > 0.03)  # it is lifted
+    page.mouse.up()
+    page.keyboard.up("Shift")
+    until(lambda: session.state().poses[2] < 0.03)
+
+
+def reading(page: Any, name: str) -> float:
+    """A number of the odometry read-out."""
+    return float(page.inner_text(f"[data-reading={name}]").replace("\u2212", "-") or "nan")
+
+
+def standing(page: Any) -> bool:
+    numbers = page.locator(".meter .number").all_inner_texts()
+    return numbers == ["0.00", "0.00"]
