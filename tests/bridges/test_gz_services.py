@@ -2,6 +2,7 @@
 
 import pytest
 
+from kbot.messages import gz_services as gz
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.text import KbotError
@@ -24,18 +25,18 @@ def pose(x: float, y: float, z: float = 0.0) -> msg.Pose:
 
 
 def create(running: Running, **fields: object) -> object:
-    factory = srv.EntityFactory(**fields)  # type: ignore[arg-type]
-    return ask(running, "/world/empty/create", srv.GzSpawnEntityRequest(factory))
+    factory = gz.EntityFactory(**fields)  # type: ignore[arg-type]
+    return ask(running, "/world/empty/create", gz.GzSpawnEntityRequest(factory))
 
 
 def test_a_model_is_created_moved_and_removed(running: Running) -> None:
     assert create(running, name="a", sdf=CRATE, pose=pose(1.0, 2.0, 0.1)) == srv.SuccessResponse(True)
     assert create(running, name="a", sdf=CRATE, pose=pose(2.0, 2.0), allow_renaming=True) is not None
     assert {"a", "a_1"} <= running.simulation.body_poses().keys()
-    moved = srv.SetEntityPoseRequest(srv.Entity(name="a"), pose(3.0, 0.0, 0.1))
+    moved = gz.SetEntityPoseRequest(gz.Entity(name="a"), pose(3.0, 0.0, 0.1))
     ask(running, "/world/empty/set_pose", moved)
     assert running.simulation.body_poses()["a"].translation[0] == pytest.approx(3.0, abs=1e-3)
-    ask(running, "/world/empty/remove", srv.GzDeleteEntityRequest(srv.Entity(name="a")))
+    ask(running, "/world/empty/remove", gz.GzDeleteEntityRequest(gz.Entity(name="a")))
     assert "a" not in running.simulation.body_poses()
 
 
@@ -52,8 +53,8 @@ def test_a_robot_is_created_from_its_text_and_as_a_clone(running: Running) -> No
 
 def test_the_world_is_paused_stepped_and_reset(running: Running) -> None:
     def control(**fields: object) -> None:
-        asked = srv.WorldControl(**fields)  # type: ignore[arg-type]
-        ask(running, "/world/empty/control", srv.ControlWorldRequest(asked))
+        asked = gz.WorldControl(**fields)  # type: ignore[arg-type]
+        ask(running, "/world/empty/control", gz.ControlWorldRequest(asked))
 
     control(pause=True)
     steps = running.simulation.steps
@@ -61,7 +62,7 @@ def test_the_world_is_paused_stepped_and_reset(running: Running) -> None:
     assert running.simulation.steps == steps + 25
     control(step=True)
     assert (running.simulation.steps, running.simulation.paused) == (steps + 26, True)
-    control(pause=True, reset=srv.WorldReset(all=True))
+    control(pause=True, reset=gz.WorldReset(all=True))
     assert running.simulation.steps == 0
     control()
     assert not running.simulation.paused
@@ -70,10 +71,10 @@ def test_the_world_is_paused_stepped_and_reset(running: Running) -> None:
 @pytest.mark.parametrize(
     ("service", "request_", "said"),
     [
-        ("create", srv.GzSpawnEntityRequest(), "nothing is named to be created"),
-        ("create", srv.GzSpawnEntityRequest(srv.EntityFactory(name="a", sdf="<sdf/>")), "holds no SDF"),
-        ("remove", srv.GzDeleteEntityRequest(srv.Entity(id=3)), "by its name"),
-        ("control", srv.ControlWorldRequest(srv.WorldControl(multi_step=1 << 31)), "steps at most"),
+        ("create", gz.GzSpawnEntityRequest(), "nothing is named to be created"),
+        ("create", gz.GzSpawnEntityRequest(gz.EntityFactory(name="a", sdf="<sdf/>")), "holds no SDF"),
+        ("remove", gz.GzDeleteEntityRequest(gz.Entity(id=3)), "by its name"),
+        ("control", gz.ControlWorldRequest(gz.WorldControl(multi_step=1 << 31)), "steps at most"),
     ],
 )
 def test_what_cannot_be_is_said(running: Running, service: str, request_: object, said: str) -> None:
@@ -95,8 +96,8 @@ def test_spawn_sdf_model_of_ros_1_and_a_robot_s_namespace(running: Running) -> N
 
 def test_numbers_are_of_the_size_that_the_interfaces_have() -> None:
     """https://github.com/gazebosim/ros_gz/tree/ros2/ros_gz_interfaces"""
-    assert definition(srv.Entity) == "uint64 id\nstring name\nuint8 type"
-    assert definition(srv.WorldControl).splitlines() == [
+    assert definition(gz.Entity) == "uint64 id\nstring name\nuint8 type"
+    assert definition(gz.WorldControl).splitlines() == [
         "bool pause",
         "bool step",
         "uint32 multi_step",
@@ -105,7 +106,7 @@ def test_numbers_are_of_the_size_that_the_interfaces_have() -> None:
         "builtin_interfaces/Time run_to_sim_time",
     ]
     kind = service_type("ros_gz_interfaces/srv/ControlWorld")
-    request = srv.ControlWorldRequest(srv.WorldControl(True, False, 4_000_000_000, seed=7))
+    request = gz.ControlWorldRequest(gz.WorldControl(True, False, 4_000_000_000, seed=7))
     name = kind.request_name
     assert decode_cdr(encode_cdr(request, name), kind.request, name) == request
     assert decode_ros1(encode_ros1(request, name), kind.request, name) == request

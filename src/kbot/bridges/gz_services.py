@@ -8,6 +8,7 @@ from itertools import count
 from kbot.bridges.gazebo_states import in_world, models_of, put
 from kbot.bridges.services import Answer, Service
 from kbot.kinematics.transform import Transform
+from kbot.messages import gz_services as gz
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.model.load import load_robot, load_robot_text
@@ -58,7 +59,7 @@ def _stands(name: str, place: Transform) -> str:
     return f"{name} is put at {x:.3f}, {y:.3f}, {z:.3f}"
 
 
-def _create(simulation: Simulation, request: srv.GzSpawnEntityRequest) -> srv.SuccessResponse:
+def _create(simulation: Simulation, request: gz.GzSpawnEntityRequest) -> srv.SuccessResponse:
     asked = request.entity_factory
     place = in_world(simulation, asked.pose, asked.relative_to)
     name = asked.name
@@ -100,23 +101,23 @@ def _clone(simulation: Simulation, name: str, place: Transform, of: str) -> None
     simulation.spawn_model(simulation.robots[of].robot, name or None, x, y, place.yaw)
 
 
-def _remove(simulation: Simulation, request: srv.GzDeleteEntityRequest) -> srv.SuccessResponse:
+def _remove(simulation: Simulation, request: gz.GzDeleteEntityRequest) -> srv.SuccessResponse:
     simulation.delete_model(_name(request.entity))
     return DONE
 
 
-def _set_pose(simulation: Simulation, request: srv.SetEntityPoseRequest) -> srv.SuccessResponse:
+def _set_pose(simulation: Simulation, request: gz.SetEntityPoseRequest) -> srv.SuccessResponse:
     put(simulation, _name(request.entity), request.pose, msg.Twist(), "")
     return DONE
 
 
-def _name(entity: srv.Entity) -> str:
+def _name(entity: gz.Entity) -> str:
     if not entity.name:
         raise KbotError("an entity is meant by its name here, not by its number")
     return entity.name
 
 
-def _control(simulation: Simulation, request: srv.ControlWorldRequest) -> srv.SuccessResponse:
+def _control(simulation: Simulation, request: gz.ControlWorldRequest) -> srv.SuccessResponse:
     asked = request.world_control
     steps = asked.multi_step or int(asked.step)
     if steps > MOST_STEPS:

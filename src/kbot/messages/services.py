@@ -1,5 +1,4 @@
-"""What services are asked and answer: std_srvs, gazebo_msgs as Gazebo's plugins for ROS have them, and
-ros_gz_interfaces as ros_gz_bridge has them.
+"""What services are asked and answer: std_srvs, and gazebo_msgs as Gazebo's plugins for ROS have them.
 
 Poses and twists are in the world unless a frame is named; an empty name, `world` and `map` mean the world.
 """
@@ -7,13 +6,15 @@ Poses and twists are in the world unless a frame is named; an empty name, `world
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
+from kbot.messages.gz_services import (
+    ControlWorldRequest,
+    GzDeleteEntityRequest,
+    GzSpawnEntityRequest,
+    SetEntityPoseRequest,
+)
 from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
 
-UInt8 = Annotated[int, "uint8"]
-UInt32 = Annotated[int, "uint32"]
-UInt64 = Annotated[int, "uint64"]
 ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
 
 
@@ -218,68 +219,6 @@ class GetModelPropertiesResponse:
     is_static: bool = False
     success: bool = False
     status_message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Entity:
-    """What gz speaks of, by its name; it has no number here."""
-
-    id: UInt64 = 0
-    name: str = ""
-    type: UInt8 = 0
-
-
-@dataclass(frozen=True, slots=True)
-class EntityFactory:
-    """One of `sdf` (a text, of URDF too), `sdf_filename` and `clone_name` says what is spawned."""
-
-    name: str = ""
-    allow_renaming: bool = False
-    sdf: str = ""
-    sdf_filename: str = ""
-    clone_name: str = ""
-    pose: Pose = ORIGIN
-    relative_to: str = "world"
-
-
-@dataclass(frozen=True, slots=True)
-class WorldReset:
-    all: bool = False
-    time_only: bool = False
-    model_only: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class WorldControl:
-    """`multi_step` steps are done at once, and then it is paused."""
-
-    pause: bool = False
-    step: bool = False
-    multi_step: UInt32 = 0
-    reset: WorldReset = WorldReset()
-    seed: UInt32 = 0
-    run_to_sim_time: Time = START
-
-
-@dataclass(frozen=True, slots=True)
-class GzSpawnEntityRequest:
-    entity_factory: EntityFactory = EntityFactory()
-
-
-@dataclass(frozen=True, slots=True)
-class GzDeleteEntityRequest:
-    entity: Entity = Entity()
-
-
-@dataclass(frozen=True, slots=True)
-class SetEntityPoseRequest:
-    entity: Entity = Entity()
-    pose: Pose = ORIGIN
-
-
-@dataclass(frozen=True, slots=True)
-class ControlWorldRequest:
-    world_control: WorldControl = WorldControl()
 
 
 SERVICES: dict[str, tuple[type, type]] = {

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
+from kbot.messages import gz_services
 from kbot.messages import services as messages
 from kbot.messages.services import SERVICES
 from kbot.text import KbotError
@@ -30,7 +31,12 @@ PARTS = {
     )
 } | {
     cls: f"ros_gz_interfaces/msg/{cls.__name__}"
-    for cls in (messages.Entity, messages.EntityFactory, messages.WorldReset, messages.WorldControl)
+    for cls in (
+        gz_services.Entity,
+        gz_services.EntityFactory,
+        gz_services.WorldReset,
+        gz_services.WorldControl,
+    )
 }
 """Messages that only services, or topics beside them, have; ROS's own lists lack them."""
 
