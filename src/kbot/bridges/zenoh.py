@@ -171,7 +171,8 @@ class _Outgoing:
             )
             self._want(True)
         else:
-            self._publisher = session.declare_publisher(key)
+            # else the library keeps it back for some milliseconds, for more to come along
+            self._publisher = session.declare_publisher(key, express=True)
             self._publisher.declare_matching_listener(lambda status: self._want(status.matching))
 
     def close(self) -> None:
