@@ -138,8 +138,9 @@ def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open
     seed = opened.get_by_label("noise seed")
     assert seed.input_value() == "1"
     seed.fill("7")
+    revision = page.evaluate("kbot.revision")
     opened.get_by_role("button", name="Start", exact=True).click()
-    until(lambda: session.about().seed == 7)
+    until(lambda: session.about().seed == 7 and page.evaluate("kbot.revision") > revision)
     page.get_by_role("combobox", name="World").select_option("boxes")
     until(lambda: session.about().world == "boxes")
     assert session.about().seed == 7

@@ -45,13 +45,13 @@ export function furnish(app: App, view: View, picture: HTMLElement, { left, cent
   bottom.append(source(app), traffic(app), plots(app));
   document.body.prepend(topbar(app, showHelp));
   document.body.append(sheets(app), keys);
-  app.focused.watch((asked) => asked && view.focus(asked.link));
+  app.focused.watch((asked) => asked && view.looking.focus(asked.link));
   const tools = new ToolBox(app, view);
   const body = bodyChoice(app, view, tools);
   centre.append(...toolBar(app, tools, body.element));
   usePush(app, view);
   keepKeysForDriving();
-  lookByKeys(view.stage, () => view.writeAddress());
+  lookByKeys(view.stage, () => view.looking.writeAddress());
   useGamepad(driver);
   useKeys(app, view, driver, showHelp, tools, body);
 }

@@ -41,7 +41,7 @@ document.body.append(
   h("div", { class: "bottom" }, source(app)),
 );
 view = new View(app, picture);
-app.focused.watch((asked) => asked && view.focus(asked.link));
+app.focused.watch((asked) => asked && view.looking.focus(asked.link));
 centre.append(hover(app, view, picture));
 if (saved.states.length > 1) queueMicrotask(() => centre.append(scrub(saved.states, (index) => replies.show(index))));
 window.kbot = handle(app, view);

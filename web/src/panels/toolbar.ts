@@ -72,7 +72,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   app.about.watch(hide);
   app.topics.list.watch(hide);
   const look = (label: string, side: Side): HTMLButtonElement => {
-    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () => view().lookFromSide(side));
+    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () => view().looking.fromSide(side));
     app.options.watch((options) => made.setAttribute("aria-pressed", String(options.side === side)));
     return made;
   };
@@ -84,7 +84,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
     h(
       "div",
       { class: "chips looks", role: "toolbar", "aria-label": "View" },
-      h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().fit() }, icon("fit")),
+      h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().looking.fit() }, icon("fit")),
       look("Front", "front"),
       look("Side", "side"),
       look("Top", "top"),

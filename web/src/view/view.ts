@@ -1,8 +1,7 @@
-import { Box3, Group, Object3D, PerspectiveCamera, Texture, Vector3 } from "three";
+import { Group, Object3D, PerspectiveCamera, Texture, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Picture } from "../displays/display";
-import type { LookingFrom } from "../displays/set";
 import { LiveDisplays } from "../displays/live";
 import { h } from "../dom";
 import type { Scene, State } from "../protocol";
@@ -10,18 +9,14 @@ import { Bodies } from "./bodies";
 import { dispose } from "./dispose";
 import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
+import { Looking } from "./looking";
 import { PALETTES } from "./palette";
 import { takePicture, type Wanted } from "./picture";
 import { RobotObject } from "./robot";
 import { forgetPrimitives } from "./shapes";
-import { sideOf, SIDES, type Side } from "./sides";
 import { Stage } from "./stage";
 import { looksTheSame } from "./still";
 import { Transforms } from "./transforms";
-import { readView, viewHash } from "./address";
-
-/** Azimuth and elevation in degrees. */
-const ASLANT = [215, 28] as const;
 
 /** The picture: the robot in its world, and the eye that looks at it. */
 export class View implements Picture {
@@ -34,6 +29,7 @@ export class View implements Picture {
   /** What tools draw in the world. */
   readonly marks = new Group();
   readonly transforms: Transforms;
+  readonly looking: Looking;
   private readonly displays: LiveDisplays;
   /** All that is in the world. */
   private readonly world = new Group();
@@ -61,19 +57,13 @@ export class View implements Picture {
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
-    this.stage.controls.addEventListener("end", () => this.writeAddress());
+    this.looking = new Looking(app, this.stage, this);
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
     app.displays.globals.watch(() => this.showGlobals());
-    app.asked.watch((view) => view !== null && this.placed && this.lookFromFile(view));
-    app.lookingFrom = () => ({
-      eye: this.stage.eye.toArray(),
-      target: this.stage.controls.target.toArray(),
-      flat: this.stage.isOrthographic,
-      follow: app.options.value.follow,
-    });
+    app.asked.watch((view) => view !== null && this.placed && this.looking.fromFile(view));
     app.selected.watch((name) => this.robot?.select(name));
   }
 
@@ -97,43 +87,6 @@ export class View implements Picture {
     this.stage.invalidate();
   }
 
-  /** Looks at the whole robot, from the side that is held or aslant from above. */
-  fit(): void {
-    this.lookAtAll();
-    this.writeAddress();
-  }
-
-  /** Looks from a side without perspective and stays there; from where it did already, aslant again. */
-  lookFromSide(side: Side): void {
-    const { options } = this.app;
-    const isLeft = options.value.side === side;
-    options.set({ ...options.value, side: isLeft ? "" : side, flat: !isLeft, ride: false });
-    this.fit();
-  }
-
-  private lookAtAll(): void {
-    const scene = this.app.scene.value;
-    if (scene === null) return;
-    const { side } = this.app.options.value;
-    const [azimuth, elevation] = side === "" ? ASLANT : SIDES[side];
-    const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
-    this.stage.look(this.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
-  }
-
-  /** Looks at one link so that it fills the picture, from the side it is seen from now. */
-  focus(name: string): void {
-    const link = this.robot?.links.find((one) => one.view.name === name);
-    if (link === undefined) return;
-    const box = new Box3().setFromObject(link.visual);
-    if (box.isEmpty()) box.setFromCenterAndSize(link.group.position, new Vector3(1, 1, 1).multiplyScalar(this.app.scene.value?.radius ?? 0.1));
-    const { camera, controls } = this.stage;
-    const centre = box.getCenter(new Vector3());
-    const away = camera.position.clone().sub(controls.target).normalize();
-    camera.position.copy(centre).addScaledVector(away, this.stage.distanceFor(box.getSize(new Vector3()).length() / 2));
-    this.stage.lookAt(centre);
-    this.writeAddress();
-  }
-
   drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void {
     const { floor } = this.ground;
     const { visible } = floor;
@@ -145,43 +98,6 @@ export class View implements Picture {
   /** The picture as a PNG, seen as it is on screen. */
   png(wanted: Wanted): Promise<Blob | null> {
     return takePicture(this.stage, [this.ground.floor, this.ground.shadow], wanted);
-  }
-
-  /** Sees what the robot would: from above its front, ahead. */
-  private ride(): void {
-    const { camera, controls } = this.stage;
-    const radius = this.app.scene.value?.radius ?? 0.1;
-    const base = this.rootObject;
-    if (base === undefined) return;
-    base.updateWorldMatrix(true, false);
-    camera.position.set(-radius * 0.4, 0, radius * 1.5).applyMatrix4(base.matrixWorld);
-    controls.target.set(radius * 3, 0, radius * 0.7).applyMatrix4(base.matrixWorld);
-  }
-
-  private lookFromFile({ eye, target, flat, follow }: LookingFrom): void {
-    this.app.options.set({ ...this.app.options.value, flat, follow, ride: false, side: flat ? sideOf(eye, target) : "" });
-    this.stage.camera.position.fromArray(eye as number[]);
-    this.stage.lookAt(new Vector3().fromArray(target as number[]));
-  }
-
-  /** Takes the view from the page's address, where it has one. */
-  private openAddress(): boolean {
-    const view = readView(location.hash);
-    if (view === null) return false;
-    const side = view.orthographic && !view.ride ? sideOf(view.eye, view.target) : "";
-    this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow, side });
-    this.stage.camera.position.fromArray(view.eye);
-    this.stage.lookAt(new Vector3().fromArray(view.target));
-    return true;
-  }
-
-  /** Puts the view into the page's address, so that a link to it opens the same. */
-  writeAddress(): void {
-    if (location.protocol === "about:") return; // within another page, which has the address
-    const { eye, controls } = this.stage;
-    const { flat, ride, follow } = this.app.options.value;
-    const hash = viewHash({ eye: eye.toArray(), target: controls.target.toArray(), orthographic: flat, ride, follow });
-    history.replaceState(null, "", hash);
   }
 
   private build(scene: Scene): void {
@@ -238,12 +154,12 @@ export class View implements Picture {
     if (!this.placed) {
       this.placed = true;
       const { value: view } = this.app.asked;
-      if (!this.openAddress()) {
-        if (view === null) this.lookAtAll();
-        else this.lookFromFile(view);
+      if (!this.looking.openAddress()) {
+        if (view === null) this.looking.atAll();
+        else this.looking.fromFile(view);
       }
     } else if (this.app.options.value.ride) {
-      this.ride();
+      this.looking.ride();
       this.stage.invalidate();
     } else if (this.app.options.value.follow) {
       const moved = centre.clone().sub(this.lastSeen);
@@ -263,12 +179,12 @@ export class View implements Picture {
     return this.rootObject?.position ?? new Vector3();
   }
 
-  private get rootObject(): Object3D | undefined {
+  get rootObject(): Object3D | undefined {
     const scene = this.app.scene.value;
     return this.robot?.links.find((link) => link.view.name === scene?.root)?.group;
   }
 
-  private centre(): Vector3 {
+  centre(): Vector3 {
     const scene = this.app.scene.value;
     if (scene === null) return new Vector3();
     const { x, y, z } = this.root;
@@ -336,7 +252,7 @@ export class View implements Picture {
     this.stage.setOrthographic(options.flat && !options.ride);
     this.stage.hold(options.side);
     const kind = `${options.flat} ${options.ride} ${options.follow}`;
-    if (this.kind !== "" && kind !== this.kind && this.placed) this.writeAddress();
+    if (this.kind !== "" && kind !== this.kind && this.placed) this.looking.writeAddress();
     this.kind = kind;
     this.stage.invalidate();
   }
