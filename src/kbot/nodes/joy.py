@@ -101,7 +101,7 @@ class Joystick:
             zone = self._gamepad.deadzone
             share = min(1.0, abs(value) / LARGEST)
             moved = max(0.0, share - zone) / (1.0 - zone)
-            self._axes[number] = moved if value < 0 else -moved
+            self._axes[number] = moved if value < 0 else 0.0 - moved
         elif kind == _BUTTON:
             self._buttons[number] = value
         self.changes += 1

@@ -28,9 +28,10 @@ _LEVEL = 1e-9
 
 
 def world_view(world: World, meshes: MeshStore) -> tuple[BodyView, ...]:
-    """Every body that has something to draw; level ground at z = 0 is the page's own grid."""
+    """Every body that has something to draw, and those that move, whose poses a state has in this order;
+    level ground at z = 0 is the page's own grid."""
     bodies = (_body(body, meshes) for body in world.bodies)
-    return tuple(body for body in bodies if body.parts)
+    return tuple(body for body in bodies if body.parts or body.moving)
 
 
 def _body(body: Body, meshes: MeshStore) -> BodyView:
