@@ -9,6 +9,7 @@ import pytest
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.record import Recorder
+from kbot.record.copy import copy_recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
 from kbot.workbench.protocol import Seek
@@ -108,6 +109,17 @@ def test_models_of_sdf_come_too(tmp_path: Path) -> None:
     assert there
     for name, pose in rolled.items():
         assert np.allclose(there[name], pose.translation, atol=1e-3)
+
+
+def test_a_part_of_a_recording_is_shown_in_the_same_world(run: tuple[Path, dict], tmp_path: Path) -> None:
+    path, truth = run
+    copy_recording(str(path), str(tmp_path / "part.mcap"), start=1.1, end=1.9)
+    session = played_session(str(tmp_path / "part.mcap"))
+    seek(session, 1.4)
+    session._look_around()
+    assert "crate" in {body.name for body in session.scene.bodies}
+    root = session._motion.moment().poses["base_footprint"].matrix
+    assert np.allclose(root, truth[1.4]["robot"], atol=1e-3)
 
 
 def test_without_true_poses_it_starts_where_it_stood(tmp_path: Path) -> None:

@@ -10,11 +10,12 @@ from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
+from kbot.record.surroundings import WORLD_TOPIC
 from kbot.record.writer import open_writer
 from kbot.text import KbotError
 
-ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static"})
-"""Said once at the start, and needed to make sense of all that follows."""
+ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static", WORLD_TOPIC})
+"""Said rarely, mostly at the start, and needed to make sense of all that follows."""
 
 
 class Copied(NamedTuple):

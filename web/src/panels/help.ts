@@ -2,7 +2,7 @@ import type { App } from "../app";
 import { h } from "../dom";
 
 /** Keys, what they do, and whether something must be simulated for it. */
-const KEYS: readonly [string, string, "sim"?][] = [
+const KEYS: readonly [string, string, ("sim" | "time")?][] = [
   ["W A S D, arrows", "drive, while held", "sim"],
   ["Space", "stop", "sim"],
   ["Shift + drag", "push a link of the robot", "sim"],
@@ -20,10 +20,11 @@ const KEYS: readonly [string, string, "sim"?][] = [
   ["F", "see the whole robot, or the chosen link"],
   ["0 – 9", "displays on and off"],
   ["O", "with or without perspective"],
-  ["K", "bookmark the moment on show", "sim"],
-  ["[, ]", "go to the bookmark before or after", "sim"],
-  ["L", "plots", "sim"],
-  ["Y", "topics and log", "sim"],
+  ["K", "bookmark the moment on show", "time"],
+  ["[, ]", "go to the bookmark before or after", "time"],
+  ["L", "plots", "time"],
+  ["arrows, +, -, 0", "in a plot, on its line: go through time, look closer, at all", "time"],
+  ["Y", "topics and log", "time"],
   ["T", "dark or light"],
   ["Ctrl+Z", "undo a change made to the file here"],
   ["Escape", "leave the tool; close the source, choose nothing"],
@@ -33,7 +34,7 @@ const KEYS: readonly [string, string, "sim"?][] = [
 export function help(app: App): HTMLDialogElement {
   const list = h("dl");
   app.about.watch((about) => {
-    const known = KEYS.filter(([, , need]) => need === undefined || need === about?.mode);
+    const known = KEYS.filter(([, , need]) => need === undefined || need === about?.mode || (need === "time" && about?.mode !== "view"));
     list.replaceChildren(...known.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)]));
   });
   const dialog = h(

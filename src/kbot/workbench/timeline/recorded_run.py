@@ -32,7 +32,8 @@ class RecordedRun:
         """Raises KbotError: no such recording, or it does not hold what is needed to show it."""
         self.path = path
         self.index = open_index(path)
-        self.facts = self.index.notes.get("kbot", {})
+        notes = self.index.notes
+        self.facts = notes.get("kbot") or notes.get("kbot.cut", {})
         """What KBot's recorder wrote down of the run; nothing where another made the recording."""
         self.topics = {
             name: kind
