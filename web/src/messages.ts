@@ -216,6 +216,13 @@ export interface WrenchStamped {
   wrench: Wrench;
 }
 
+/** Axes of a gamepad from 1 (left, ahead) to -1; a button is 1 while it is pressed. */
+export interface Joy {
+  header: Header;
+  axes: readonly number[];
+  buttons: readonly number[];
+}
+
 export interface Bool {
   data: boolean;
 }
