@@ -144,7 +144,9 @@ def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> 
     found = staged(package, node)
     session = _shown(found, Companions(Wishes(), print), PLACE)
     assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
-    assert [joint.name for joint in session._robot.movable_joints if joint.mimic] == ["right_wheel_joint"]
+    assert [joint.name for joint in session._motion.robot.movable_joints if joint.mimic] == [
+        "right_wheel_joint"
+    ]
 
 
 def test_a_program_drives_the_robot_and_ends_the_launch_and_the_run_is_recorded(package: Path) -> None:
