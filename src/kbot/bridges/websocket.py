@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import ipaddress
 import secrets
-import struct
 from collections import deque
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
@@ -28,8 +27,6 @@ QUEUE = 512
 MOST_CLIENTS = 64
 AT_ONCE = 1 << 16
 """Bytes that are given to the system at once; a larger message goes alone."""
-TEXT, BINARY = 0x81, 0x82
-"""First bytes of a message's only frame."""
 TRIES = 20
 """Ports that are tried from the usual one on."""
 
@@ -89,23 +86,15 @@ class Wire:
 
     def _write(self) -> None:
         """Many small messages in one call of the system, which costs more than they do."""
-        frames, size = list[bytes](), 0
+        connection, size = self._connection, 0
         while (self._kept or self._waiting) and size < AT_ONCE:
             data = self._kept.popleft() if self._kept else self._waiting.popleft()
-            frames += _frame(data)
+            if isinstance(data, str):
+                connection.protocol.send_text(data.encode())
+            else:
+                connection.protocol.send_binary(data)
             size += len(data)
-        self._connection.transport.write(b"".join(frames))
-
-
-def _frame(data: Data) -> tuple[bytes, bytes]:
-    """A message in one frame, its head and its bytes, as RFC 6455 (5.2) has them from a server. The library
-    makes it too, for more than all else that is done to send a message."""
-    opcode, body = (TEXT, data.encode()) if isinstance(data, str) else (BINARY, data)
-    if len(body) < 126:
-        return struct.pack("!BB", opcode, len(body)), body
-    if len(body) < 1 << 16:
-        return struct.pack("!BBH", opcode, 126, len(body)), body
-    return struct.pack("!BBQ", opcode, 127, len(body)), body
+        connection.transport.write(b"".join(connection.protocol.data_to_send()))
 
 
 class WebSocketBridge:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.layout import ONLY_ON_THE_WIRE
+from kbot.wire.encoding import ONLY_ON_THE_WIRE
 from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:

@@ -4,47 +4,48 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Callable
-from functools import cache
-from typing import Any, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from kbot.text import KbotError
-from kbot.wire.layout import Step, layout
-from kbot.wire.types import ros1_types, ros2_types, ros_name
+from kbot.wire.types import known_type, ros1_types, ros2_types, ros_name
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from rosbags.interfaces.typing import FieldDesc
+    from rosbags.typesys.store import Typestore
 
 Convert = Callable[[Any], Any]
 Message = Any
 """Of the type that is asked for."""
 
-CDR_HEAD = b"\0\1\0\0"
-"""Plain and little-endian."""
+ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
+"""What ROS 1 has in headers, and ROS 2 in what is empty."""
 
 
 def encode_cdr(message: object, name: str = "") -> bytes:
     """Little-endian CDR with its four bytes of header; `name` is that of the type, where it is not a
     message's. Raises KbotError: ROS has no such message, or a field is not of its type."""
-    return _encoded(message, name, CDR_HEAD, ros1=False)
+    write = partial(ros2_types().serialize_cdr, little_endian=True)
+    return _encoded(write, message, name, ros1=False)
 
 
 def encode_ros1(message: object, name: str = "") -> bytes:
     """As TCPROS and bags of ROS 1 carry it; `name` and KbotError as for `encode_cdr`."""
-    return _encoded(message, name, b"", ros1=True)
+    return _encoded(ros1_types().serialize_ros1, message, name, ros1=True)
 
 
-def _encoded(message: object, name: str, head: bytes, *, ros1: bool) -> bytes:
+def _encoded(write: Callable[[Any, str], memoryview], message: object, name: str, *, ros1: bool) -> bytes:
+    from rosbags.serde import SerdeError
+
     kind: type = type(message)
-    parts, at = [head], 0
+    name = name or ros_name(kind)
+    convert = _outward(kind, ros1, name)
     try:
-        for step in _layout(kind, name, ros1):
-            at = step(message, parts, at)
-    except (struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise KbotError(f"no {name or ros_name(kind)}: {error}") from None
-    return b"".join(parts)
-
-
-@cache
-def _layout(kind: type, name: str, ros1: bool) -> tuple[Step, ...]:
-    return layout(kind, name or ros_name(kind), ros1=ros1)
+        return bytes(write(convert(message) if convert else message, name))
+    except (SerdeError, struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise KbotError(f"no {name}: {error}") from None
 
 
 def decode_cdr(data: bytes, message_type: type, name: str = "") -> Message:
@@ -69,6 +70,66 @@ def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: 
 
 def _same(value: object) -> object:
     return value
+
+
+@cache
+def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
+    """What turns a message into one the library can write; None where it can write it as it is.
+
+    The library wants arrays of numbers as numpy arrays, and ROS 1 a sequence number in the header; all
+    else it reads by name from our own objects.
+    """
+    store = ros1_types() if ros1 else ros2_types()
+    if name not in store.fielddefs:
+        raise KbotError(f"ROS {1 if ros1 else 2} has no {name}")
+    known = dict(store.fielddefs[name][1])
+    given = {field: 0 for field in ONLY_ON_THE_WIRE if field in known and not hasattr(message_type, field)}
+    parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}
+    if not given and not any(parts.values()):
+        return None
+    cls: Any = store.types[name]
+    own = {field.name for field in dataclasses.fields(message_type)}
+    # ROS 1 has some names in capitals that ROS 2 has not
+    names = {field: field if field in own else field.lower() for field in parts}
+
+    def convert(message: object) -> object:
+        values = {
+            field: part(getattr(message, names[field])) if part else getattr(message, names[field])
+            for field, part in parts.items()
+        }
+        return cls(**given, **values)
+
+    return convert
+
+
+def _convert_field(store: Typestore, kind: FieldDesc, ros1: bool) -> Convert | None:
+    from rosbags.interfaces import Nodetype
+
+    match kind:
+        case (Nodetype.NAME, name):
+            return _outward_by_name(name, ros1)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.BASE, (base, _)), _)):
+            return None if base == "string" else _to_array(base)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.NAME, name), _)):
+            part = _outward_by_name(name, ros1)
+            return (lambda values: [part(value) for value in values]) if part else None
+    return None
+
+
+def _outward_by_name(name: str, ros1: bool) -> Convert | None:
+    message_type = known_type(name)
+    return _outward(message_type, ros1, name) if message_type else None
+
+
+def _to_array(base: str) -> Convert:
+    import numpy as np
+
+    dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
+
+    def convert(values: Sequence[float] | bytes) -> NDArray[Any]:
+        return np.frombuffer(values, dtype) if isinstance(values, bytes) else np.asarray(values, dtype)
+
+    return convert
 
 
 @cache

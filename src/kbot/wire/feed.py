@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
-from kbot.wire.json_text import json_text
+from kbot.wire.plain import to_plain
 from kbot.wire.types import ros1_definition, ros2_definition, ros_name
+
+_finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
 
 
 class Packet:
@@ -48,7 +51,11 @@ class Packet:
         if self._json is None:
             self._json = {}
         if key not in self._json:
-            self._json[key] = json_text(self.message, ros1=ros1, exact=exact)
+            plain = to_plain(self.message, ros1=ros1, exact=True)
+            try:
+                self._json[key] = _finite_json(plain)
+            except ValueError:  # there are numbers that JSON lacks
+                self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
         return self._json[key]
 
     @property

@@ -1,5 +1,5 @@
-"""Our bytes of every type against those of the library, with texts and lists of every length that shifts
-what comes after."""
+"""Messages of every type, read and written again, are the library's bytes: with texts and lists of every
+length that shifts what comes after."""
 
 import random
 from typing import Any
@@ -55,7 +55,7 @@ def _random_number(base: str, chance: random.Random) -> Any:
 
 
 @pytest.mark.parametrize(("kind", "name"), TYPES + PARTS)
-def test_our_bytes_are_the_librarys(kind: type, name: str) -> None:
+def test_what_is_read_and_written_again_is_the_same_bytes(kind: type, name: str) -> None:
     for seed in range(20):
         message = random_message(ros2_types(), name, random.Random(seed))
         data = bytes(ros2_types().serialize_cdr(message, name, little_endian=True))
