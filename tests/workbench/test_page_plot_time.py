@@ -11,9 +11,9 @@ import pytest
 from kbot.record import Recorder
 from kbot.sim import Simulation
 from kbot.wire import Feed
+from kbot.workbench.played_session import played_session
 from kbot.workbench.serve import serving
 from kbot.workbench.session import Session
-from kbot.workbench.timeline.playback import played_session
 
 from .conftest import until
 from .test_plot import points, ticks

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from kbot.record import Recording
+from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Seek
 from kbot.workbench.serve import serving
 from kbot.workbench.session import Session
-from kbot.workbench.timeline.playback import played_session
 
 from .conftest import until
 

@@ -20,9 +20,9 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet
 from kbot.wire.types import ros2_definition, ros_name
+from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Drive, Pause, Reset, Seek, SetLoop
 from kbot.workbench.session import Session
-from kbot.workbench.timeline.playback import played_session
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 

@@ -116,7 +116,7 @@ def serve_recording(
         DescriptionError: the recording's description makes no robot.
         KbotError: no such recording, or it does not hold what is needed to show it; or as `serve`.
     """
-    from kbot.workbench.timeline.playback import played_session
+    from kbot.workbench.played_session import played_session
 
     displays = read_displays(config)
     session = played_session(path, package_path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
@@ -12,12 +11,10 @@ from kbot.model import Robot
 from kbot.record.surroundings import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
-from kbot.workbench.description import Description
 from kbot.workbench.foreign_frames import MAP, WORLD, ForeignFrames
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control
-from kbot.workbench.session import Session
 from kbot.workbench.timeline.damage import Damage, damage_at
 from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
 from kbot.workbench.timeline.recorded_series import series_of_run
@@ -29,26 +26,6 @@ from kbot.world import World
 
 LOOKS = 1.0, 4.0
 """Seconds before a moment in which all frames and joints are looked for, at first and then."""
-
-
-def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
-    """A session that plays a recording; meshes are looked for in packages around it too.
-
-    Raises:
-        DescriptionError: its description makes no robot.
-        KbotError: no such recording, or it does not hold what is needed to show it.
-    """
-    run = RecordedRun(path)
-    world = RecordedWorld(run)
-    around = str(Path(path).absolute().parent)
-    session = Session(
-        Description(run.description, None, (*package_path, around)),
-        "play",
-        lambda robot: Playback(robot, run, world),
-    )
-    session.note = world.note
-    session.paused = False
-    return session
 
 
 class Playback:

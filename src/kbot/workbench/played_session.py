@@ -1,0 +1,32 @@
+"""A session that plays a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from kbot.workbench.description import Description
+from kbot.workbench.session import Session
+from kbot.workbench.timeline.playback import Playback
+from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.workbench.timeline.recorded_world import RecordedWorld
+
+
+def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
+    """A session that plays a recording; meshes are looked for in packages around it too.
+
+    Raises:
+        DescriptionError: its description makes no robot.
+        KbotError: no such recording, or it does not hold what is needed to show it.
+    """
+    run = RecordedRun(path)
+    world = RecordedWorld(run)
+    around = str(Path(path).absolute().parent)
+    session = Session(
+        Description(run.description, None, (*package_path, around)),
+        "play",
+        lambda robot: Playback(robot, run, world),
+    )
+    session.note = world.note
+    session.paused = False
+    return session
