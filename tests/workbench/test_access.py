@@ -2,7 +2,8 @@
 
 import pytest
 
-from kbot.workbench.serving.access import Access, bracketed, is_loopback, security_headers
+from kbot.bridges.hosts import is_loopback
+from kbot.workbench.serving.access import Access, bracketed, security_headers
 
 LOCAL = Access("127.0.0.1", 8300, None)
 SHARED = Access("0.0.0.0", 8300, "secret")

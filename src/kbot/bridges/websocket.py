@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 import secrets
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -18,6 +17,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.typing import Subprotocol
 
+from kbot.bridges.hosts import is_loopback
 from kbot.bridges.loop import loop, wait_for
 from kbot.text import KbotError
 
@@ -170,10 +170,10 @@ class WebSocketBridge:
         if self._clients >= MOST_CLIENTS:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
         origin = request.headers.get("Origin")
-        if origin not in (None, *self._origins) and not is_local(urlsplit(origin or "").hostname):
+        if origin not in (None, *self._origins) and not is_loopback(urlsplit(origin or "").hostname):
             return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect\n")
         host = urlsplit(f"//{request.headers.get('Host', '')}").hostname
-        if is_local(self._host) and not is_local(host):
+        if is_loopback(self._host) and not is_loopback(host):
             return connection.respond(HTTPStatus.FORBIDDEN, "this is served to this machine alone\n")
         if self._token and not secrets.compare_digest(request.path.encode(), f"/{self._token}".encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "this is for those who know the token\n")
@@ -198,15 +198,3 @@ class WebSocketBridge:
             pump.cancel()
             with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
                 await pump
-
-
-def is_local(host: str | None) -> bool:
-    """Whether a name or address can only be this machine's."""
-    if host is None:
-        return False
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -14,10 +14,11 @@ from contextlib import contextmanager, suppress
 from os import environ
 from typing import TYPE_CHECKING
 
+from kbot.bridges.hosts import is_loopback
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.serving.access import Access, bracketed, is_loopback
+from kbot.workbench.serving.access import Access, bracketed
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session import Session
 
