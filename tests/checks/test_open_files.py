@@ -91,7 +91,7 @@ def test_an_edit_of_one_file_parses_that_file_alone(robot: Path, monkeypatch: py
     parses: Counter[str] = Counter()
     parse = files.parse_document
 
-    def counted(source, *limits):  # type: ignore[no-untyped-def]
+    def counted(source, *limits):
         parses[Path(source.path).name] += 1
         return parse(source, *limits)
 

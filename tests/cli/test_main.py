@@ -16,7 +16,7 @@ KBOT = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
 
 def kbot(*words: str, **more: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "kbot", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **more)  # type: ignore[call-overload]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **more)
 
 
 def test_the_version_is_the_package_s(capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,7 +50,7 @@ def _until(node: kbot.Node, met: object, seconds: float = 30.0) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         node.spin(0.05)
-        if met():  # type: ignore[operator]
+        if met():
             return True
     return False
 

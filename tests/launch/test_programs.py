@@ -125,7 +125,7 @@ class Watch:
             [sys.executable, "-c", code],
             dict(os.environ),
             str(self.folder),
-            **more,  # type: ignore[arg-type]
+            **more,
         )
 
     def run(self, *processes: Process) -> Processes:

@@ -103,11 +103,11 @@ def test_a_twist_from_rostopic_drives_it_and_silence_stops_it(live: Ros) -> None
     finally:
         stop(driver)
     wait_until(lambda: abs(speed(live)) < 0.01, "a robot that its watchdog stopped", 30)
-    assert one(live, "/odom")["pose"]["pose"]["position"]["x"] > 0.02  # type: ignore[index]
+    assert one(live, "/odom")["pose"]["pose"]["position"]["x"] > 0.02
 
 
 def speed(ros: Ros) -> float:
-    return float(one(ros, "/odom")["twist"]["twist"]["linear"]["x"])  # type: ignore[index]
+    return float(one(ros, "/odom")["twist"]["twist"]["linear"]["x"])
 
 
 LOOK_UP = """

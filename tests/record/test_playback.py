@@ -33,9 +33,9 @@ class Listener:
         self.ended = 0
         more = {key: how.pop(key) for key in ("theirs", "instead") if key in how}
         self.bus.subscribe(topic, Twist, lambda message: self.heard.append(message.linear.x))
-        playing = Playing((recording,), ORIGIN, **how)  # type: ignore[arg-type]
+        playing = Playing((recording,), ORIGIN, **how)
         self.playback = Playback(
-            self.bus, self.clock, playing, self.told.append, on_end=self._end, **more  # type: ignore[arg-type]
+            self.bus, self.clock, playing, self.told.append, on_end=self._end, **more
         )  # fmt: skip
 
     def _end(self) -> None:

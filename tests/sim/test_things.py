@@ -72,7 +72,7 @@ def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
 ) -> None:
     world, digest = sim.world, sim.state_sha256()
     with pytest.raises(KbotError, match=said):
-        sim.spawn_thing(**wrong)  # type: ignore[arg-type]
+        sim.spawn_thing(**wrong)
     assert sim.world is world
     assert sim.state_sha256() == digest
 

@@ -17,7 +17,7 @@ def span_of(piece: str, source: Source = SOURCE) -> Span:
 
 
 def diagnostic(span: Span, **more: object) -> Diagnostic:
-    return Diagnostic("U001", Severity.ERROR, "unknown attribute 'radious'", Origin(span), **more)  # type: ignore[arg-type]
+    return Diagnostic("U001", Severity.ERROR, "unknown attribute 'radious'", Origin(span), **more)
 
 
 def test_the_caret_stands_under_the_exact_span_after_a_tab() -> None:

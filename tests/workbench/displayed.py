@@ -30,7 +30,7 @@ class Speaker:
     def __init__(self, session: Session) -> None:
         self._bus = session.topics.bus
         self._waiting: queue.SimpleQueue[tuple[str, object, threading.Event]] = queue.SimpleQueue()
-        session._motion._sim.errands.append(self._say)  # type: ignore[attr-defined]
+        session._motion._sim.errands.append(self._say)
 
     def publish(self, topic: str, message: object) -> None:
         said = threading.Event()
@@ -58,7 +58,7 @@ def hear(session: Session, topic: str, kind: type) -> list[Any]:
         subscribed.set()
         return True
 
-    session._motion._sim.errands.append(subscribe)  # type: ignore[attr-defined]
+    session._motion._sim.errands.append(subscribe)
     assert subscribed.wait(60.0), "nobody runs the simulation's errands"
     return heard
 

@@ -96,7 +96,7 @@ def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
 def test_an_unknown_parameter_is_refused(session: Session) -> None:
     for kind, name in (("arg", "control"), ("property", "wheel_radius"), ("arg", "nothing")):
         with pytest.raises(KbotError, match="plain number"):
-            session.obey(SetParameter(kind, name, 1.0), 1)  # type: ignore[arg-type]
+            session.obey(SetParameter(kind, name, 1.0), 1)
 
 
 def test_only_plain_numbers_of_the_top_level_are_parameters(xacro: Path) -> None:

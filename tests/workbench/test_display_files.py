@@ -256,7 +256,7 @@ Visualization Manager:
         tuple(round(v, 6) for v in view.eye),
         view.target,
         view.flat,
-        view.follow,  # type: ignore[arg-type]
+        view.follow,
     )
 
 
@@ -289,7 +289,7 @@ def _tidy(value: object) -> object:
 
 
 def _flat(value: object) -> list[float]:
-    return list(value.values()) if isinstance(value, dict) else [value]  # type: ignore[list-item]
+    return list(value.values()) if isinstance(value, dict) else [value]
 
 
 def test_changes_are_written_where_rviz_reads_them() -> None:

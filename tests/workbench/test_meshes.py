@@ -224,7 +224,7 @@ def test_a_mesh_from_elsewhere_is_not_in_a_saved_model(own: Path, elsewhere: Pat
     file.write_text(URDF.format(mesh=f"file://{elsewhere}"))
     robot, _ = open_session(str(file), simulate=False).standing()
     (visual,) = robot.links["a"].visuals
-    assert visual.geometry.path is None  # type: ignore[union-attr]
+    assert visual.geometry.path is None
 
 
 def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(

@@ -71,7 +71,7 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     until(lambda: "goes on from" in other.locator(".notices").inner_text())  # whoever else looks is told too
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()
-    file = session.recording.view().file  # type: ignore[union-attr]
+    file = session.recording.view().file
     page.get_by_role("button", name="End the recording").click()
     until(lambda: session.recording.view() is None)
     assert replay(file).is_same
@@ -84,7 +84,7 @@ def test_what_was_dropped_since_is_gone_from_the_picture(
     address, session = driving
     page = open_page(address)
     until(lambda: session.state().at > 2.0)
-    simulation = session._motion._sim  # type: ignore[attr-defined]
+    simulation = session._motion._sim
 
     def drop() -> bool:  # where the simulation runs
         simulation.errands.remove(drop)
@@ -123,7 +123,7 @@ def test_a_recording_is_shown_in_its_world(recorded: str, open_page: OpenPage) -
         assert page.locator(".crumbs").inner_text().strip() != ""
         without = pixels(page)
         press(page, 0.75)
-        until(lambda: session.timeline().at > 2.5)  # type: ignore[union-attr]
+        until(lambda: session.timeline().at > 2.5)
         until(lambda: pixels(page) != without)
         assert {body.name for body in session.scene.bodies} >= {"crate", "box_0"}
         page.close()
@@ -135,7 +135,7 @@ def pixels(page: Any) -> bytes:
 
 
 def test_a_damaged_part_is_told_of_in_the_page(
-    whole: Path,  # noqa: F811
+    whole: Path,  # noqa: F811 - the fixture of another file
     tmp_path: Path,
     open_page: OpenPage,
 ) -> None:
@@ -144,9 +144,9 @@ def test_a_damaged_part_is_told_of_in_the_page(
     session.paused = True
     with serving(session) as address:
         page = open_page(address)
-        press(page, (start + 0.1) / session.timeline().end)  # type: ignore[union-attr]
+        press(page, (start + 0.1) / session.timeline().end)
         words = page.locator(".notices").get_by_text(f"is damaged from {start:.2f} s to {end:.2f} s")
         until(words.count)
-        assert session.timeline().at == pytest.approx(start, abs=0.01)  # type: ignore[union-attr]
+        assert session.timeline().at == pytest.approx(start, abs=0.01)
         until(lambda: float(slider(page).evaluate("s => s.value")) == pytest.approx(start, abs=0.05))
         page.close()

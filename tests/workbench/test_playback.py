@@ -63,7 +63,7 @@ def shown(session: Session) -> np.ndarray:
 
 
 def seek(session: Session, milliseconds: int) -> None:
-    start = session._motion._run.index.start  # type: ignore[attr-defined]
+    start = session._motion._run.index.start
     session.obey(Seek(milliseconds * 1e-3 - start * 1e-9), 1)
 
 

@@ -55,7 +55,7 @@ def test_it_is_broken_where_nothing_is_known_and_where_time_goes_back() -> None:
 @pytest.mark.parametrize("values", [[], [None, None], [5.0, 5.0], [0.0, 0.0], [1e300, -1e300]])
 def test_what_hardly_makes_a_plot_is_one_all_the_same(values: list[float | None]) -> None:
     svg = plot_svg([float(n) for n in range(len(values))], [Curve('<a> & "b"', values)], 300, 200)
-    assert ElementTree.fromstring(svg).find(f"{SVG}title").text == '<a> & "b" against time'  # type: ignore[union-attr]
+    assert ElementTree.fromstring(svg).find(f"{SVG}title").text == '<a> & "b" against time'
     assert "nan" not in svg
 
 

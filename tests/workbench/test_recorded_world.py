@@ -20,11 +20,11 @@ START = PlanarPose(1.0, -0.5, 0.4)
 
 
 def recorder(sim: Simulation, path: Path, **more: str) -> Recorder:
-    return Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path), **more)  # type: ignore[arg-type]
+    return Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path), **more)
 
 
 def seek(session: Session, seconds: float) -> None:
-    start = session._motion._run.index.start  # type: ignore[attr-defined]
+    start = session._motion._run.index.start
     session.obey(Seek(seconds - start * 1e-9), 1)
 
 

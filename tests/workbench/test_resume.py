@@ -26,7 +26,7 @@ class Desk:
     """A session whose pages are told of, and one page that looks back."""
 
     def __init__(self, **options: object) -> None:
-        self.session: Session = open_session("kbot", simulate=True, **options)  # type: ignore[arg-type]
+        self.session: Session = open_session("kbot", simulate=True, **options)
         self.hub = Hub()
         self.past = Past(self.session, self.hub)
         self.client: Client = self.hub.join()
@@ -100,7 +100,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
     sim = desk.sim
     if kind == "page":
         desk.session._record(on=True)
-        path = str(desk.session.recording.view().file)  # type: ignore[union-attr]
+        path = str(desk.session.recording.view().file)
         end: Callable[[], None] = desk.session.recording.end
     else:
         path = str(tmp_path / "run.mcap")
@@ -182,7 +182,7 @@ def test_states_are_saved_in_bounded_memory(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(saved, "MOST_BYTES", 80 * 1000)
     states = SavedStates()
     for step in range(50 * 400):
-        states.keep(step / 50, step / 50, "run", lambda step=step: (step, 1000))  # type: ignore[misc]
+        states.keep(step / 50, step / 50, "run", lambda step=step: (step, 1000))
     assert states.size <= 80 * 1000
     end = 400.0
     for at in np.arange(end - 50, end - 1, 0.37):

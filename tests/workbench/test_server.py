@@ -85,7 +85,7 @@ def test_a_foreign_host_or_origin_gets_nothing(viewing: str) -> None:
     with (
         pytest.raises(InvalidStatus) as caught,
         connect(socket_address(viewing), origin="http://evil.example"),
-    ):  # type: ignore[arg-type]
+    ):
         pass
     assert caught.value.response.status_code == 403
 

@@ -47,7 +47,7 @@ def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
 
 
 def test_a_world_that_a_program_changes_is_shown_too(session: Session) -> None:
-    session._motion._sim.spawn_thing("crate", x=1.0)  # type: ignore[attr-defined]
+    session._motion._sim.spawn_thing("crate", x=1.0)
     assert session.advance(0.0)
     assert [body.name for body in session.scene.bodies] == ["crate_1"]
 
@@ -91,8 +91,8 @@ def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
 
 
 def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
-    robot = session._motion._sim.named()  # type: ignore[attr-defined]
-    model, _ = session._motion._sim.engine()  # type: ignore[attr-defined]
+    robot = session._motion._sim.named()
+    model, _ = session._motion._sim.engine()
     before = model.body_mass[robot.body("base_link")]
     session.obey(Disturb("payload", "base_link", 0.5, 0.2), 1)
     run(session, 0.1)
@@ -129,7 +129,7 @@ def test_time_and_the_world_start_again_apart(session: Session) -> None:
 )
 def test_what_cannot_be_done_is_said(session: Session, message: object, said: str) -> None:
     with pytest.raises(KbotError, match=said):
-        session.obey(message, 1)  # type: ignore[arg-type]
+        session.obey(message, 1)
 
 
 def test_nothing_of_it_where_nothing_is_simulated() -> None:

@@ -20,7 +20,7 @@ Key = tuple[str, str, str]
 def _key(diagnostic: Diagnostic, folder: str) -> Key:
     file = diagnostic.origin.span.file if diagnostic.origin else ""
     if file:
-        file = Path(os.path.relpath(os.path.abspath(file), folder)).as_posix()  # noqa: PTH100
+        file = Path(os.path.relpath(os.path.abspath(file), folder)).as_posix()
     return diagnostic.code, file, diagnostic.message
 
 
@@ -30,9 +30,9 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
     Raises:
         KbotError: the file cannot be written, or is something else than a baseline, which would be lost.
     """
-    if os.path.isfile(path) and os.path.getsize(path):  # noqa: PTH113, PTH202
+    if os.path.isfile(path) and os.path.getsize(path):
         _known(path)
-    folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
+    folder = os.path.dirname(os.path.abspath(path))
     counts = Counter(_key(d, folder) for d in found)
     known = [
         {"code": code, "file": file, "message": message, "count": count}
@@ -50,7 +50,7 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
         KbotError: the baseline is missing or not one.
     """
     known = _known(path)
-    folder = os.path.dirname(os.path.abspath(path))  # noqa: PTH100, PTH120
+    folder = os.path.dirname(os.path.abspath(path))
     new = []
     for diagnostic in found:
         key = _key(diagnostic, folder)

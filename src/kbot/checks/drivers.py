@@ -195,7 +195,7 @@ def _scalar(source: Source, parameters: Mapping[str, Any], key: str) -> Word | N
     return _word(source, parameters[key]) if key in parameters else None
 
 
-def _word(source: Source, node: Any) -> Word:  # noqa: ANN401
+def _word(source: Source, node: Any) -> Word:  # noqa: ANN401 - a node of PyYAML
     start = source.offset(node.start_mark.line + 1, node.start_mark.column + 1)
     end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
     return Word(str(node.value), Origin(Span(source, start, end)))

@@ -17,7 +17,7 @@ class Folders:
         names = self._names.get(folder)
         if names is None:
             try:
-                names = tuple(os.listdir(folder or "."))  # noqa: PTH208 - names alone, and much faster
+                names = tuple(os.listdir(folder or "."))
             except OSError:
                 names = ()
             self._names[folder] = names
@@ -30,9 +30,9 @@ class Folders:
             inner = self._folder(folder) if folder not in ("", path) else None
             if inner is None or inner == folder:  # not there, or there and empty
                 return None
-            return self.but_for_case(os.path.join(inner, name))  # noqa: PTH118 - strings: this is hot
+            return self.but_for_case(os.path.join(inner, name))
         match = next((n for n in self.names(folder) if n.lower() == name.lower()), None)
-        return os.path.join(folder, match) if match else None  # noqa: PTH118
+        return os.path.join(folder, match) if match else None
 
     def _folder(self, path: str) -> str | None:
         if path not in self._almost:

@@ -105,7 +105,7 @@ def _region(span: Span) -> dict[str, int]:
 
 def relative(path: str) -> str:
     """A path relative to the working directory where it lies within, with forward slashes."""
-    absolute = Path(os.path.abspath(path))  # noqa: PTH100 - keeps symbolic links
+    absolute = Path(os.path.abspath(path))
     here = Path.cwd()
     return (absolute.relative_to(here) if absolute.is_relative_to(here) else absolute).as_posix()
 

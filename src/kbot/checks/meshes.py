@@ -73,8 +73,8 @@ def _expected(context: Context, uri: str) -> str:
         return ""
     if mark and scheme in ("package", "model"):
         name, _, inner = rest.partition("/")
-        return os.path.join(context.packages.find(name), inner)  # noqa: PTH118 - strings: this is hot
-    return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)  # noqa: PTH118, PTH120
+        return os.path.join(context.packages.find(name), inner)
+    return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)
 
 
 @rule("G102", "mesh-case", Severity.ERROR, "robot")
@@ -101,7 +101,7 @@ def mesh_case(context: Context) -> Found:
         folder, name = os.path.split(expected)
         if not expected or name in context.folders.names(folder):
             continue
-        found = os.path.basename(context.folders.but_for_case(expected) or "")  # noqa: PTH119
+        found = os.path.basename(context.folders.but_for_case(expected) or "")
         if found.lower() == name.lower():
             yield Finding(
                 mesh.origin,

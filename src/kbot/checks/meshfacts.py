@@ -33,7 +33,7 @@ def unreadable(path: str) -> str:
 
 def _facts_of(path: str) -> MeshFacts | str:
     try:
-        stat = os.stat(path)  # noqa: PTH116 - hot
+        stat = os.stat(path)
     except OSError as error:
         return f"{path}: {error.strerror}"
     return _read(path, stat.st_mtime_ns, stat.st_size)

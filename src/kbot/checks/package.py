@@ -33,7 +33,7 @@ def entry_points(folder: str) -> list[str]:
                 texts[file] = read_source(file).text
             except DescriptionError:
                 texts[file] = ""
-            included.update(os.path.basename(name) for name in _INCLUDE.findall(texts[file]))  # noqa: PTH119
+            included.update(os.path.basename(name) for name in _INCLUDE.findall(texts[file]))
     found = [f for f in files if f.name == "package.xml" or f.name.endswith(LAUNCH)]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:

@@ -7,6 +7,7 @@ import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import click
 
@@ -126,10 +127,11 @@ def _jobs(
 ) -> list[_Job]:
     """A file once, or with each set of arguments that its configuration gives; all of a folder's files."""
     path = _place(resolve_robot_path(file), packages)
-    whole = os.path.isdir(path)  # noqa: PTH112
+    whole = Path(path).is_dir()
     jobs = []
     for one in entry_points(path) if whole else [path]:
-        config = with_choice(load_config(os.path.dirname(os.path.abspath(one))), *choice)  # noqa: PTH100, PTH120
+        folder = os.path.dirname(os.path.abspath(one))  # noqa: PTH100, PTH120 - keeps symbolic links
+        config = with_choice(load_config(folder), *choice)
         matrix = config.arguments if whole and config.arguments and not arguments else ({},)
         jobs += [_Job(one, {**given, **arguments}, config, packages) for given in matrix]
     return jobs
@@ -137,7 +139,7 @@ def _jobs(
 
 def _place(word: str, packages: Packages) -> str:
     """A path as it is; a word that is none but a package's name becomes the package's folder."""
-    if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110
+    if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110 - any text will do
         return word
     try:
         folder = packages.find(word)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import click
 
@@ -96,9 +97,7 @@ def _write(path: str | None, text: str) -> None:
     if path is None:
         sys.stdout.write(text)
         return
-    folder = os.path.dirname(path)  # noqa: PTH120
-    if folder:
-        os.makedirs(folder, exist_ok=True)  # noqa: PTH103
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
     write_text(path, text)
 
 

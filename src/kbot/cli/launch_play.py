@@ -50,7 +50,7 @@ def play_alone(plan: Plan, staged: Stage, wishes: Wishes) -> int:
     def end() -> None:
         is_over[0] = True
 
-    tell: Callable[[str], None] = lambda text: click.echo(text, err=True)  # noqa: E731
+    tell: Callable[[str], None] = lambda text: click.echo(text, err=True)  # noqa: E731 - given on as it is
     wishes = live_for_programs(staged.programs, wishes)
     with ExitStack() as stack:
         players = [

@@ -69,7 +69,7 @@ def print_json(value: object) -> None:
 def keep_sources(output: str, sources: Iterable[str]) -> None:
     """Refuse to write a result over a file that it is made from. Raises KbotError."""
     place = os.path.realpath(output)
-    if os.path.isfile(place) and place in map(os.path.realpath, sources):  # noqa: PTH113
+    if os.path.isfile(place) and place in map(os.path.realpath, sources):  # noqa: PTH113 - any text will do
         fail(f"{output} is a file that this is made from, and would be lost: write to another")
 
 

@@ -45,7 +45,8 @@ def _open_what_is_closed() -> None:
     the next file to be opened would be written to in its place."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115
+            null = open(os.devnull, mode, encoding="utf-8")  # noqa: PTH123, SIM115 - until the program ends
+            setattr(sys, name, null)
 
 
 def _expand_plainly(words: Sequence[str]) -> bool:

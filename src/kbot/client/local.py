@@ -33,7 +33,7 @@ class LocalTransport:
         self._thread = threading.Thread(target=self._hear, daemon=True, name="kbot-local")
         self._thread.start()
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
         with self._lock:
             if not self._asks.call("/rosapi/has_param", name=name).get("exists"):
                 return None

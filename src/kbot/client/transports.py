@@ -68,7 +68,7 @@ class _Ros1:
         self._bridge = Ros1Bridge(link, node=self._node, own_master=False)
         self.uses_sim_time = bool(self.parameter("/use_sim_time"))
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
         from kbot.bridges.ros1.rpc import RpcFailed, call
 
         try:
@@ -91,7 +91,7 @@ class _Ros2:
         self._bridge = ros2_bridge(link, None, node.full_name)
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - the same
         return None  # a node of ROS 2 has its parameters from its command line alone
 
     def close(self) -> None:

@@ -195,7 +195,7 @@ def _section(file: _File, node: str) -> dict[str, Setting]:
             elif names.matches(name, node):
                 flatten(value["ros__parameters"], "", (*below, "ros__parameters"))
 
-    def flatten(values: Any, prefix: str, keys: Keys) -> None:  # noqa: ANN401 - whatever YAML can hold
+    def flatten(values: Any, prefix: str, keys: Keys) -> None:
         for key, value in values.items() if isinstance(values, dict) else ():
             below = (*keys, str(key))
             if isinstance(value, dict):

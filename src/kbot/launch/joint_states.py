@@ -92,7 +92,7 @@ class _Reader:
         names = (key.split("/")[1] for key in self._params if key.startswith(f"{name}/"))
         return list(dict.fromkeys(names))
 
-    def _value(self, name: str, default: Any) -> Any:  # noqa: ANN401 - whatever YAML can hold
+    def _value(self, name: str, default: Any) -> Any:
         param = self._params.get(name)
         return default if param is None else param.value
 

@@ -148,7 +148,7 @@ class Parameters:
     def _spread(
         self,
         name: str,
-        value: Any,  # noqa: ANN401 - whatever YAML can hold
+        value: Any,
         origin: Origin,
         written: Mapping[Keys, Origin],
         keys: Keys = (),

@@ -33,7 +33,7 @@ def load_placed_yaml(source: Source) -> tuple[Any, Mapping[Keys, Span]]:
     return data, _find(root, source, yaml)
 
 
-def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:  # noqa: ANN401
+def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:
     """What an alias repeats has its place where it is first met, so that aliases of aliases cost nothing."""
     places: dict[Keys, Span] = {}
     seen: set[int] = set()
@@ -54,6 +54,6 @@ def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:  # noqa: AN
     return places
 
 
-def _span(node: Any, source: Source) -> Span:  # noqa: ANN401 - a class of a library without types for it
+def _span(node: Any, source: Source) -> Span:
     start, end = (source.offset(mark.line + 1, mark.column + 1) for mark in (node.start_mark, node.end_mark))
     return Span(source, start, end)

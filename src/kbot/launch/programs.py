@@ -137,7 +137,7 @@ def _imports(tree: ast.Module, folder: Path, package: Path) -> set[str]:
 def _interpreters() -> tuple[str, ...]:
     """Our own Python, then the machine's, which a ROS is installed for."""
     other = shutil.which("python3") or shutil.which("python")
-    system = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else None  # noqa: PTH110
+    system = "/usr/bin/python3" if Path("/usr/bin/python3").exists() else None
     return tuple(dict.fromkeys(python for python in (sys.executable, other, system) if python))
 
 

@@ -165,7 +165,7 @@ class _Names:
             "arg": lambda name: convert(scope.arg(name), "auto"),
         }
 
-    def lookup(self, name: str) -> Any:  # noqa: ANN401 - whatever an expression can hold
+    def lookup(self, name: str) -> Any:
         if name in self._known:
             return self._known[name]
         if name in self._scope.arguments:

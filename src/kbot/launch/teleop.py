@@ -154,7 +154,7 @@ class _Params:
     def _full(self, name: str) -> str:
         return names.canonical(names.join(self._node.namespace, name))
 
-    def value(self, name: str, default: Any) -> Any:  # noqa: ANN401 - whatever YAML can hold
+    def value(self, name: str, default: Any) -> Any:
         if name in self._words:
             return self._words[name]
         return self._params[name].value if name in self._params else default

@@ -12,7 +12,7 @@ _ANGLE = re.compile(r"\s*(rad|deg)?\(?([^()]*)\)?\s*\Z")
 _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+|pi))\s*\Z")
 
 
-def convert(text: str, type_: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
+def convert(text: str, type_: str) -> Any:
     """The value a text stands for, by one of TYPES.
 
     Raises:
@@ -37,7 +37,7 @@ def convert(text: str, type_: str) -> Any:  # noqa: ANN401 - whatever YAML can h
     raise ValueError(f"'{type_}' is no type of parameter; it is one of {', '.join(TYPES)}")
 
 
-def load_yaml(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
+def load_yaml(text: str) -> Any:
     """YAML, with `deg(…)` and `rad(…)` turned into radians.
 
     Raises:
@@ -88,7 +88,7 @@ def _guessed(text: str) -> bool | int | float | str:
 _loader_class: type | None = None
 
 
-def yaml_loader() -> Any:  # noqa: ANN401 - a class of a library without types for it
+def yaml_loader() -> Any:
     """PyYAML's class that reads YAML as rosparam does."""
     global _loader_class
     if _loader_class is None:

@@ -138,7 +138,7 @@ class Entry:
         """The message with the fields of its type. Raises KbotError: the bytes are no such message."""
         return self._converted(self._types.ros2.deserialize_cdr, self.cdr)
 
-    def _converted(self, convert: Callable[[bytes, str], Any], data: bytes) -> Any:  # noqa: ANN401
+    def _converted(self, convert: Callable[[bytes, str], Any], data: bytes) -> Any:  # noqa: ANN401 - of the type that is recorded
         from rosbags.serde import SerdeError
 
         try:

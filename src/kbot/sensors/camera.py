@@ -73,7 +73,7 @@ class CameraSensor(Sensor[Image]):
         )
         self.latest_depth: Image | None = None
 
-    def _bind(self, model: Any) -> None:  # noqa: ANN401
+    def _bind(self, model: Any) -> None:
         super()._bind(model)
         spec = self.spec
         fovy = 2.0 * math.atan(spec.height / 2.0 / spec.focal_length)

@@ -44,7 +44,7 @@ class ContactSensor(Sensor[Bool]):
         self._ground_bodies = {b.name for b in simulation.world.bodies if all(p.ground for p in b.parts)}
         super().__init__(simulation, spec)
 
-    def _bind(self, model: Any) -> None:  # noqa: ANN401
+    def _bind(self, model: Any) -> None:
         super()._bind(model)
         own = own_geometries(model, self.owner)
         self._own = np.zeros(model.ngeom, dtype=bool)

@@ -23,7 +23,7 @@ MISSING = (
 class Canvas:
     """Draws the one camera of a model. Raises KbotError where there is no OpenGL off screen."""
 
-    def __init__(self, model: Any, width: int, height: int, shadows: bool = False) -> None:  # noqa: ANN401
+    def __init__(self, model: Any, width: int, height: int, shadows: bool = False) -> None:
         self._gl = _context(width, height)
         self._model = model
         with self._current():
@@ -40,7 +40,7 @@ class Canvas:
         self._colours = np.empty((height, width, 3), dtype=np.uint8)
         self._depths = np.empty((height, width), dtype=np.float32)
 
-    def draw(self, data: Any) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:  # noqa: ANN401
+    def draw(self, data: Any) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height, width, 3) and distances along the camera's axis (height, width) in m, inf where
         nothing is; rows from the top."""
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
@@ -66,7 +66,7 @@ class Canvas:
             yield
 
 
-def _context(width: int, height: int) -> Any:  # noqa: ANN401
+def _context(width: int, height: int) -> Any:
     try:
         if sys.platform.startswith("linux"):
             from mujoco.egl import GLContext

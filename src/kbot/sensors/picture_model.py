@@ -74,7 +74,7 @@ class PictureModel:
         self.data.mocap_pos[at] = pose.translation
         self.data.mocap_quat[at] = wxyz(pose)
 
-    def _add_world(self, spec: Any) -> None:  # noqa: ANN401 - the engine has no types
+    def _add_world(self, spec: Any) -> None:
         self._moving = [f"/{b.name}" for b in self._simulation.world.bodies if not b.is_static]
         for body in self._simulation.world.bodies:
             added = spec.worldbody.add_body(
@@ -86,7 +86,7 @@ class PictureModel:
             for part in body.parts:
                 _add(spec, added, part.shape, part.pose, part.rgba)
 
-    def _add_robot(self, spec: Any, robot: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401
+    def _add_robot(self, spec: Any, robot: str) -> Iterator[tuple[str, str]]:
         """Those of its links that are seen."""
         description = self._simulation.robots[robot].robot
         colours = link_colours(description)
@@ -101,7 +101,7 @@ class PictureModel:
                 _add(spec, added, visual.geometry, pose, known or GREY)
 
 
-def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: tuple[float, ...]) -> None:  # noqa: ANN401
+def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: tuple[float, ...]) -> None:
     """What cannot be drawn is left out: the simulation has warned of it."""
     try:
         if isinstance(shape, Mesh | WorldMesh):
@@ -118,7 +118,7 @@ def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: t
     geom.rgba = rgba
 
 
-def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:  # noqa: ANN401
+def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:
     """Triangles as they are; Raises KbotError for a file that is not there or not readable."""
     if isinstance(shape, WorldMesh):
         vertices, faces = shape.vertices, shape.faces.astype(np.int64)

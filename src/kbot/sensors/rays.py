@@ -51,8 +51,8 @@ class Rays:
 
     def cast(
         self,
-        model: Any,  # noqa: ANN401
-        data: Any,  # noqa: ANN401
+        model: Any,
+        data: Any,
         place: NDArray[np.float64],
         axes: NDArray[np.float64],
         most: float,
@@ -80,7 +80,7 @@ class Rays:
             np.minimum(found, boxes, out=found)
         return found
 
-    def _look_at(self, model: Any, data: Any) -> None:  # noqa: ANN401
+    def _look_at(self, model: Any, data: Any) -> None:
         """Sort what is around by how it is met best."""
         self._own = own_geometries(model, self._robot)
         others = np.setdiff1d(np.arange(model.ngeom), self._own)
@@ -102,7 +102,7 @@ class Rays:
         if 0 < len(others) <= _MOST_COPIED and are_simple(model, others):
             self._others = Surroundings(model, data, others)
 
-    def _ask_engine(self, model: Any, data: Any, place: NDArray[np.float64], most: float) -> None:  # noqa: ANN401
+    def _ask_engine(self, model: Any, data: Any, place: NDArray[np.float64], most: float) -> None:
         count = len(self._distance)
         if self._others is not None:
             self._others.follow(data)

@@ -189,8 +189,8 @@ def _force_torque(values: Values, common: dict[str, Any]) -> Spec:
     direction = values.word("child_to_parent", directions, "force_torque/measure_direction")
     return ForceTorque(
         joint=common.pop("link"),
-        axes=axes,  # type: ignore[arg-type]
-        direction=direction,  # type: ignore[arg-type]
+        axes=axes,  # type: ignore[arg-type]  # one of the three words
+        direction=direction,  # type: ignore[arg-type]  # the same
         force=values.noise("force_torque/force/x/noise"),
         torque=values.noise("force_torque/torque/x/noise"),
         **common,

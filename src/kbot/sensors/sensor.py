@@ -176,7 +176,7 @@ class Sensor(ABC, Generic[M]):
             self._body_axes: NDArray[np.float64] = data.xmat[self._body].reshape(3, 3)
         return model, data
 
-    def _bind(self, model: Any) -> None:  # noqa: ANN401 - the engine has no types
+    def _bind(self, model: Any) -> None:
         """Look up what it needs in a model of the engine's."""
         name = f"{self.owner}/{self.spec.link}"
         self._body: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
@@ -190,7 +190,7 @@ class Sensor(ABC, Generic[M]):
         return model, data, self._body_place + rotation.dot(self._offset), rotation.dot(self._rotation)
 
 
-def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:  # noqa: ANN401
+def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:
     """The engine's indices of a robot's shapes."""
     prefix = f"{robot}/"
     bodies = np.array([model.body(b).name.startswith(prefix) for b in range(model.nbody)])

@@ -15,7 +15,7 @@ _SIMPLE = (
 )  # fmt: skip
 
 
-def are_simple(model: Any, shapes: NDArray[np.intp]) -> bool:  # noqa: ANN401 - the engine has no types
+def are_simple(model: Any, shapes: NDArray[np.intp]) -> bool:
     """Whether these shapes of a model can be copied by their sizes alone."""
     known = np.isin(model.geom_type[shapes], [int(kind) for kind in _SIMPLE])
     return bool(known.all() and (model.geom_matid[shapes] < 0).all())
@@ -24,7 +24,7 @@ def are_simple(model: Any, shapes: NDArray[np.intp]) -> bool:  # noqa: ANN401 - 
 class Surroundings:
     """Some of the shapes of a model in a model of their own."""
 
-    def __init__(self, model: Any, data: Any, shapes: NDArray[np.intp]) -> None:  # noqa: ANN401
+    def __init__(self, model: Any, data: Any, shapes: NDArray[np.intp]) -> None:
         """`shapes` (n,): the engine's indices of simple ones."""
         spec = mujoco.MjSpec()
         spec.memory = 1_000_000 + 200 * len(shapes)
@@ -39,11 +39,11 @@ class Surroundings:
         self._here, self._there = np.flatnonzero(moving), shapes[moving]
         self._copy(data, np.arange(len(shapes)), shapes)
 
-    def follow(self, data: Any) -> None:  # noqa: ANN401
+    def follow(self, data: Any) -> None:
         """Put what can move where it is now."""
         if len(self._here):
             self._copy(data, self._here, self._there)
 
-    def _copy(self, data: Any, here: NDArray[np.intp], there: NDArray[np.intp]) -> None:  # noqa: ANN401
+    def _copy(self, data: Any, here: NDArray[np.intp], there: NDArray[np.intp]) -> None:
         self.data.geom_xpos[here] = data.geom_xpos[there]
         self.data.geom_xmat[here] = data.geom_xmat[there]

@@ -144,7 +144,7 @@ def plan_of(
     return RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
 
 
-def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> None:  # noqa: ANN401
+def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> None:
     root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
     lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
@@ -157,7 +157,7 @@ _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
 _SPEEDS = {0: 6, 1: 3, 2: 1, 3: 1}
 
 
-def _carry_over(old: Any, before: Any, new: Any, after: Any, prefix: str = "") -> None:  # noqa: ANN401
+def _carry_over(old: Any, before: Any, new: Any, after: Any, prefix: str = "") -> None:
     """Positions, speeds and servo states of everything that is in both models, by names that begin so."""
     after.time = before.time
     for index in range(old.njnt):

@@ -58,7 +58,7 @@ def _keep_quiet() -> None:
     config.set()
 
 
-def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:  # noqa: ANN401
+def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
@@ -80,7 +80,7 @@ def _refused(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)
 
 
-def _warned_of(text: str, model: Any, plans: Sequence[RobotPlan], world: World) -> Diagnostic:  # noqa: ANN401
+def _warned_of(text: str, model: Any, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     """A warning of the engine at the line of the joint it speaks of."""
     reason = text.partition(" Time = ")[0]
     degree = _DEGREE.search(text)

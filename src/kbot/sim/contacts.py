@@ -27,7 +27,7 @@ FRICTIONLESS = 1e-4
 """Below this coefficient a contact has no friction at all."""
 
 
-def set_surface(geom: Any, friction: float) -> None:  # noqa: ANN401 - the engine has no types
+def set_surface(geom: Any, friction: float) -> None:
     """Stiff contact with a sliding coefficient; no friction about the normal or in rolling."""
     geom.solref = SOLREF
     geom.solimp = SOLIMP
@@ -35,7 +35,7 @@ def set_surface(geom: Any, friction: float) -> None:  # noqa: ANN401 - the engin
     geom.priority, geom.condim = rank(friction)
 
 
-def set_spring(geom: Any, stiffness: float, damping: float, mass: float) -> None:  # noqa: ANN401
+def set_spring(geom: Any, stiffness: float, damping: float, mass: float) -> None:
     """Let a shape of a robot of `mass` (kg) sink in as a spring of `stiffness` (N/m) has it, each contact by
     its share of the weight; `damping` in N s/m, but no less than lets it not bounce. A stiff one is as stiff
     as the step allows.
@@ -55,32 +55,32 @@ def rank(friction: float) -> tuple[int, int]:
     return round(1e6 / (1.0 + max(friction, 0.0))), 3 if friction >= FRICTIONLESS else 1
 
 
-def as_ground(geom: Any) -> None:  # noqa: ANN401
+def as_ground(geom: Any) -> None:
     """Driven on: touches robots and what moves."""
     geom.contype, geom.conaffinity = GROUND, 0
 
 
-def as_obstacle(geom: Any, moving: bool) -> None:  # noqa: ANN401
+def as_obstacle(geom: Any, moving: bool) -> None:
     """Run into: touches robots, and what moves touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
 
 
-def as_robot(geom: Any, others: bool) -> None:  # noqa: ANN401
+def as_robot(geom: Any, others: bool) -> None:
     """A robot's shape: touches ground and obstacles, and robots too where there are `others`."""
     geom.contype, geom.conaffinity = ROBOT, GROUND | OBSTACLE | (ROBOT if others else 0)
 
 
-def as_tyre(geom: Any) -> None:  # noqa: ANN401
+def as_tyre(geom: Any) -> None:
     """The sphere with which a drive wheel meets the ground, and nothing else."""
     geom.contype, geom.conaffinity = 0, GROUND
 
 
-def as_rim(geom: Any, others: bool) -> None:  # noqa: ANN401
+def as_rim(geom: Any, others: bool) -> None:
     """A drive wheel's own shape: touches all but the ground."""
     geom.contype, geom.conaffinity = ROBOT, OBSTACLE | (ROBOT if others else 0)
 
 
-def with_own_kind(geom: Any) -> None:  # noqa: ANN401
+def with_own_kind(geom: Any) -> None:
     """Touches those links of its own robot that are marked so too."""
     geom.contype |= SELF
     geom.conaffinity |= SELF

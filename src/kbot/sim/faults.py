@@ -231,6 +231,6 @@ def _all(*ends: End) -> End:
     return end
 
 
-def _reckon_anew(model: Any) -> None:  # noqa: ANN401
+def _reckon_anew(model: Any) -> None:
     """Bring up to date what the engine keeps of masses; its own scratch, so that the run is untouched."""
     mujoco.mj_setConst(model, mujoco.MjData(model))

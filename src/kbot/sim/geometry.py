@@ -26,7 +26,7 @@ def wxyz(pose: Transform) -> tuple[float, float, float, float]:
     return real, x, y, z
 
 
-def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) -> Any:  # noqa: ANN401
+def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) -> Any:
     """Add a shape to a body at `body_from_shape`; the geometry weighs nothing.
 
     Raises:
@@ -72,7 +72,7 @@ def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
             return _TYPE.mjGEOM_MESH, ()
 
 
-def _mesh_of_file(spec: Any, mesh: Mesh) -> str:  # noqa: ANN401
+def _mesh_of_file(spec: Any, mesh: Mesh) -> str:
     if mesh.path is None:
         raise KbotError(f"the mesh {mesh.uri} is not found")
     name = f"{mesh.path} {mesh.scale}"
@@ -81,7 +81,7 @@ def _mesh_of_file(spec: Any, mesh: Mesh) -> str:  # noqa: ANN401
     return name
 
 
-def _mesh_of_points(spec: Any, mesh: w.Mesh) -> str:  # noqa: ANN401
+def _mesh_of_points(spec: Any, mesh: w.Mesh) -> str:
     name = mesh_name(mesh.vertices)
     if spec.mesh(name) is None:
         _add_mesh(spec, name, mesh.vertices)
@@ -96,7 +96,7 @@ def mesh_name(*arrays: NDArray[Any]) -> str:
     return f"mesh {made_of.hexdigest()}"
 
 
-def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> None:  # noqa: ANN401
+def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> None:
     """Points whose convex hull is touched."""
     points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
     if len(points) < 4 or _is_flat(points):
@@ -114,7 +114,7 @@ def _is_flat(points: NDArray[np.float64]) -> bool:
     return bool(spread[-1] <= 1e-9 * spread[0])
 
 
-def _add_height_field(spec: Any, field: w.HeightField) -> str:  # noqa: ANN401
+def _add_height_field(spec: Any, field: w.HeightField) -> str:
     heights = np.asarray(field.heights, dtype=np.float64)
     low, high = float(heights.min()), float(heights.max())
     if low < -1e-9:

@@ -17,7 +17,7 @@ SMALLEST = 1e-14
 """Kilograms, or kg m^2: less than this the engine takes for nothing."""
 
 
-def set_inertial(body: Any, link: Link, findings: Findings) -> None:  # noqa: ANN401 - the engine's own
+def set_inertial(body: Any, link: Link, findings: Findings) -> None:
     """Give a body its link's mass, centre of mass and inertia; a link without inertial weighs nothing."""
     inertial = link.inertial
     if inertial is None or inertial.mass == 0.0:

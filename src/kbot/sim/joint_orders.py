@@ -13,7 +13,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
-def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interface]:  # noqa: ANN401
+def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interface]:
     """Raises KbotError for what is no mapping of joints, or an interface that joints do not have."""
     if not isinstance(values, Mapping):
         raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {shortened(values)}")
@@ -27,7 +27,7 @@ def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interf
         raise KbotError(f"joints have no interface {shortened(interface)}: {hint}") from None
 
 
-def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[Point, ...]]:  # noqa: ANN401
+def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[Point, ...]]:
     """Raises KbotError for points that are none, or whose times do not grow."""
     if isinstance(joints, str) or not isinstance(joints, Sequence) or not isinstance(points, Sequence):
         raise KbotError("a trajectory is a list of joints and a list of points")
@@ -43,7 +43,7 @@ def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[
     return names, made
 
 
-def _point(point: Any, count: int) -> Point:  # noqa: ANN401
+def _point(point: Any, count: int) -> Point:
     if isinstance(point, str) or not isinstance(point, Sequence) or not 2 <= len(point) <= 4:
         raise KbotError(f"a point is a time, positions, and if wanted velocities, not {shortened(point)}")
     time, *lists = point

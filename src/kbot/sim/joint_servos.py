@@ -60,8 +60,8 @@ class JointServos:
     def __init__(
         self,
         robot: Robot,
-        model: Any,  # noqa: ANN401
-        data: Any,  # noqa: ANN401
+        model: Any,
+        data: Any,
         joints: Iterable[str],
         prefix: str,
         period: float,

@@ -18,7 +18,7 @@ _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _BALL = mujoco.mjtJoint.mjJNT_BALL
 
 
-def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:  # noqa: ANN401
+def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
     """Let a body move as its joint says. A planar joint slides in the plane across its axis and turns
     about it; the engine's joints of planar and floating ones are named `joint:x` and so on."""
     name = prefix + joint.name
@@ -51,7 +51,7 @@ def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
     _limit(added, joint, findings)
 
 
-def _limit(added: Any, joint: Joint, findings: Findings) -> None:  # noqa: ANN401
+def _limit(added: Any, joint: Joint, findings: Findings) -> None:
     if joint.type is JointType.CONTINUOUS or joint.limit is None:
         return
     lower, upper = limits(joint)
@@ -96,7 +96,7 @@ def held_pose(joint: Joint) -> Transform:
 
 
 def add_mimics(
-    spec: Any,  # noqa: ANN401
+    spec: Any,
     robot: Robot,
     held: frozenset[str],
     prefix: str,

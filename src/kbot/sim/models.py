@@ -260,7 +260,7 @@ def _is_ground(body: Body) -> bool:
     return any(isinstance(part.shape, Plane | HeightField) for part in body.parts)
 
 
-def _edges(size: Any) -> tuple[float, float, float]:  # noqa: ANN401
+def _edges(size: Any) -> tuple[float, float, float]:
     edges = vector("the size of a box in m", size, LARGEST)
     if min(edges) < SMALLEST:
         raise KbotError(f"the edges of a box are {SMALLEST:g} to {LARGEST:g} m long, not {shortened(size)}")

@@ -29,17 +29,17 @@ class Numbers(Protocol):
     def __setitem__(self, index: int, value: float, /) -> None: ...
 
 
-def numbers(array: Any) -> Numbers:  # noqa: ANN401 - a float64 array of the engine
+def numbers(array: Any) -> Numbers:
     """A view of a one-dimensional array; reading one number is three times as fast as by numpy."""
     return cast(Numbers, memoryview(array))
 
 
-def shortened(value: Any) -> str:  # noqa: ANN401
+def shortened(value: Any) -> str:
     """What somebody gave, for a message."""
     return reprlib.repr(value)
 
 
-def is_finite(value: Any) -> bool:  # noqa: ANN401 - whatever a caller gives
+def is_finite(value: Any) -> bool:
     """Whether it is a finite number, and a number at all."""
     if type(value) is float:
         return math.isfinite(value)
@@ -49,19 +49,19 @@ def is_finite(value: Any) -> bool:  # noqa: ANN401 - whatever a caller gives
         return False
 
 
-def is_within(value: Any, most: float) -> bool:  # noqa: ANN401
+def is_within(value: Any, most: float) -> bool:
     """Whether it is a number from `-most` to `most`."""
     return is_finite(value) and -most <= value <= most
 
 
-def positive(what: str, value: Any, most: float) -> float:  # noqa: ANN401
+def positive(what: str, value: Any, most: float) -> float:
     """The number, which is above zero and at most `most`. Raises KbotError where it is not."""
     if not (is_within(value, most) and value > 0.0):
         raise KbotError(f"{what} is a finite number above zero and at most {most:g}, not {shortened(value)}")
     return float(value)
 
 
-def vector(what: str, values: Any, most: float) -> Vector:  # noqa: ANN401
+def vector(what: str, values: Any, most: float) -> Vector:
     """The three numbers, each from `-most` to `most`. Raises KbotError where they are not."""
     try:
         x, y, z = values

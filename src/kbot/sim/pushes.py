@@ -17,7 +17,7 @@ class Push(NamedTuple):
     until: int
 
 
-def apply(model: Any, data: Any, pushes: Iterable[Push]) -> None:  # noqa: ANN401 - the engine's own
+def apply(model: Any, data: Any, pushes: Iterable[Push]) -> None:
     """Make these, and no others, act in the engine."""
     data.xfrc_applied[:] = 0.0
     for push in pushes:

@@ -70,7 +70,7 @@ class SimulatedRobot(RobotJoints):
             self._controller = TwistController(reckoned, settings.limits, fastest, period)
             self._odometry = WheelOdometry(reckoned)
 
-    def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
+    def bind(self, model: Any, data: Any) -> None:
         """Look up this robot's places in a compiled model; joints go on as they were told."""
         super().bind(model, data)
         rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None

@@ -46,7 +46,7 @@ class RobotBody:
         self._turns = 0
         self._is_left = True
 
-    def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
+    def bind(self, model: Any, data: Any) -> None:
         """Look up this robot's places in a compiled model."""
         self._model, self._data = model, data
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)

@@ -44,7 +44,7 @@ class RobotPlan:
         return f"{self.name}/"
 
 
-def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
+def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:
     """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
@@ -80,7 +80,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: 
 class _Shapes:
     """The shapes of one robot's links."""
 
-    def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:  # noqa: ANN401
+    def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)
@@ -91,7 +91,7 @@ class _Shapes:
             self.casters = plan.drive.casters
             self.tyres = _tyres(plan.robot, plan.drive)
 
-    def add(self, body: Any, link: Link) -> None:  # noqa: ANN401
+    def add(self, body: Any, link: Link) -> None:
         surface = self.surfaces.get(link.name, PLAIN)
         friction = 0.0 if link.name in self.casters else surface.friction
         if not surface.gravity:
@@ -124,7 +124,7 @@ class _Shapes:
             if link.name not in self.touching:
                 self.touching.append(link.name)
 
-    def _shape(self, body: Any, link: Link, collision: Collision) -> Any:  # noqa: ANN401
+    def _shape(self, body: Any, link: Link, collision: Collision) -> Any:
         pose = Transform.from_xyz_rpy(collision.pose.xyz, collision.pose.rpy)
         try:
             return add_shape(self.spec, body, collision.geometry, pose)

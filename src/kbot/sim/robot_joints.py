@@ -29,7 +29,7 @@ class JointHost(Frames, Protocol):
         """See `Simulation.follow_trajectory`."""
         ...
 
-    def serve(self, robot: Any) -> None:  # noqa: ANN401 - the whole robot
+    def serve(self, robot: Any) -> None:
         """Call the robot's `slew` when it is due, from now on."""
         ...
 
@@ -58,7 +58,7 @@ class RobotJoints(RobotBody):
         self._period, self._timestep = period, timestep
         self._is_bound = False
 
-    def bind(self, model: Any, data: Any) -> None:  # noqa: ANN401 - the engine has no types
+    def bind(self, model: Any, data: Any) -> None:
         """Look up this robot's places in a compiled model; joints go on as they were told."""
         told = self.joint_servos.save() if self._is_bound else None
         self._is_bound = True

@@ -21,7 +21,7 @@ LEAST_GRIP = 0.05
 
 
 def add_drive_servos(
-    spec: Any,  # noqa: ANN401
+    spec: Any,
     robot: Robot,
     drive: DifferentialDrive,
     prefix: str,
@@ -55,7 +55,7 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
 
 
-def add_joint_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:  # noqa: ANN401
+def add_joint_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:
     """A servo, without force until it is told something, on every other joint with a position."""
     for joint in robot.movable_joints:
         if joint.name in driven or joint.mimic is not None:

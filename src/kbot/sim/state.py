@@ -44,14 +44,14 @@ class State:
         return int(self.vector.nbytes + self.engine.nbuffer + self.engine.maxuse_arena)
 
 
-def copy_engine(model: Any, data: Any) -> Any:  # noqa: ANN401
+def copy_engine(model: Any, data: Any) -> Any:
     """All that the engine holds."""
     copy = mujoco.MjData(model)
     mujoco.mj_copyData(copy, model, data)
     return copy
 
 
-def restore_engine(model: Any, data: Any, copy: Any) -> None:  # noqa: ANN401
+def restore_engine(model: Any, data: Any, copy: Any) -> None:
     """Raises KbotError where the copy is of another model."""
     try:
         mujoco.mj_copyData(data, model, copy)
@@ -59,7 +59,7 @@ def restore_engine(model: Any, data: Any, copy: Any) -> None:  # noqa: ANN401
         raise KbotError("the state is that of another robot or world") from None
 
 
-def read_engine(model: Any, data: Any) -> NDArray[np.float64]:  # noqa: ANN401
+def read_engine(model: Any, data: Any) -> NDArray[np.float64]:
     """The engine's state as one vector."""
     vector = np.empty(mujoco.mj_stateSize(model, _EVERYTHING))
     mujoco.mj_getState(model, data, vector, _EVERYTHING)

@@ -51,7 +51,7 @@ class _Driven(NamedTuple):
 class SteeredServos:
     """As `WheelServos`, for wheels that steer."""
 
-    def __init__(self, model: Any, data: Any, drive: SteeredDrive, prefix: str) -> None:  # noqa: ANN401
+    def __init__(self, model: Any, data: Any, drive: SteeredDrive, prefix: str) -> None:
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
         self._radius, self._half = drive.radius, drive.separation / 2.0
@@ -183,7 +183,7 @@ class SteeredServos:
         return (ahead - across) / self._radius, (ahead + across) / self._radius
 
 
-def _aside(model: Any, joint: str) -> tuple[int, int]:  # noqa: ANN401
+def _aside(model: Any, joint: str) -> tuple[int, int]:
     """A steering joint's place and its actuator, which is made to hold its angle."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
     actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)

@@ -26,8 +26,8 @@ class SimulationDiverged(DescriptionError):
 
 
 def diverged(
-    model: Any,  # noqa: ANN401
-    data: Any,  # noqa: ANN401
+    model: Any,
+    data: Any,
     robots: Sequence[SimulatedRobot],
     time: float,
     last: float,

@@ -17,7 +17,7 @@ class WheelServos:
     simulation takes beside the engine.
     """
 
-    def __init__(self, model: Any, data: Any, drive: DifferentialDrive, prefix: str) -> None:  # noqa: ANN401
+    def __init__(self, model: Any, data: Any, drive: DifferentialDrive, prefix: str) -> None:
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
         places, commands = [], []
@@ -84,7 +84,7 @@ class WheelServos:
         return left, right
 
 
-def slack(model: Any, actuator: int) -> tuple[float, float]:  # noqa: ANN401
+def slack(model: Any, actuator: int) -> tuple[float, float]:
     """How far a servo's state may be ahead (rad), and how far behind it the wheel runs (s of its speed)."""
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])

@@ -22,7 +22,7 @@ PREFIX = "/"
 """A robot has a name before the slash, the world has none."""
 
 
-def add_world(spec: Any, world: w.World, findings: Findings) -> None:  # noqa: ANN401
+def add_world(spec: Any, world: w.World, findings: Findings) -> None:
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
@@ -47,11 +47,11 @@ def add_world(spec: Any, world: w.World, findings: Findings) -> None:  # noqa: A
 
 
 def _own_body(
-    spec: Any,  # noqa: ANN401
+    spec: Any,
     body: w.Body,
     moving_models: set[str],
     added: Mapping[str, tuple[Any, w.Body]],
-) -> Any:  # noqa: ANN401
+) -> Any:
     """The engine's body for one of the world; None for what stands still among itself, which is part of one
     body: a thousand bodies would be looked at every step."""
     if body.is_static and (not body.model or body.model not in moving_models):
@@ -69,7 +69,7 @@ def _own_body(
     return own
 
 
-def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:  # noqa: ANN401
+def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:
     """The bodies of one model do not touch each other, as in Gazebo."""
     mates: dict[str, list[w.Body]] = {}
     for body in bodies:
@@ -81,7 +81,7 @@ def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:  # noqa: ANN401
                 spec.add_exclude(bodyname1=PREFIX + one.name, bodyname2=PREFIX + other.name)
 
 
-def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> None:  # noqa: ANN401
+def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> None:
     """Hold two bodies together at each of a loop's points; what has no body of its own is the world."""
     poses = {name: body.pose for name, (_, body) in added.items()}
     first, second = (name if name in added else "" for name in (loop.first, loop.second))
@@ -95,7 +95,7 @@ def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> No
         stiffen(equality)
 
 
-def owner(model: Any, geom: int) -> str:  # noqa: ANN401
+def owner(model: Any, geom: int) -> str:
     """Whose shape it is: `/body` of the world, or `robot/link`."""
     name: str = model.geom(geom).name
     if name.startswith(PREFIX):
@@ -104,13 +104,13 @@ def owner(model: Any, geom: int) -> str:  # noqa: ANN401
 
 
 def _add_part(
-    spec: Any,  # noqa: ANN401
-    added: Any,  # noqa: ANN401
+    spec: Any,
+    added: Any,
     body: w.Body,
     part: w.Part,
     pose: Transform,
     findings: Findings,
-) -> Any:  # noqa: ANN401
+) -> Any:
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
         why = "a plane or a height field cannot move; make its model static"
         findings.warning("W106", f"'{body.name}' cannot be touched: {why}", part.origin or body.origin)
@@ -128,7 +128,7 @@ def _add_part(
     return geom
 
 
-def _weigh(added: Any, body: w.Body, mass: float, geoms: list[tuple[w.Part, Any]]) -> None:  # noqa: ANN401
+def _weigh(added: Any, body: w.Body, mass: float, geoms: list[tuple[w.Part, Any]]) -> None:
     if body.inertia is not None:
         added.explicitinertial = True
         added.mass = mass
@@ -159,7 +159,7 @@ def volume(shape: w.Shape) -> float:
     return 0.0
 
 
-def moving_bodies(model: Any, world: w.World) -> dict[str, int]:  # noqa: ANN401
+def moving_bodies(model: Any, world: w.World) -> dict[str, int]:
     """The engine's indices of the bodies that can move, by name."""
     kind = mujoco.mjtObj.mjOBJ_BODY
     return {
@@ -169,7 +169,7 @@ def moving_bodies(model: Any, world: w.World) -> dict[str, int]:  # noqa: ANN401
     }
 
 
-def body_pose(data: Any, body: int) -> Transform:  # noqa: ANN401
+def body_pose(data: Any, body: int) -> Transform:
     """`world_from_body` of a body by the engine's index."""
     w_, x, y, z = data.xquat[body]
     return Transform.from_quaternion_xyzw((x, y, z, w_), data.xpos[body])

@@ -19,7 +19,7 @@ _SHUT = 1e-6
 """Rad or m that a joint moves whose limits are one number."""
 
 
-def add_world_joint(spec: Any, body: Any, owner: str, joint: Joint) -> None:  # noqa: ANN401
+def add_world_joint(spec: Any, body: Any, owner: str, joint: Joint) -> None:
     """Let an engine's body move as the joint says; `owner` is the name of the world's body."""
     names = [f"/{owner}~{index}" for index in range(len(joint.freedoms))]
     for name, freedom in zip(names, joint.freedoms, strict=True):
@@ -31,20 +31,20 @@ def add_world_joint(spec: Any, body: Any, owner: str, joint: Joint) -> None:  # 
         stiffen(nut)
 
 
-def stiffen(equality: Any) -> None:  # noqa: ANN401
+def stiffen(equality: Any) -> None:
     """Let an equality hold as stiffly as the step allows."""
     equality.solref = (0.004, 1.0)
     equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
-def set_friction(joint: Any, friction: float) -> None:  # noqa: ANN401
+def set_friction(joint: Any, friction: float) -> None:
     """Dry friction in N m or N that creeps by micrometres, as contacts do; the engine's own creeps by cm."""
     joint.frictionloss = friction
     joint.solref_friction = SOLREF
     joint.solimp_friction = SOLIMP
 
 
-def _add(body: Any, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:  # noqa: ANN401
+def _add(body: Any, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:
     added = body.add_joint(name=name, type=_TYPES[freedom.motion], pos=anchor)
     if freedom.motion is not Motion.BALL:
         added.axis = freedom.axis

@@ -20,7 +20,7 @@ MAX_BYTES = 32 * 1024 * 1024
 _STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
 
-_unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039
+_unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039 - nobody writes into it
 
 
 @contextmanager
@@ -75,7 +75,7 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
 
 def _read_bytes(name: str, max_bytes: int) -> bytes:
     """A file's bytes, up to one more than may be. Never waits for a device or a pipe without an end."""
-    status = os.stat(name)  # noqa: PTH116 - no pathlib: this is read thousands of times
+    status = os.stat(name)
     is_pipe = stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:
         check_regular(name, status)
@@ -99,7 +99,7 @@ def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = 
     Raises:
         OSError: it is missing, a directory, a device, a pipe or a socket.
     """
-    mode = (status or os.stat(path)).st_mode  # noqa: PTH116
+    mode = (status or os.stat(path)).st_mode
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "it is a directory, not a file", os.fspath(path))
     if not stat.S_ISREG(mode):
@@ -108,10 +108,10 @@ def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = 
 
 def _missing(name: str) -> tuple[str, str]:
     """What is said of a file that is not there, and the hint."""
-    if os.path.islink(name):  # noqa: PTH114
-        return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""  # noqa: PTH115
+    if os.path.islink(name):
+        return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
     folder, _, last = name.rpartition("/")
-    siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []  # noqa: PTH112, PTH208
+    siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []
     return f"{name} does not exist", did_you_mean(last, siblings)
 
 

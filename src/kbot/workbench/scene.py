@@ -188,7 +188,7 @@ def _joint(joint: Joint, control: Control) -> JointView:
     speed = joint.limit.velocity if joint.limit is not None else None
     return JointView(
         name=joint.name,
-        kind=joint.type.value,  # type: ignore[arg-type]
+        kind=joint.type.value,  # type: ignore[arg-type]  # a movable joint is of one of the three kinds
         child=joint.child,
         axis=tuple(joint.axis),
         lower=lower,

@@ -259,12 +259,13 @@ def _has_display() -> bool:
 
 async def _run_until_ended(server: Server, listening: socket.socket, ready: Callable[[], None]) -> None:
     """Serve until Ctrl-C or SIGTERM, which cancel the run in order where the loop can hear them."""
-    task = asyncio.current_task()
+    loop = asyncio.get_running_loop()
+    serving = loop.create_task(server.run(listening))
     for number in (signal.SIGINT, signal.SIGTERM):
         try:
-            asyncio.get_running_loop().add_signal_handler(number, task.cancel)  # type: ignore[union-attr]
+            loop.add_signal_handler(number, serving.cancel)
         except (NotImplementedError, RuntimeError, ValueError):
             break  # Windows, or not the main thread: Ctrl-C raises KeyboardInterrupt
     ready()
     with suppress(asyncio.CancelledError):
-        await server.run(listening)
+        await serving

@@ -64,7 +64,7 @@ def generate_kinds() -> str:
     return "\n".join(parts)
 
 
-def _spare(row: Any) -> Any:  # noqa: ANN401
+def _spare(row: Any) -> Any:  # noqa: ANN401 - rows of any class
     """Without what only files need."""
     if isinstance(row, dict):
         return {name: _spare(value) for name, value in row.items() if name != "rviz"}

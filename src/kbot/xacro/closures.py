@@ -119,8 +119,8 @@ def _attribute(node: ast.Attribute) -> Closure:
         try:
             return attribute(owner, name)
         except AttributeError as error:
-            error.candidates = public_names(owner)  # type: ignore[attr-defined]
-            error.wanted = name  # type: ignore[attr-defined]
+            error.candidates = public_names(owner)  # type: ignore[attr-defined]  # for the hint, where it is caught
+            error.wanted = name  # type: ignore[attr-defined]  # the same
             raise
 
     return get

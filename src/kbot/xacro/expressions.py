@@ -151,7 +151,7 @@ def _simple(match: re.Match[str]) -> Closure | None:
     if text is None:
         right = _operand(match["sign2"], match["name2"], match["keys2"], match["float2"], match["int2"])
     else:
-        right = lambda env: text  # noqa: E731
+        right = lambda env: text  # noqa: E731 - a closure as the others
     if right is None:
         return None
     if operator in _OPERATORS:

@@ -56,7 +56,7 @@ def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
     if _PATTERN.search(name):
         import glob
 
-        names = sorted(glob.glob(name))  # noqa: PTH207 - pathlib has other patterns
+        names = sorted(glob.glob(name))
         if not names:
             origin = locate(node, "filename", place.call, None)
             walk.run.warn_at("X204", f"no file matches '{name}'", origin)
@@ -69,7 +69,7 @@ def _include_file(
 ) -> None:
     run = walk.run
     if len(run.files) > run.limits.includes:
-        around = " -> ".join(os.path.basename(f) for f in run.files[-3:])  # noqa: PTH119
+        around = " -> ".join(os.path.basename(f) for f in run.files[-3:])
         raise run.budget.exceeded("includes", f"files include one another without end: {around}")
     target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
     try:

@@ -20,7 +20,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robots")  # noqa: PTH118, PTH120, PTH100
+SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robots")
 
 _NAME = re.compile(r"<name>\s*([^<]*?)\s*</name>")
 _SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
@@ -51,7 +51,7 @@ class Packages:
 
     def __init__(self, paths: Sequence[str | os.PathLike[str]] = (), around: str | None = None) -> None:
         # absolute, so that what is found there can be named in a file of any folder
-        self.paths = tuple(os.path.abspath(path) for path in paths)  # noqa: PTH100 - keeps symbolic links
+        self.paths = tuple(os.path.abspath(path) for path in paths)
         self.around = around
         self._found: dict[str, str] = {}
         self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}
@@ -83,7 +83,7 @@ class Packages:
         Raises:
             PackageNotFound: there is none of the name.
         """
-        taken = os.path.abspath(self.find(name))  # noqa: PTH100 - keeps symbolic links
+        taken = os.path.abspath(self.find(name))
         folders = [f for f in _package_folders(str(Path.cwd())) if package_name(f) == name]
         return tuple(f for f in folders if f != taken) if taken in folders else ()
 
@@ -101,7 +101,7 @@ class Packages:
         if separator and scheme in ("package", "model"):
             name, _, inner = rest.partition("/")
             try:
-                path = os.path.join(self.find(name), inner)  # noqa: PTH118 - no pathlib: this is hot
+                path = os.path.join(self.find(name), inner)
             except PackageNotFound:
                 return None
         elif separator and scheme == "file":
@@ -110,9 +110,9 @@ class Packages:
             return None
         else:
             anchor = os.fspath(beside or self.around or ".")
-            folder = anchor if os.path.isdir(anchor) else os.path.dirname(anchor)  # noqa: PTH112, PTH120
-            path = os.path.join(folder, uri)  # noqa: PTH118
-        return str(Path(path)) if os.path.exists(path) else None  # noqa: PTH110
+            folder = anchor if os.path.isdir(anchor) else os.path.dirname(anchor)
+            path = os.path.join(folder, uri)
+        return str(Path(path)) if os.path.exists(path) else None
 
     def names(self) -> list[str]:
         """Every package name that can be found, sorted."""
@@ -137,8 +137,8 @@ class Packages:
             if found:
                 return found
         for root in (*_split("ROS_PACKAGE_PATH"), *self._workspaces(), SHIPPED):
-            direct = os.path.join(root, name)  # noqa: PTH118
-            if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:  # noqa: PTH113, PTH118
+            direct = os.path.join(root, name)
+            if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:
                 return direct
             found = self._crawl(root).get(name)
             if found:
@@ -159,7 +159,7 @@ class Packages:
     def _workspaces(self) -> Iterator[str]:
         """Folders to crawl for packages: the one that holds the file's own package, and the working one."""
         if self.around:
-            folder = Path(os.path.abspath(self.around))  # noqa: PTH100 - keeps symbolic links
+            folder = Path(os.path.abspath(self.around))
             folder = folder if folder.is_dir() else folder.parent
             package = next((p for p in (folder, *folder.parents) if (p / "package.xml").is_file()), None)
             if package:

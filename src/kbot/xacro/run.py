@@ -83,9 +83,9 @@ class Run:
 
     def absolute(self, name: str) -> str:
         """A file name relative to the file being read, as a path."""
-        if os.path.isabs(name):  # noqa: PTH117
+        if os.path.isabs(name):
             return name
-        return os.path.join(os.path.dirname(self.file) if self.file else ".", name)  # noqa: PTH118, PTH120
+        return os.path.join(os.path.dirname(self.file) if self.file else ".", name)
 
     def read(self, name: str) -> Source:
         """Read a file that the description names.
@@ -93,7 +93,7 @@ class Run:
         Raises:
             DescriptionError: it is missing or unreadable.
         """
-        path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)  # noqa: PTH118
+        path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)
         source = read_source(path, self.limits.file_bytes)
         return source if path == name else Source(name, source.text)
 

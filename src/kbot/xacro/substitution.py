@@ -34,7 +34,7 @@ def substitute(content: str, run: Run) -> str:
             found, X115 a bracket or dollar sign in the wrong place.
     """
     if content == "cwd":
-        return os.path.abspath(run.root_dir)  # noqa: PTH100 - keeps symbolic links
+        return os.path.abspath(run.root_dir)
     if content.startswith("eval "):
         return _evaluate(content[5:], run)
     if not content:
@@ -124,7 +124,7 @@ def _optenv(run: Run, words: list[str]) -> str:
 
 
 def _dirname(run: Run, words: list[str]) -> str:
-    return os.path.abspath(os.path.dirname(run.file or ""))  # noqa: PTH100, PTH120 - keeps symbolic links
+    return os.path.abspath(os.path.dirname(run.file or ""))
 
 
 def _anon(run: Run, words: list[str]) -> str:

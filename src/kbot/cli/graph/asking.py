@@ -70,7 +70,7 @@ def full_name(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401
+def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
     """A value as it is written on a command line, as `example` is. Raises KbotError: it is no YAML."""
     import yaml
 

@@ -119,7 +119,7 @@ def _load(graph: GraphClient, prefix: str, values: dict[str, Any]) -> None:
             _set(graph, full, value)
 
 
-def _set(graph: GraphClient, name: str, value: Any) -> None:  # noqa: ANN401
+def _set(graph: GraphClient, name: str, value: Any) -> None:  # noqa: ANN401 - what a parameter can hold
     if value is None:
         fail(f"{name} is given no value; to take it away: kbot param delete {name}")
     try:

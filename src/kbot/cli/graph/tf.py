@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -157,8 +158,8 @@ def _plain(stamp: float, found: Transform) -> dict[str, object]:
 
 
 def _text(stamp: float, found: Transform) -> str:
-    def row(values: object, digits: int = 3) -> str:
-        return ", ".join(f"{value:.{digits}f}" for value in values)  # type: ignore[attr-defined]
+    def row(values: Iterable[float], digits: int = 3) -> str:
+        return ", ".join(f"{value:.{digits}f}" for value in values)
 
     return (
         f"At time {stamp:.3f}\n"

@@ -160,7 +160,7 @@ def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate:
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _part(message: object, field: str) -> Any:  # noqa: ANN401
+def _part(message: object, field: str) -> Any:  # noqa: ANN401 - whatever the field holds
     """`pose.pose.position` or `ranges[3]` of a message. Raises KbotError: it has no such part."""
     from kbot.text.suggest import did_you_mean
 

@@ -252,7 +252,7 @@ class Carrier:
                 self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
         self.nodes.append(node)
 
-    def _set(self, name: str, value: Any, origin: Origin) -> None:  # noqa: ANN401 - whatever YAML can hold
+    def _set(self, name: str, value: Any, origin: Origin) -> None:
         description = self.context.descriptions.get(value) if isinstance(value, str) else None
         self.params[name] = Param(names.canonical(name), value, origin, description)
 
@@ -278,7 +278,7 @@ class Carrier:
         self.nodes.append(node)
 
 
-def _ends_launch(on_exit: Any) -> bool:  # noqa: ANN401 - an action, several, or a function
+def _ends_launch(on_exit: Any) -> bool:
     reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
     return any(
         isinstance(reaction, act.Shutdown)
@@ -287,7 +287,7 @@ def _ends_launch(on_exit: Any) -> bool:  # noqa: ANN401 - an action, several, or
     )
 
 
-def _words(written: Any, context: Context) -> list[str]:  # noqa: ANN401 - whatever a launch file can give
+def _words(written: Any, context: Context) -> list[str]:
     """One word of a command, or all of a command line."""
     text = performed(written, context)
     return shlex.split(text) if isinstance(written, CommandLine) else [text]

@@ -84,7 +84,7 @@ class _Names:
         self._known = {name: value for name, value in vars(math).items() if not name.startswith("_")}
         self._known |= {function.__name__: function for function in harmless}
 
-    def lookup(self, name: str) -> Any:  # noqa: ANN401 - whatever an expression can hold
+    def lookup(self, name: str) -> Any:
         if name not in self._known:
             raise Fault("L014", f"the name '{name}' is not defined", "a text needs quotes around it", name)
         return self._known[name]

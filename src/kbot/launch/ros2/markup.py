@@ -60,7 +60,7 @@ def _no_launch(origin: Origin) -> Diagnostic:
     return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
 
 
-def _elements(node: Any, source: Source) -> list[Element | Text]:  # noqa: ANN401 - a YAML node
+def _elements(node: Any, source: Source) -> list[Element | Text]:
     """Elements of a YAML sequence of one-key mappings, as the XML of the same launch file has them."""
     import yaml
 
@@ -71,7 +71,7 @@ def _elements(node: Any, source: Source) -> list[Element | Text]:  # noqa: ANN40
     return found
 
 
-def _element(tag: str, node: Any, source: Source, key: Any) -> Element:  # noqa: ANN401 - YAML nodes
+def _element(tag: str, node: Any, source: Source, key: Any) -> Element:
     import yaml
 
     start = source.offset(key.start_mark.line + 1, key.start_mark.column + 1)

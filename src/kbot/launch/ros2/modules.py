@@ -49,7 +49,7 @@ _SOURCES = {
 class _Module(ModuleType):
     """A module that says which name it lacks, and which it has."""
 
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - it never returns
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         hint = did_you_mean(name, vars(self))
@@ -238,7 +238,7 @@ class PythonFiles:
             )
         raise DescriptionError([found])
 
-    def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:  # noqa: ANN401
+    def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:
         """`open`, remembering which text came from which robot file."""
         if mode in ("r", "rt") and Path(path).suffix in (".urdf", ".xacro", ".xml"):
             text = read_source(path).text

@@ -42,11 +42,11 @@ class RewrittenYaml(Substitution):
 
     def _rewritten(
         self,
-        value: Any,  # noqa: ANN401 - whatever YAML can hold
+        value: Any,
         path: str,
         values: Mapping[str, str],
         keys: Mapping[str, str],
-    ) -> Any:  # noqa: ANN401
+    ) -> Any:
         if isinstance(value, dict):
             return {
                 keys.get(str(key), key): self._rewritten(item, f"{path}.{key}".lstrip("."), values, keys)

@@ -32,7 +32,7 @@ def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:
     return tuple(_path(item, context) for item in given if not isinstance(item, Mapping))
 
 
-def _path(item: Any, context: Context) -> str:  # noqa: ANN401 - whatever a launch file can give
+def _path(item: Any, context: Context) -> str:
     return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
@@ -89,7 +89,7 @@ def _flat(values: Mapping[Any, Any], context: Context, prefix: str = "") -> dict
     return found
 
 
-def plain(value: Any, context: Context) -> Any:  # noqa: ANN401 - whatever YAML can hold
+def plain(value: Any, context: Context) -> Any:
     """A parameter's value: texts made of substitutions are read as YAML, unless a type is said."""
     if isinstance(value, ParameterValue):
         text = plain(value.value, context) if not is_value(value.value) else performed(value.value, context)
@@ -103,7 +103,7 @@ def plain(value: Any, context: Context) -> Any:  # noqa: ANN401 - whatever YAML 
     return str(value)
 
 
-def _typed(text: Any, type_: Any) -> Any:  # noqa: ANN401 - whatever YAML can hold
+def _typed(text: Any, type_: Any) -> Any:
     if not isinstance(text, str):
         return text
     if type_ is str:

@@ -268,7 +268,7 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
         return not self._is(context)
 
 
-def find_share(packages: Any, name: str) -> str:  # noqa: ANN401 - Packages
+def find_share(packages: Any, name: str) -> str:
     """A package's share folder, or that which stands in for a package KBot knows.
 
     Raises:

@@ -93,7 +93,7 @@ class _Maker:
         finally:
             self._open.pop()
 
-    def _value(self, node: Any) -> Any:  # noqa: ANN401
+    def _value(self, node: Any) -> Any:  # noqa: ANN401 - what YAML holds
         if isinstance(node, self._yaml.MappingNode):
             return {str(self.make(key).plain): self.make(value) for key, value in node.value}
         if isinstance(node, self._yaml.SequenceNode):

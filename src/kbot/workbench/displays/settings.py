@@ -215,7 +215,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e6
 
 
-def _of_type(fields: Mapping[str, Marked], name: str, kind: type, default: Any) -> Any:  # noqa: ANN401
+def _of_type(fields: Mapping[str, Marked], name: str, kind: type, default: Any) -> Any:  # noqa: ANN401 - of the kind that is asked for
     entry = fields.get(name)
     if entry is None:
         return default
