@@ -1,7 +1,5 @@
 import {
   Color,
-  DirectionalLight,
-  HemisphereLight,
   MathUtils,
   Mesh,
   MOUSE,
@@ -20,7 +18,7 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { Theme } from "../options";
-import { PALETTES } from "./palette";
+import { Lights } from "./lights";
 import { TILT, type Side } from "./sides";
 
 const FIELD_OF_VIEW = 32;
@@ -28,7 +26,6 @@ const FIELD_OF_VIEW = 32;
 const SHOWN = 50;
 /** How far from straight up one sees from below, in rad. */
 const LOWEST = MathUtils.degToRad(178);
-const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
 declare global {
   interface Window {
@@ -51,9 +48,7 @@ export class Stage {
   frames = 0;
   /** Whether there is anything to draw yet; before, a frame would only delay the first true one. */
   isReady = false;
-  private readonly sky = new HemisphereLight(0xffffff, 0x666666, SKY);
-  private readonly sun = new DirectionalLight(0xffffff, SUN);
-  private readonly fill = new DirectionalLight(0xffffff, FILL);
+  readonly lights: Lights;
   private readonly before: (() => void)[] = [];
   private readonly first: (() => void)[] = [];
   private readonly after: (() => void)[] = [];
@@ -79,12 +74,7 @@ export class Stage {
     canvas.tabIndex = 0;
     holder.append(canvas);
 
-    this.sun.castShadow = this.hasShadows;
-    this.sun.shadow.mapSize.set(2048, 2048);
-    this.sun.shadow.radius = 4;
-    this.sun.shadow.bias = -0.0004;
-    this.fill.position.set(-2, -1, 0.6);
-    this.scene.add(this.sky, this.sun, this.sun.target, this.fill);
+    this.lights = new Lights(this.scene, this.hasShadows);
 
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.zoomToCursor = true;
@@ -121,34 +111,12 @@ export class Stage {
   }
 
   setTheme(theme: Theme): void {
-    const palette = PALETTES[theme];
-    this.sky.color.set(palette.sky);
-    this.sky.groundColor.set(palette.ground);
+    this.lights.setTheme(theme);
     this.invalidate();
   }
 
   setBackground(colour: number | string): void {
     this.scene.background = new Color(colour);
-  }
-
-  /** How bright the lights are: 1 as at first. */
-  setLight(factor: number): void {
-    this.sky.intensity = SKY * factor;
-    this.sun.intensity = SUN * factor;
-    this.fill.intensity = FILL * factor;
-  }
-
-  /** Puts sun and shadow around a place. */
-  lightAround(centre: Vector3, radius: number): void {
-    this.sun.target.position.copy(centre);
-    this.sun.position.set(centre.x + radius * 1.6, centre.y - radius * 2.2, centre.z + radius * 4.5);
-    const shadow = this.sun.shadow.camera;
-    shadow.left = shadow.bottom = -radius * 2.2;
-    shadow.right = shadow.top = radius * 2.2;
-    shadow.near = radius;
-    shadow.far = radius * 12;
-    shadow.updateProjectionMatrix();
-    this.sun.shadow.normalBias = radius * 0.004;
   }
 
   get isOrthographic(): boolean {

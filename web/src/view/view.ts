@@ -168,7 +168,7 @@ export class View implements Picture {
     }
     this.lastSeen.copy(centre);
     const radius = this.app.scene.value?.radius ?? 1;
-    this.stage.lightAround(centre, radius * 1.5);
+    this.stage.lights.shineAround(centre, radius * 1.5);
     const { x, y } = this.root;
     if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, PALETTES[this.app.theme.value].shadow);
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
@@ -233,7 +233,7 @@ export class View implements Picture {
     const colour = background || PALETTES[this.app.theme.value].background;
     this.stage.setBackground(colour);
     this.ground.setBackground(colour);
-    this.stage.setLight(Number(displays.global("light")));
+    this.stage.lights.setBrightness(Number(displays.global("light")));
     this.ground.showFloor(displays.global("floor") === true);
     const before = this.centre();
     this.fixFrame();
