@@ -58,14 +58,7 @@ class WorldActions:
             case Delete(name=name):
                 sim.delete_model(model_of(sim, name))
             case MoveModel(name=name, x=x, y=y, z=z, yaw=yaw):
-                model = model_of(sim, name)
-                if model in sim.robots:
-                    sim.take_command(sim.robots[model], 0.0, 0.0, None) if sim.robots[
-                        model
-                    ].can_drive else None
-                    sim.set_pose(x, y, yaw, model)
-                else:
-                    sim.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
+                self._move(model_of(sim, name), x, y, z, yaw)
             case Kick(x=x, y=y, z=z):
                 sim.set_twist((x, y, z))
             case Disturb():
@@ -87,6 +80,16 @@ class WorldActions:
             return
         size = (asked.length, asked.width, asked.height) if asked.what == BOX else None
         sim.spawn_thing(asked.what, None, asked.x, asked.y, asked.z + DROP, asked.yaw, size)
+
+    def _move(self, model: str, x: float, y: float, z: float, yaw: float) -> None:
+        """A robot stands where it is put; a thing falls from there."""
+        robot = self._sim.robots.get(model)
+        if robot is None:
+            self._sim.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
+            return
+        if robot.can_drive:
+            robot.cmd_vel(0.0, 0.0)
+        self._sim.set_pose(x, y, yaw, model)
 
     def _disturb(self, asked: Disturb) -> None:
         sim = self._sim
