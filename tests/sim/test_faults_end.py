@@ -4,7 +4,8 @@ from math import inf
 
 import pytest
 
-from kbot.sim.faults import BlockedJoint, Payload, Slip
+from kbot.messages import Odometry
+from kbot.sim.faults import BlockedJoint, LostCommands, Payload, SilentTopic, Slip
 from kbot.text import KbotError
 
 
@@ -24,6 +25,21 @@ def test_of_two_loads_each_is_put_down_at_its_own_time(sim):
         sim.run(0.1)
     assert carried == pytest.approx([1.0, 3.0, 2.0, 0.0])
     assert mass(sim) == before
+
+
+def test_a_fault_for_later_leaves_the_one_that_acts(sim):
+    sim.schedule(SilentTopic("odom"), at=0.0, duration=0.3)
+    sim.schedule(SilentTopic("odom"), at=0.2, duration=0.3)
+    sim.schedule(LostCommands(0.5), at=0.0, duration=0.3)
+    sim.schedule(LostCommands(0.9), at=0.6, duration=0.1)
+    heard, lost = [], []
+    sim.bus.subscribe("odom", Odometry, lambda message: heard.append(sim.time))
+    for _ in range(8):
+        sim.run(0.05)
+        lost.append(sim.lost_commands)
+        sim.run(0.05)
+    assert heard[0] == pytest.approx(0.5, abs=0.021)  # odometry is told each 0.02 s
+    assert lost == [0.5, 0.5, 0.5, 0.0, 0.0, 0.0, 0.9, 0.0]
 
 
 def test_a_wheel_grips_again_after_two_faults_of_it(sim):

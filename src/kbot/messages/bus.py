@@ -130,14 +130,12 @@ class Bus:
         entry = self._topics.get(absolute(topic))
         return entry is not None and entry.latched
 
-    def mute(self, topic: str) -> None:
-        """Let nothing be heard on a topic until it is unmuted."""
-        self._topics[absolute(topic)].muted = True
+    def mute(self, topic: str, muted: bool = True) -> bool:
+        """Let nothing be heard on a topic, or let it be heard again; whether it was mute before."""
+        known = self._topics[absolute(topic)]
+        before, known.muted = known.muted, muted
         self.changes += 1
-
-    def unmute(self, topic: str) -> None:
-        self._topics[absolute(topic)].muted = False
-        self.changes += 1
+        return before
 
     def require(self, topic: str) -> type:
         """The type of a topic that must be there.

@@ -140,10 +140,10 @@ class LostCommands:
         _keep(self, share=float(self.share))
 
     def begin(self, simulation: Disturbed) -> End:
-        simulation.lost_commands = self.share
+        before, simulation.lost_commands = simulation.lost_commands, self.share
 
         def end() -> None:
-            simulation.lost_commands = 0.0
+            simulation.lost_commands = before
 
         return end
 
@@ -160,8 +160,12 @@ class SilentTopic:
 
     def begin(self, simulation: Disturbed) -> End:
         simulation.bus.require(self.topic)
-        simulation.bus.mute(self.topic)
-        return lambda: simulation.bus.unmute(self.topic)
+        before = simulation.bus.mute(self.topic)
+
+        def end() -> None:
+            simulation.bus.mute(self.topic, before)
+
+        return end
 
 
 @dataclass(frozen=True, slots=True)
