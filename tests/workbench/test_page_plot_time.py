@@ -158,7 +158,7 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     line(page).focus()
     page.keyboard.press("0")
     until(lambda: abs(np.ptp(table(page)[:, 0]) - np.ptp(rows[:, 0])) < 0.1)
-    assert line(page).get_attribute("aria-valuetext") == f"{page.evaluate('kbot.time'):.2f} s"
+    until(lambda: line(page).get_attribute("aria-valuetext") == f"{page.evaluate('kbot.time'):.2f} s")
 
 
 def test_the_line_and_the_values_are_of_the_moment_on_show(page: Any) -> None:
