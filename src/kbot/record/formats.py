@@ -12,6 +12,9 @@ from kbot.text import KbotError
 NOTES_TOPIC = "/kbot/recording"
 """Where formats without metadata of their own carry it, as JSON in a String."""
 
+FIRST_MOMENT = 1
+"""A bag of ROS 1 takes time 0 for "no time": what happened then is told to have happened 1 ns later."""
+
 Note = Callable[[str, dict[str, str]], None]
 
 

@@ -15,6 +15,7 @@ from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.branches import Branches
 from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
+from kbot.record.formats import FIRST_MOMENT
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
@@ -157,7 +158,7 @@ class _Comparison:
 
     def made(self, packet: Packet) -> None:
         recorded, at = self._recorded[packet.topic], self._at[packet.topic]
-        if at == 0 and packet.nanoseconds < recorded[0].nanoseconds:
+        if at == 0 and max(FIRST_MOMENT, packet.nanoseconds) < recorded[0].nanoseconds:
             return  # of a robot that came in the midst of the run: it was not heard at once
         self._at[packet.topic] += 1
         if self._difference or at >= len(recorded):

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 from rosbags.rosbag1 import Writer
 
 from kbot.messages.types import String
-from kbot.record.formats import NOTES_TOPIC, Recordable
+from kbot.record.formats import FIRST_MOMENT, NOTES_TOPIC, Recordable
 from kbot.wire import Packet
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
 
 LATCHED = frozenset({"/tf_static", "/robot_description", NOTES_TOPIC})
-FIRST_MOMENT = 1
-"""ROS 1 takes time 0 for "no time": what happened then is told to have happened 1 ns later."""
 
 
 class Ros1Writer:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from kbot.text import KbotError
 from kbot.workbench.timeline.history import KEPT_SECONDS
 
-EVERY = 1.0
+EVERY = 0.2
 """Seconds of the timeline between two states that are saved."""
-ALL_FOR, THEN_EVERY = 60.0, 5
-"""Seconds for which all are kept; of older ones every fifth is."""
+ALL_FOR, THEN_EVERY = 60.0, 25
+"""Seconds for which all are kept; of older ones every 25th is, one in 5 s."""
 MOST_BYTES = 200_000_000
 
 
