@@ -124,3 +124,34 @@ def test_what_cannot_be_done_is_one_clear_error(
     assert said in error
     assert "Traceback" not in error
     assert not Path("out.mcap").exists()
+
+
+def test_nothing_is_written_over_a_recording(
+    recording: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    whole = Path(recording).read_bytes()
+    for name in ("run.mcap", "other.mcap", "renamed.csv"):
+        Path(name).write_bytes(whole)
+    Path("link.csv").symlink_to("run.mcap")
+    assert run(["bag", "convert", "run.mcap", "folder"]) == 0
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    export = ("export", "run.mcap", "--topic", "/odom", "-o")
+    of_folder = ("export", "folder", "--topic", "/odom", "-o")
+    for words, said in (
+        ((*export, "run.mcap"), "run.mcap is the recording itself"),
+        ((*export, "./link.csv"), "link.csv is the recording itself"),
+        ((*export, "other.mcap"), "other.mcap is a recording"),
+        ((*export, "renamed.csv"), "renamed.csv is a recording"),
+        ((*export, "folder/metadata.yaml"), "folder/metadata.yaml is a recording"),
+        ((*of_folder, "folder/odom.csv"), "folder/odom.csv lies in the folder of the recording"),
+        ((*of_folder, "folder/folder.db3"), "lies in the folder of the recording"),
+        (("cut", "run.mcap", "run.mcap"), "run.mcap is the recording itself"),
+        (("convert", "folder", "folder/run.bag"), "folder/run.bag lies in the folder of the recording"),
+        (("convert", "folder", "folder/again"), "folder/again lies in the folder of the recording"),
+    ):
+        assert run(["bag", *words]) == 2, words
+        assert said in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    assert run(["bag", *export, "odom.csv"]) == 0
+    assert run(["bag", *export, "odom.csv"]) == 0  # a table is written anew

@@ -141,8 +141,12 @@ def export(
 ) -> None:
     """Write a topic as a table, one row a message, `time` in seconds first; or as a plot against time."""
     from kbot.record.export import Table
+    from kbot.record.writer import spare_recording, spare_recordings
     from kbot.text.files import write_bytes, write_text
 
+    if output is not None:
+        spare_recording(recording, output)
+        spare_recordings(output)
     kind = kind or {".svg": "svg", ".parquet": "parquet"}.get(Path(output or "").suffix.lower(), "csv")
     if kind == "parquet" and output is None:
         fail("a Parquet file is no text to print: name it with -o FILE")

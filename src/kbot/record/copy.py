@@ -11,7 +11,7 @@ from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.record.surroundings import WORLD_TOPIC
-from kbot.record.writer import open_writer
+from kbot.record.writer import open_writer, spare_recording
 from kbot.text import KbotError
 
 ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static", WORLD_TOPIC})
@@ -41,6 +41,7 @@ def copy_recording(
         KbotError: either file, a topic that is not there, or a time that ends before it starts.
     """
     recording = Recording(path)
+    spare_recording(path, target)
     if topics:
         recording.require_topics(topics)
     if start is not None and end is not None and end < start:

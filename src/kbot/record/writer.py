@@ -11,6 +11,9 @@ from kbot.text import KbotError
 
 SUFFIXES = {".mcap": "an MCAP file", ".bag": "a bag of ROS 1", "": "a folder as rosbag2 has it"}
 
+_ENDINGS = (".mcap", ".bag", ".bag.active", ".db3")
+_BEGINNINGS = (b"\x89MCAP", b"#ROSBAG V", b"SQLite format 3\0")
+
 
 def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     """A new recording: `.mcap`, `.bag` (ROS 1), or without suffix a rosbag2 folder.
@@ -43,6 +46,37 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     except OSError as error:
         remove_recording(target)
         raise KbotError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def spare_recording(recording: str, target: str) -> None:
+    """Make sure that what is made of a recording is written neither over it nor into its folder.
+
+    Raises:
+        KbotError: it would be.
+    """
+    source, file = Path(recording), Path(target)
+    with suppress(OSError, ValueError):
+        if file.exists() and file.samefile(source):
+            raise KbotError(f"{target} is the recording itself; name another file to write")
+        if source.is_dir() and file.resolve().is_relative_to(source.resolve()):
+            raise KbotError(f"{target} lies in the folder of the recording; name a file outside {recording}")
+
+
+def spare_recordings(target: str) -> None:
+    """Make sure that what is no recording is written over none. Raises KbotError: it would be."""
+    with suppress(OSError, ValueError):
+        if _is_a_recording(Path(target)):
+            raise KbotError(f"{target} is a recording, which nothing else is written over; name another file")
+
+
+def _is_a_recording(file: Path) -> bool:
+    """Whether there is one, or a part of one, by its first bytes, its name or its folder."""
+    if not file.is_file():
+        return False
+    if file.name.endswith(_ENDINGS) or (file.parent / "metadata.yaml").is_file():
+        return True
+    with file.open("rb") as stream:
+        return stream.read(16).startswith(_BEGINNINGS)
 
 
 def remove_recording(target: Path) -> None:
