@@ -92,3 +92,14 @@ def test_what_is_wrong_is_said_at_its_line(tmp_path: Path, param: str, said: str
     (note,) = found.notes
     assert note.origin is not None
     assert (note.code, note.message, note.origin.span.line) == ("L062", said, 2)
+
+
+@pytest.mark.parametrize("rate", ["1e-320", "0.009", "-1.0", "1e308"])
+def test_a_rate_that_no_node_keeps_is_one_finding(tmp_path: Path, rate: str) -> None:
+    param = f'<param name="autorepeat_rate" type="double" value="{rate}"/>'
+    found = staged(tmp_path, f'<node pkg="joy" type="joy_node" name="j">\n{param}\n</node>')
+    (note,) = found.notes
+    assert note.origin is not None
+    assert (note.code, note.origin.span.line) == ("L062", 2)
+    assert note.message == f"autorepeat_rate is 0, or from 0.01 to 1000 Hz, not {float(rate):g}"
+    assert found.by_hand.gamepads[0].repeat == 0.0

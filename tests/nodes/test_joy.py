@@ -105,6 +105,32 @@ def test_where_there_is_none_it_is_said_once_and_what_can_be_done(tmp_path: Path
     assert "the page's browser knows drives by its left stick; /joy is heard from peers" in line
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="it is there on Linux alone")
+@pytest.mark.parametrize(
+    ("device", "why"),
+    [
+        ("/dev/null", "it ends before the first event"),
+        ("/dev/zero", "what it tells is no event of a gamepad"),
+        ("/tmp", "it is neither a character device nor a FIFO"),
+        ("/dev/in\0put", "embedded null byte"),
+    ],
+)
+def test_what_is_no_gamepad_is_said_once_and_tried_again_after_a_while(
+    device: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tries, stat = list[str](), os.stat
+    monkeypatch.setattr("kbot.nodes.joy._AGAIN_SECONDS", 0.2)
+    monkeypatch.setattr("kbot.nodes.joy.os.stat", lambda path: (tries.append(path), stat(path))[1])
+    told: list[str] = []
+    started = time.monotonic()
+    joystick = Joystick(Gamepad("/joy", device), told.append)
+    until(lambda: len(tries) >= 3)
+    assert time.monotonic() - started >= 0.4  # it waits between tries, whatever the machine does
+    joystick.close()
+    (line,) = told
+    assert f"The gamepad at {device} cannot be read: {why}. One that the page's browser" in line
+
+
 @pytest.fixture
 def drives() -> Callable[..., list[tuple[float, float]]]:
     def drive(driver: Driver, *messages: Joy) -> list[tuple[float, float]]:

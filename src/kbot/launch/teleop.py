@@ -16,6 +16,8 @@ from kbot.text.suggest import did_you_mean
 
 DEVICE = "/dev/input/js0"
 DEADZONE = 0.05
+SLOWEST, FASTEST = 0.01, 1000.0
+"""Hz at which joy_node may say all again."""
 _JOY = (
     *("dev", "device_id", "device_name", "dev_name", "dev_ff", "deadzone", "autorepeat_rate"),
     *("coalesce_interval", "coalesce_interval_ms", "default_trig_val", "sticky_buttons", "use_sim_time"),
@@ -97,8 +99,16 @@ def _gamepad(params: _Params) -> Gamepad:
     number = params.whole("device_id", 0)
     device = str(params.value("dev", f"/dev/input/js{number}"))
     deadzone = min(max(params.number("deadzone", DEADZONE), 0.0), 0.9)
-    repeat = params.number("autorepeat_rate", 20.0 if params.plan.is_ros_2 else 0.0)
-    return Gamepad(params.topic("joy"), device, deadzone, max(0.0, repeat))
+    return Gamepad(params.topic("joy"), device, deadzone, _repeat(params))
+
+
+def _repeat(params: _Params) -> float:
+    default = 20.0 if params.plan.is_ros_2 else 0.0
+    rate = params.number("autorepeat_rate", default)
+    if rate == 0.0 or SLOWEST <= rate <= FASTEST:
+        return rate
+    params.refuse("autorepeat_rate", f"is 0, or from {SLOWEST:g} to {FASTEST:g} Hz, not {rate:g}")
+    return default
 
 
 def _driver(params: _Params) -> Driver:
@@ -175,6 +185,10 @@ class _Params:
 
     def whole(self, name: str, default: int, below: str = "") -> int:
         return round(self.number(name, default, below))
+
+    def refuse(self, name: str, why: str) -> None:
+        """Say what is wrong with a parameter."""
+        self._note(name, f"{name} {why}", "")
 
     def refuse_unknown(self, known: tuple[str, ...]) -> None:
         for name in (*self._params, *self._words):

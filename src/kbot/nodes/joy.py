@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import select
+import stat
 import struct
 import sys
 import threading
@@ -21,9 +22,13 @@ RATE = 50.0
 LARGEST = 32767.0
 _EVENT = struct.Struct("=IhBB")
 _BUTTON, _AXIS, _INITIAL = 0x01, 0x02, 0x80
-_WAIT_SECONDS, _AGAIN_SECONDS = 0.1, 1.0
+_WAIT_SECONDS, _AGAIN_SECONDS, _REST_SECONDS = 0.1, 1.0, 0.005
 _LAST = 63
 """Number of the last axis or button."""
+
+
+class _NoGamepad(Exception):
+    """The device tells of none; why, in words."""
 
 
 class Joystick:
@@ -36,7 +41,7 @@ class Joystick:
         self._buttons: dict[int, int] = {}
         self.changes = 0
         """Grows with each event."""
-        self._is_told = False
+        self._told = ""
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -58,41 +63,59 @@ class Joystick:
 
     def _run(self) -> None:
         while not self._closed.is_set():
-            try:
-                descriptor = os.open(self._gamepad.device, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-            except OSError as error:
-                self._explain(error)
-                self._closed.wait(_AGAIN_SECONDS)
-                continue
-            try:
-                self._tell(f"The gamepad at {self._gamepad.device} is read")
-                self._read(descriptor)
-            except OSError:
-                self._tell(f"The gamepad at {self._gamepad.device} is gone")
-            finally:
-                os.close(descriptor)
-                self._let_go()
+            self._try()
+            self._closed.wait(_AGAIN_SECONDS)
 
-    def _explain(self, error: OSError) -> None:
-        if self._is_told:
+    def _try(self) -> None:
+        """Read the device until it is gone, if it can be."""
+        device = self._gamepad.device
+        try:
+            descriptor = _opened(device)
+        except (OSError, ValueError) as error:
+            self._explain(getattr(error, "strerror", None) or str(error))
             return
-        self._is_told = True
-        here = f"cannot be read: {error.strerror}" if sys.platform == "linux" else "is there on Linux alone"
-        self._tell(
+        try:
+            self._read(descriptor)
+        except _NoGamepad as error:
+            self._explain(str(error))
+        except OSError:
+            self._say(f"The gamepad at {device} is gone")
+        finally:
+            os.close(descriptor)
+            self._let_go()
+
+    def _explain(self, why: str) -> None:
+        here = f"cannot be read: {why}" if sys.platform == "linux" else "is there on Linux alone"
+        self._say(
             f"The gamepad at {self._gamepad.device} {here}. One that the page's browser knows drives"
             f" by its left stick; {self._gamepad.topic} is heard from peers"
         )
 
+    def _say(self, text: str) -> None:
+        """Tell it, unless it was the last that was told."""
+        if text != self._told:
+            self._told = text
+            self._tell(text)
+
     def _read(self, descriptor: int) -> None:
+        """Take in events. Raises _NoGamepad: it tells of none; OSError: it is gone."""
+        is_read = False
         while not self._closed.is_set():
             ready, _, _ = select.select([descriptor], [], [], _WAIT_SECONDS)
             if not ready:
                 continue
             data = os.read(descriptor, _EVENT.size * 64)
             if not data:
-                raise OSError
-            for _, value, kind, number in _EVENT.iter_unpack(data[: len(data) // _EVENT.size * _EVENT.size]):
+                raise OSError if is_read else _NoGamepad("it ends before the first event")
+            events = list(_EVENT.iter_unpack(data[: len(data) // _EVENT.size * _EVENT.size]))
+            if not any(kind & ~_INITIAL in (_AXIS, _BUTTON) for _, _, kind, _ in events):
+                raise _NoGamepad("what it tells is no event of a gamepad")
+            if not is_read:
+                is_read = True
+                self._say(f"The gamepad at {self._gamepad.device} is read")
+            for _, value, kind, number in events:
                 self._take(value, kind & ~_INITIAL, number)
+            self._closed.wait(_REST_SECONDS)
 
     def _take(self, value: int, kind: int, number: int) -> None:
         if number > _LAST:
@@ -111,6 +134,15 @@ class Joystick:
         self._axes = dict.fromkeys(self._axes, 0.0)
         self._buttons = dict.fromkeys(self._buttons, 0)
         self.changes += 1
+
+
+def _opened(device: str) -> int:
+    """The descriptor of a device, or of a pipe in the place of one. Raises OSError, ValueError: it cannot be
+    opened, or is neither."""
+    mode = os.stat(device).st_mode
+    if not stat.S_ISCHR(mode) and not stat.S_ISFIFO(mode):
+        raise ValueError("it is neither a character device nor a FIFO")
+    return os.open(device, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0))
 
 
 class JoyNode:
