@@ -81,6 +81,14 @@ def test_a_player_whose_end_ends_the_launch(folder: Path) -> None:
         ("", "L059", False, ""),
         ("-r fast {}/a.bag", "L062", True, "fast"),
         ("--pause {}/a.bag", "L063", False, "--pause"),
+        ("-r 1e308 {}/a.bag", "L062", True, "1e308"),
+        ("--rate=0 {}/a.bag", "L062", True, "--rate=0"),
+        ("-s 1e308 {}/a.bag", "L062", True, "1e308"),
+        ("-u 1e308 {}/a.bag", "L062", True, "1e308"),
+        ("-d 1e308 {}/a.bag", "L062", True, "1e308"),
+        ("-s -1 {}/a.bag", "L062", True, "-1"),
+        ("-u -1 {}/a.bag", "L062", True, "-1"),
+        ("-l -u 0 {}/a.bag", "L062", True, "0"),
     ],
 )
 def test_what_cannot_be_is_said_at_the_word(
@@ -89,3 +97,20 @@ def test_what_cannot_be_is_said_at_the_word(
     (note,) = staged(folder, args.format(folder)).notes
     assert note.origin is not None
     assert (note.code, note.is_error, note.origin.span.text) == (code, is_error, word)
+
+
+def test_each_number_is_refused_at_its_own_option(folder: Path) -> None:
+    notes = staged(folder, f"-s -1 -u -1 --delay=-1 {folder}/a.bag").notes
+    assert sorted((note.origin.span.column, note.message) for note in notes if note.origin) == [
+        (58, "-s is from 0 to 1e+09 seconds, not -1"),
+        (64, "-u is from 0 to 1e+09 seconds, not -1"),
+        (67, "--delay is from 0 to 1e+09 seconds, not -1"),
+    ]
+
+
+def test_ros_2_says_all_for_a_duration_below_zero_and_bounds_the_rest(folder: Path) -> None:
+    whole = staged_2(folder, f"{folder}/c.mcap --playback-duration -1")
+    assert (only(whole).seconds, whole.notes) == (None, ())
+    found = staged_2(folder, f"{folder}/c.mcap -r 1e308 --start-offset 1e308 --delay 1e308")
+    assert [note.code for note in found.notes] == ["L062"] * 3
+    assert (only(found).rate, only(found).start, only(found).delay) == (1.0, 0.0, 0.0)

@@ -118,9 +118,9 @@ def test_where_there_is_none_it_is_said_once_and_what_can_be_done(tmp_path: Path
 def test_what_is_no_gamepad_is_said_once_and_tried_again_after_a_while(
     device: str, why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tries, stat = list[str](), os.stat
+    tries, stat = list[object](), os.stat
     monkeypatch.setattr("kbot.nodes.joy._AGAIN_SECONDS", 0.2)
-    monkeypatch.setattr("kbot.nodes.joy.os.stat", lambda path: (tries.append(path), stat(path))[1])
+    monkeypatch.setattr("os.stat", lambda path, **how: (tries.append(path), stat(path, **how))[1])
     told: list[str] = []
     started = time.monotonic()
     joystick = Joystick(Gamepad("/joy", device), told.append)

@@ -7,7 +7,7 @@ from kbot.messages import Bus, Clock, Odometry, String, Twist, Vector3
 from kbot.record import Recorder
 from kbot.record.playback import Playback
 from kbot.sim import Simulation
-from kbot.text import KbotError, Origin, Source
+from kbot.text import DescriptionError, KbotError, Origin, Source
 from kbot.wire import Feed
 
 ORIGIN = Origin(Source("a.launch", "<launch/>").whole())
@@ -116,3 +116,13 @@ def test_it_goes_on_on_another_bus(recording: str) -> None:
 def test_what_cannot_be_said_is_one_sentence(recording: str, how: dict[str, object], message: str) -> None:
     with pytest.raises(KbotError, match=message):
         Listener(recording, **how)
+
+
+@pytest.mark.parametrize(("content", "said"), [(b"", "no MCAP file"), (b"text", "no MCAP file")])
+def test_a_recording_of_no_use_is_told_of_at_its_player(tmp_path, content: bytes, said: str) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(content)
+    with pytest.raises(DescriptionError, match=said) as raised:
+        Listener(str(path))
+    (found,) = raised.value.diagnostics
+    assert (found.code, found.origin) == ("L059", ORIGIN)

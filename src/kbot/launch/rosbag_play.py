@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kbot.launch import names
 from kbot.launch.plan import Node
-from kbot.launch.words import Options, place_of, read_options
+from kbot.launch.words import Options, place_of, place_of_value, read_options
 from kbot.text import Diagnostic, Origin, Severity
 
 _ROS1: Mapping[str, int] = {
@@ -28,6 +28,10 @@ _ROS2: Mapping[str, int] = {
     **dict.fromkeys(("--qos-profile-overrides-path", "--storage-config-file", "-i", "--input"), 1),
     **dict.fromkeys(("--topics", "--exclude-topics", "-m", "--remap", "-x", "--exclude"), -1),
 }
+SLOWEST, FASTEST = 0.01, 100.0
+"""Rates, as `kbot bag play` has them."""
+LONGEST = 1e9
+"""Seconds that an option may give."""
 _SUFFIXES = (".bag", ".mcap", ".db3")
 _NOT_DONE: Mapping[str, str] = {
     "--pause": "it begins at once",
@@ -90,22 +94,15 @@ def read_playing(node: Node) -> tuple[Playing | None, list[Diagnostic]]:
     if missing or not named:
         options.notes.append(_nothing(node, missing))
         return None, options.notes
-    rate = options.number("--rate" if options.has("--rate") else "-r", 1.0)
-    if rate <= 0.0:
-        message = f"the rate of a recording is a number above 0, not {rate:g}"
-        options.notes.append(Diagnostic("L062", Severity.ERROR, message, node.spans["args"]))
-        rate = 1.0
     ahead = ("--start-offset",) if is_ros_2 else ("--start", "-s")
-    for_seconds = ("--playback-duration",) if is_ros_2 else ("--duration", "-u")
-    seconds = _seconds(options, *for_seconds) if options.has(*for_seconds) else None
     keeps_on = options.has("-k", "--keep-alive")
     return Playing(
         paths=tuple(named),
         origin=node.origin,
-        rate=rate,
-        start=_seconds(options, *ahead),
-        seconds=seconds if seconds is None or seconds >= 0.0 else None,
-        delay=_seconds(options, "--delay", "-d") + node.delay,
+        rate=_bounded(options, ("--rate", "-r"), 1.0, SLOWEST, FASTEST, "times"),
+        start=_bounded(options, ahead, 0.0, 0.0, LONGEST, "seconds"),
+        seconds=_duration(options, is_ros_2),
+        delay=_bounded(options, ("--delay", "-d"), 0.0, 0.0, LONGEST, "seconds") + node.delay,
         loop=options.has("-l", "--loop"),
         topics=tuple(_absolute(topic) for topic in topics),
         remaps={_absolute(source): _absolute(target) for source, target in remaps.items()},
@@ -118,8 +115,36 @@ def _given(options: Options, *names: str) -> tuple[str, ...]:
     return tuple(word for name in names for word in options.given.get(name, ()))
 
 
-def _seconds(options: Options, *names: str) -> float:
-    return options.number(next((name for name in names if options.has(name)), names[0]))
+def _bounded(
+    options: Options, names: tuple[str, ...], default: float, low: float, high: float, unit: str
+) -> float:
+    """The number that the first of these options gives; what is out of its bounds is a note, and the
+    default."""
+    name = next((name for name in names if options.has(name)), names[0])
+    value = options.number(name, default)
+    if low <= value <= high:
+        return value
+    options.notes.append(_refused(options, name, f"{name} is from {low:g} to {high:g} {unit}, not {value:g}"))
+    return default
+
+
+def _duration(options: Options, is_ros_2: bool) -> float | None:
+    """Seconds that are said, None for all: so does ROS 2 take a number below zero."""
+    names = ("--playback-duration",) if is_ros_2 else ("--duration", "-u")
+    name = next((name for name in names if options.has(name)), None)
+    if name is None:
+        return None
+    least = -LONGEST if is_ros_2 else 0.0
+    seconds = _bounded(options, (name,), -1.0, least, LONGEST, "seconds")
+    if seconds == 0.0 and options.has("-l", "--loop"):
+        options.notes.append(_refused(options, name, f"{name} 0 leaves nothing to be said again and again"))
+        return None
+    return seconds if seconds >= 0.0 else None
+
+
+def _refused(options: Options, name: str, message: str) -> Diagnostic:
+    where = place_of_value(options.node, name)
+    return Diagnostic("L062", Severity.ERROR, message, where, "the player refuses it")
 
 
 def _is_number(word: str) -> bool:

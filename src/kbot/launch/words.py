@@ -85,14 +85,29 @@ def number(node: Node, word: str, what: str, default: float, notes: list[Diagnos
 def place_of(node: Node, word: str) -> Origin:
     """Where a word of a node's arguments was written; all of them where it is not found."""
     origin = node.spans.get("args", node.origin)
+    words = origin.span.text.split()
+    return _nth(origin, words.index(word)) if word in words else origin
+
+
+def place_of_value(node: Node, option: str) -> Origin:
+    """Where the word that an option gives was written (the last of its name counts), with the option where a
+    `=` joins them; all of the arguments where it is not found."""
+    origin = node.spans.get("args", node.origin)
+    words = origin.span.text.split()
+    for at in reversed(range(len(words))):
+        if words[at].startswith(f"{option}="):
+            return _nth(origin, at)
+        if words[at] == option and at + 1 < len(words):
+            return _nth(origin, at + 1)
+    return origin
+
+
+def _nth(origin: Origin, number: int) -> Origin:
     span = origin.span
-    words = span.text.split()
-    if word not in words:
-        return origin
     at = span.start
-    for other in words:
-        at = span.source.data.index(other.encode(), at)
-        if other == word:
-            break
-        at += len(other.encode())
-    return Origin(Span(span.source, at, at + len(word.encode())), origin.call)
+    for count, word in enumerate(span.text.split()):
+        at = span.source.data.index(word.encode(), at)
+        if count == number:
+            return Origin(Span(span.source, at, at + len(word.encode())), origin.call)
+        at += len(word.encode())
+    return origin

@@ -12,6 +12,7 @@ import struct
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 from kbot.launch.teleop import Gamepad
 from kbot.messages import Bus, Clock, Header
@@ -139,7 +140,7 @@ class Joystick:
 def _opened(device: str) -> int:
     """The descriptor of a device, or of a pipe in the place of one. Raises OSError, ValueError: it cannot be
     opened, or is neither."""
-    mode = os.stat(device).st_mode
+    mode = Path(device).stat().st_mode
     if not stat.S_ISCHR(mode) and not stat.S_ISFIFO(mode):
         raise ValueError("it is neither a character device nor a FIFO")
     return os.open(device, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0))

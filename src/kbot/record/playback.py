@@ -14,7 +14,7 @@ from kbot.record.entry import Entry
 from kbot.record.player import LATCHED, NOT_SAID
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
-from kbot.text import KbotError
+from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.wire import decode_cdr, known_type
 
 RATE = 100.0
@@ -41,9 +41,26 @@ class Playback:
         them; what is said on those of `instead` is handed on there.
 
         Raises:
-            KbotError: a recording cannot be read, has no such topic, or holds nothing from the start on.
+            DescriptionError: at the player's place, a recording cannot be read, has no such topic, or holds
+                nothing from the start on.
         """
         self._playing, self._tell, self._on_end = playing, tell, on_end
+        try:
+            types = self._open(playing)
+        except KbotError as error:
+            found = Diagnostic("L059", Severity.ERROR, str(error), playing.origin)
+            raise DescriptionError([found]) from None
+        self._say: dict[str, tuple[Say, type]] = {}
+        for name, type_name in types.items():
+            self._offer(bus, name, type_name, theirs, instead or {})
+        self._at = float(self._first) - playing.delay * 1e9 * playing.rate
+        self._entries = self._wanted()
+        self._next = next(self._entries, None)
+        self._step = playing.rate * 1e9 / RATE
+        self._timer = clock.every(RATE, self._advance)
+
+    def _open(self, playing: Playing) -> Mapping[str, str]:
+        """The topics of the recordings, with their types. Raises KbotError: they hold nothing to say."""
         self._recordings = [Recording(path) for path in playing.paths]
         summaries = [recording.summary() for recording in self._recordings]
         starts = [summary.start for summary in summaries if summary.start is not None]
@@ -63,14 +80,7 @@ class Playback:
         for topic in playing.topics:
             for recording in self._recordings[:1] if topic not in types else ():
                 recording.require_topics((topic,))
-        self._say: dict[str, tuple[Say, type]] = {}
-        for name, type_name in types.items():
-            self._offer(bus, name, type_name, theirs, instead or {})
-        self._at = float(self._first) - playing.delay * 1e9 * playing.rate
-        self._entries = self._wanted()
-        self._next = next(self._entries, None)
-        self._step = playing.rate * 1e9 / RATE
-        self._timer = clock.every(RATE, self._advance)
+        return types
 
     def close(self) -> None:
         """Say no more."""
