@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -15,6 +17,10 @@ if TYPE_CHECKING:
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
+MOST_VALUES = 1_000_000
+_EXPONENT = re.compile(
+    r"(?P<minus>[+-]?)(?P<mantissa>\d+\.?\d*|\.\d+)[eE](?P<sign>[+-]?)(?P<digits>\d+)", re.ASCII
+)
 SHORTENED = 120
 """Items of a list that `echo` prints; the rest is counted."""
 
@@ -51,7 +57,7 @@ def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:
     KbotError: several words, or no fields by name."""
     if len(words) > 1:
         fail(f"VALUES are one word of YAML, quoted: '{' '.join(words)}'")
-    values = read_yaml(words[0], "VALUES", f"'{example}'") if words else {}
+    values = read_word(words[0], "VALUES", f"'{example}'") if words else {}
     if not isinstance(values, dict | None):
         fail(f"VALUES are fields by name, as in '{example}'")
     return values or {}
@@ -70,16 +76,55 @@ def full_name(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
+def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
+    """A value as it is written on a command line, as `example` is. Raises KbotError: it is no YAML, or holds
+    a number that YAML 1.1 takes for text."""
+    import yaml
+
+    value = read_yaml(text, what, example)
+    for event in yaml.parse(text, yaml.SafeLoader):
+        number = _EXPONENT.fullmatch(event.value) if isinstance(event, yaml.ScalarEvent) else None
+        if number is not None and event.implicit[0] and isinstance(yaml.safe_load(event.value), str):
+            whole, _, part = number["mantissa"].partition(".")
+            better = (
+                f"{number['minus']}{whole or '0'}.{part or '0'}e{number['sign'] or '+'}{number['digits']}"
+            )
+            fail(f"{what}: {event.value} is text in YAML 1.1: write {better}, or quote it if it is text")
+    return value
+
+
 def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
-    """A value as it is written on a command line, as `example` is. Raises KbotError: it is no YAML."""
+    """What a text holds. Raises KbotError: it is no YAML, or nothing that a message or a parameter holds."""
     import yaml
 
     try:
-        return yaml.safe_load(text)
+        value = yaml.safe_load(text)
+        _check(value, what, [], itertools.count())
     except yaml.YAMLError as error:
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
         place = f" (at character {mark.index + 1})" if mark is not None else ""
         fail(f"{what} is to be YAML, as in {example}: {problem}{place}")
+    except ValueError as error:
+        fail(f"{what} is to be YAML, as in {example}: {error}")
+    except RecursionError:
+        fail(f"{what} is nested too deeply")
+    return value
+
+
+def _check(value: object, what: str, above: list[object], number: Iterator[int]) -> None:
+    """Raises KbotError: a value holds itself, more than any message does, or what is in no message."""
+    if next(number) > MOST_VALUES:
+        fail(f"{what} holds more than {MOST_VALUES} values")
+    if isinstance(value, dict | list):
+        if any(value is other for other in above):
+            fail(f"{what} refers to itself")
+        parts = value.items() if isinstance(value, dict) else ((0, item) for item in value)
+        for key, part in parts:
+            if not isinstance(key, str | int | float | None):
+                fail(f"{what}: {key} is no name of a field")
+            _check(part, what, [*above, value], number)
+    elif not isinstance(value, str | int | float | None):
+        fail(f"{what}: {value} is a {type(value).__name__}, which no message holds: quote it if it is text")
 
 
 def to_yaml(value: object, *, full: bool = True) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_yaml, to_yaml
+from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_word, read_yaml, to_yaml
 from kbot.cli.output import fail, print_json
 from kbot.text.files import write_text
 
@@ -59,7 +59,7 @@ def get(name: str, as_json: bool, at: str) -> None:
 def set_(name: str, value: str, at: str) -> None:
     """Set a parameter to a value in YAML."""
     with ask(at) as graph:
-        _set(graph, full_name(name), read_yaml(value, "VALUE", "0.5 or '[a, b]'"))
+        _set(graph, full_name(name), read_word(value, "VALUE", "0.5 or '[a, b]'"))
 
 
 @command.command("delete", epilog=examples("kbot param delete /speed"))

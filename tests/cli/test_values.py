@@ -1,0 +1,48 @@
+"""VALUES of `kbot topic pub` and `kbot service call`: what is no message is told before anybody is asked."""
+
+import pytest
+
+from kbot.cli.graph.asking import read_values, read_word
+from kbot.cli.main import run
+from kbot.text import KbotError
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ("{a: &a [*a]}", "VALUES refers to itself"),
+        ("&a {a: {b: *a}}", "VALUES refers to itself"),
+        ("[" * 5000 + "]" * 5000, "VALUES is nested too deeply"),
+        ("{a: 2026-13-45}", "month must be in 1..12"),
+        ("{a: 2026-11-21}", "2026-11-21 is a date, which no message holds: quote it if it is text"),
+        ("{? [a] : 1}", "VALUES is to be YAML"),
+        ("{2026-11-21: 1}", "2026-11-21 is no name of a field"),
+        ("{a: 1e308}", "1e308 is text in YAML 1.1: write 1.0e+308, or quote it"),
+        ("{a: [-.5E3]}", "-.5E3 is text in YAML 1.1: write -0.5e+3, or quote it"),
+        ("{a: 2e-3}", "2e-3 is text in YAML 1.1: write 2.0e-3, or quote it"),
+    ],
+)
+@pytest.mark.parametrize("verb", [("topic", "pub", "--once"), ("service", "call")])
+def test_values_that_no_message_holds(
+    verb: tuple[str, ...], values: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*verb, "/name", values]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_bomb_of_aliases_is_bounded() -> None:
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
+    with pytest.raises(KbotError, match="holds more than 1000000 values"):
+        read_values(("\n".join(lines),), "{}")
+
+
+def test_what_is_repeated_and_what_is_written_well_is_taken() -> None:
+    assert read_values(("{a: &a [1], b: *a, c: 1.0e+308, d: '1e3', e: 1.5e-3}",), "{}") == {
+        "a": [1],
+        "b": [1],
+        "c": 1e308,
+        "d": "1e3",
+        "e": 0.0015,
+    }
+    assert read_word("e1", "VALUE", "0.5") == "e1"
