@@ -3,6 +3,10 @@
 import csv
 import io
 import json
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -102,6 +106,10 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         ),
         (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
         (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
+        (["cut", "RUN", "out.mcap", "--start", "1e308"], "1e+308 is not in the range"),
+        (["cut", "RUN", "out.mcap", "--end", "nan"], "nan is not in the range"),
+        (["play", "RUN", "--start", "inf"], "inf is not in the range"),
+        (["play", "RUN", "--rate", "nan"], "nan is not in the range"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),
         (["convert", "RUN", "out.xyz"], "'.xyz' is no kind of recording"),
         (["convert", "RUN", "text.bag"], "text.bag is there already"),
@@ -155,3 +163,28 @@ def test_nothing_is_written_over_a_recording(
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert run(["bag", *export, "odom.csv"]) == 0
     assert run(["bag", *export, "odom.csv"]) == 0  # a table is written anew
+
+
+def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bag", "play", recording, "--start", "1.5", "--end", "9", "--rate", "100"]) == 0
+    said = capsys.readouterr().err
+    assert f"{recording}: 0.500 s at 100 times its rate." in said
+    assert "No bridge: kbot topic echo hears it; --ros1, " in said
+    assert "Ctrl-C ends it." in said
+    assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
+    said = capsys.readouterr().err
+    assert "By rosbridge, and kbot topic echo hears it." in said
+    assert "No bridge" not in said
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
+def test_ctrl_c_ends_playing_without_failure(recording: str) -> None:
+    command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--loop"]
+    playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert playing.stderr is not None
+    assert playing.stderr.readline() == f"{recording}: 2.000 s again and again.\n"
+    assert playing.stderr.readline().startswith("No bridge")
+    assert playing.stderr.readline() == "Ctrl-C ends it.\n"
+    playing.send_signal(signal.SIGINT)
+    _, rest = playing.communicate(timeout=60)
+    assert (playing.returncode, rest) == (0, "")

@@ -9,6 +9,7 @@ import click
 
 from kbot.cli.arguments import examples, package_path_option
 from kbot.cli.companions import bridge_options
+from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from kbot.record.export import Table
 
 SMALLEST_PLOT = 200
+SECONDS = Within(0.0, 9.2e9)
+"""Times that 64 bits of nanoseconds hold."""
 
 
 @click.group(
@@ -82,8 +85,8 @@ def info(recording: str, as_json: bool) -> int:
 @command.command("cut", epilog=examples("kbot bag cut run.mcap part.mcap --start 2 --end 5"))
 @_recording
 @click.argument("target", metavar="NEW")
-@click.option("--start", type=float, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--end", type=float, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--start", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--end", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
 @_topics
 def cut(recording: str, target: str, start: float | None, end: float | None, topics: tuple[str, ...]) -> None:
     """Write a part of a recording to a new one."""
@@ -184,9 +187,9 @@ def _plot(table: Table, size: str) -> str:
     ),
 )
 @_recording
-@click.option("--start", type=float, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--end", type=float, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--rate", type=click.FloatRange(0.01, 100.0), default=1.0, show_default=True, metavar="X")
+@click.option("--start", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--end", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
+@click.option("--rate", type=Within(0.01, 100.0), default=1.0, show_default=True, metavar="X")
 @click.option("--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
 @click.option("--pause", "paused", is_flag=True, help="Begin paused: Space lets it go on.")
 @_topics
@@ -203,7 +206,8 @@ def play(
 ) -> None:
     """Say a recording again, with /clock, to peers on bridges and to `kbot topic`.
 
-    In a terminal Space pauses it and goes on, and s lets a tenth of a second pass.
+    In a terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to
+    its end, or Ctrl-C ended it.
     """
     from kbot.cli.bag_play import play as say_again
     from kbot.record.player import Player

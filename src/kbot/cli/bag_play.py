@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import click
@@ -21,7 +23,7 @@ STEP_SECONDS = 0.1
 
 
 def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
-    """Say it to peers until its end, or Ctrl-C.
+    """Say it to peers until its end, or Ctrl-C, which is no failure.
 
     Raises:
         KbotError: a bridge cannot be opened, or a message cannot be read.
@@ -37,8 +39,9 @@ def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
         click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
-    with companions(wishes, served=True) as going, keys(pressed):
+    with suppress(KeyboardInterrupt), companions(wishes, served=True) as going, keys(pressed):
         going.show(player, player.description, player.path)
+        click.echo(_start(player, wishes, rate=rate, loop=loop), err=True)
         due = time.monotonic()
         while True:
             player.run_errands()
@@ -51,3 +54,24 @@ def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
                 player.rewind()
             due = max(due + PERIOD, time.monotonic() - BEHIND)
             time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _start(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> str:
+    """What a user is told at the start: what is said, for how long, to whom, and the keys."""
+    how = " again and again" if loop else ""
+    how += f" at {rate:g} times its rate" if rate != 1.0 else ""
+    kinds = {
+        "ROS 1": wishes.ros1,
+        "ROS 2": wishes.ros2,
+        "Zenoh": wishes.zenoh,
+        "Foxglove": wishes.foxglove,
+        "rosbridge": wishes.rosbridge,
+    }
+    bridges = ", ".join(name for name, is_open in kinds.items() if is_open)
+    heard = f"By {bridges}, and kbot topic echo hears it."
+    if not bridges:
+        others = "--ros1, --ros2, --zenoh, --foxglove or --rosbridge lets others"
+        heard = f"No bridge: kbot topic echo hears it; {others}."
+    keys_told = "Space pauses it, s steps 0.1 s, Ctrl-C ends it." if sys.stdin.isatty() else "Ctrl-C ends it."
+    paused = " It is paused." if player.paused else ""
+    return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{heard}\n{keys_told}"

@@ -1,15 +1,27 @@
-"""Options that are several numbers with commas between."""
+"""Options that are numbers: within bounds, or several with commas between."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+import click
+
 from kbot.cli.output import fail
 from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
+
+
+class Within(click.FloatRange):
+    """A number from one bound to another; what is no number, as `nan`, is in no range."""
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
+        return number
 
 
 def pose_of(option: str, text: str) -> PlanarPose:

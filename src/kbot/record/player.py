@@ -70,6 +70,11 @@ class Player:
         return next((str(entry.message().data) for entry in found), "")
 
     @property
+    def length(self) -> float:
+        """Seconds of the recording that it says."""
+        return (min(self._last, self.summary.end or 0) - self._first) * 1e-9
+
+    @property
     def seconds(self) -> float:
         """Where it stands, by the recording's clock."""
         return self.clock.seconds

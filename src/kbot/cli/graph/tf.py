@@ -11,6 +11,7 @@ import click
 
 from kbot.cli.arguments import examples
 from kbot.cli.graph.asking import ask, at_option, json_option, to_line
+from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
@@ -51,9 +52,7 @@ def tree(as_json: bool, at: str) -> None:
 @command.command("echo", epilog=examples("kbot tf echo odom base_link --rate 5"))
 @click.argument("frame")
 @click.argument("child")
-@click.option(
-    "-r", "--rate", type=click.FloatRange(0.01, 100.0), default=1.0, show_default=True, metavar="HZ"
-)
+@click.option("-r", "--rate", type=Within(0.01, 100.0), default=1.0, show_default=True, metavar="HZ")
 @click.option("--once", is_flag=True, help="Print it once and end.")
 @json_option
 @at_option

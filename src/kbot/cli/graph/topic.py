@@ -23,6 +23,7 @@ from kbot.cli.graph.asking import (
     to_line,
     to_yaml,
 )
+from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
 REPORT_SECONDS = 1.0
@@ -135,9 +136,7 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
 @click.argument("words", nargs=-1, metavar="[TYPE] [VALUES]")
 @click.option("-1", "--once", is_flag=True, help="Say it once.")
 @click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Say it so many times.")
-@click.option(
-    "-r", "--rate", type=click.FloatRange(0.01, 1000.0), default=1.0, show_default=True, metavar="HZ"
-)
+@click.option("-r", "--rate", type=Within(0.01, 1000.0), default=1.0, show_default=True, metavar="HZ")
 @at_option
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
     """Say something on a topic that is heard, until Ctrl-C. VALUES are YAML; what is left out is zero."""
