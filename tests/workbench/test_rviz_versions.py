@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 import yaml
@@ -10,7 +10,8 @@ import yaml
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
 from kbot.workbench.displays.settings import Display, Settings, plain
-from kbot.workbench.protocol import DisplaysSaved, DisplaysText
+from kbot.workbench.protocol import DisplaysSaved, DisplaysText, SaveDisplays
+from kbot.workbench.session import Session
 
 from .conftest import until
 
@@ -125,6 +126,24 @@ def test_the_page_keeps_a_copy_for_either_rviz(
     with page.expect_download() as download:
         page.get_by_label("Settings of the displays").select_option(choice)
     text = Path(download.value.path()).read_text(encoding="utf-8")
+    options = yaml.safe_load(text)["Visualization Manager"]["Global Options"]
+    # the root link, and what is behind everything in the light theme (#eef1f5)
+    assert options == {"Fixed Frame": "base_footprint", "Background Color": "238; 241; 245"}
     classes = [entry["Class"] for entry in yaml.safe_load(text)["Visualization Manager"]["Displays"]]
     assert f"{prefix}/Grid" in classes
     until(lambda: "Kept as displays.rviz" in page.locator(".notices").inner_text())
+
+
+@pytest.mark.parametrize("kind", ["rviz1", "rviz2"])
+def test_a_copy_has_a_fixed_frame_that_rviz_hears_of(
+    driving: tuple[str, Session], kind: Literal["rviz1", "rviz2"]
+) -> None:
+    session = driving[1]
+    for chosen, frame in (({}, "odom"), ({"frame": ""}, "odom"), ({"frame": "left_wheel"}, "left_wheel")):
+        (answer,) = session.obey(SaveDisplays(kind, {"globals": chosen, "displays": []}), 1)
+        assert isinstance(answer, DisplaysText)
+        options = yaml.safe_load(answer.text)["Visualization Manager"]["Global Options"]
+        assert options == {"Fixed Frame": frame}
+    (answer,) = session.obey(SaveDisplays("kbot", {"globals": {}, "displays": []}), 1)
+    assert isinstance(answer, DisplaysText)
+    assert "odom" not in answer.text

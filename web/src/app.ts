@@ -7,6 +7,7 @@ import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromS
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
+import { PALETTES } from "./view/palette";
 
 /** What the source panel shows: a place, and what is said about it. */
 export interface Spot {
@@ -83,7 +84,10 @@ export class App {
   saveDisplays(kind: SaveDisplays["kind"]): void {
     const { globals, displays } = this.displays.setup;
     const view = this.lookingFrom();
-    this.send({ type: "save_displays", kind, setup: { globals, displays, ...(view === null ? {} : { view }) } });
+    const forRviz = kind === "file" ? this.displayFile.value?.file.endsWith(".rviz") === true : kind !== "kbot";
+    // rviz has no themes: what is behind everything is as it is here
+    const background = globals["background"] || `#${PALETTES[this.theme.value].background.toString(16).padStart(6, "0")}`;
+    this.send({ type: "save_displays", kind, setup: { globals: forRviz ? { ...globals, background } : globals, displays, ...(view === null ? {} : { view }) } });
   }
 
   /** Takes over a file's settings: what was changed here since outlives a lost connection. */

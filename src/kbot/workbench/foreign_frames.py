@@ -67,6 +67,13 @@ class ForeignFrames:
                 )
 
 
+def frame_for_peers(frames: Frames, root: str) -> str:
+    """The frame that what is told on tf hangs on, which `world` is no part of: that of the odometry, or the
+    robot's `root` where it has none."""
+    above = (name for name, (parent, _) in frames.items() if name != MAP and parent in (WORLD, MAP))
+    return next(above, root)
+
+
 def plain(frame: str) -> str:
     """A frame's name as ROS 2 has it: without the slash that old ROS puts before it."""
     return frame.lstrip("/")

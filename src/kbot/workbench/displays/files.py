@@ -64,20 +64,21 @@ class DisplayFile:
         options = {**told.setup.get("globals", {}), "frame": frame}
         self.greeting = replace(told, setup={**told.setup, "globals": options})
 
-    def save(self, kind: str, setup: Mapping[str, Any]) -> DisplaysText | DisplaysSaved:
+    def save(self, kind: str, setup: Mapping[str, Any], frame: str = "") -> DisplaysText | DisplaysSaved:
         """Write a page's settings: `file` to the file; as a text `kbot`, or `rviz1` or `rviz2`.
-        What a file of rviz has besides is kept for the version that wrote it.
+        What a file of rviz has besides is kept for the version that wrote it; `frame` is the fixed frame
+        there where the settings choose none, for rviz shows nothing without one.
 
         Raises:
             KbotError: there is no file, it cannot be written, or the settings are none.
         """
         settings = check(marked(dict(setup), "the page"))
         if kind != "file":
-            text, notes = self._text(settings, VERSIONS.get(kind))
+            text, notes = self._text(settings, VERSIONS.get(kind), frame)
             return DisplaysText(TITLES[kind], text, notes)
         if not self.path:
             raise KbotError("there is no file to save to: start with --config FILE, or keep a copy instead")
-        text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None)
+        text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None, frame)
         write_bytes(self.path, text.encode())
         # a page that comes later starts with what was saved
         self.greeting = self.open(self.path, text)
@@ -88,9 +89,11 @@ class DisplayFile:
         """That of the file of rviz that was read, or that a new one is for."""
         return 2 if self._rviz is None else version_of(self._rviz)
 
-    def _text(self, settings: Settings, version: Version | None) -> tuple[str, tuple[str, ...]]:
+    def _text(self, settings: Settings, version: Version | None, frame: str) -> tuple[str, tuple[str, ...]]:
         if version is None:
             return write_settings(settings), ()
+        if frame and not settings.globals.get("frame"):
+            settings = replace(settings, globals={**settings.globals, "frame": frame})
         left = [
             f"{name} is left out: rviz {version} has no such display" for name in unwritten(settings, version)
         ]
