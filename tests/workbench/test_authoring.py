@@ -117,6 +117,15 @@ def test_a_number_is_edited_where_it_stands(session: Session, xacro: Path) -> No
     for bad in ('0"/><link name="x', "<", "a\nb", "&lt;"):
         with pytest.raises(KbotError, match="cannot hold"):
             session.obey(EditSource(str(xacro), line, column, "0.045", bad), 1)
+    for bad in ("abc", "1 2", "nan", "1e999", "1_0", "0x10", "", "${}"):
+        with pytest.raises(KbotError, match="no finite number"):
+            session.obey(EditSource(str(xacro), line, column, "0.045", bad), 1)
+    assert xacro.read_text() == text.replace("0.035", "0.045")
+    was = "0.045"
+    for good in ("-.5e-1", "3.", "${2 * pi}", "$(arg base_len)"):
+        session.obey(EditSource(str(xacro), line, column, was, good), 1)
+        was = good
+    assert xacro.read_text() == text.replace("0.035", "$(arg base_len)")
     with pytest.raises(KbotError, match="not part of this description"):
         session.obey(EditSource("/etc/hostname", 1, 1, "a", "b"), 1)
     with pytest.raises(KbotError, match="has no line"):
@@ -173,7 +182,7 @@ def test_the_robot_that_ships_is_not_changed() -> None:
     file = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
     text = read_source(file).text
     with pytest.raises(KbotError, match="ships with KBot"):
-        Editor().replace(file, 1, 1, "<", "x")
+        Editor().replace(file, 1, 1, "<", "1")
     assert read_source(file).text == text
 
 

@@ -4,6 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import kbot
+from kbot.record import Recorder
+from kbot.sim import Simulation
+from kbot.wire import Feed
+from kbot.workbench.played_session import played_session
+from kbot.workbench.serve import serving
+
 from .conftest import until
 from .pictures import blue, screenshot
 
@@ -37,6 +44,46 @@ def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_pa
     until(lambda: blue(screenshot(page)).sum() > 1.3 * before)
     page.keyboard.press("Control+z")
     until(lambda: '"base_len" default="0.16"' in xacro.read_text())
+
+
+def test_what_is_no_number_is_refused_and_the_old_one_stays(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, text = open_page(viewing), xacro.read_text()
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    number.dblclick()
+    page.keyboard.type("abc")
+    page.keyboard.press("Enter")
+    until(lambda: "abc is no number" in page.locator(".notices").inner_text())
+    assert number.inner_text() == "0.16"
+    number.dblclick()
+    page.keyboard.type("${0.1 + 0.16}")
+    page.keyboard.press("Enter")
+    until(
+        lambda: (
+            xacro.read_text()
+            == text.replace('"base_len" default="0.16"', '"base_len" default="${0.1 + 0.16}"')
+        )
+    )
+
+
+def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPage) -> None:
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.mcap")):
+        sim.run(0.5)
+    session = played_session(str(tmp_path / "run.mcap"))
+    with serving(session) as address:
+        page = open_page(address)
+        until(lambda: "nothing of it is changed" in page.locator("#parameters").inner_text())
+        page.locator("#links").get_by_role("button", name="left_wheel").click()
+        number = page.locator("#source .t-number").first
+        until(lambda: number.count() == 1)
+        number.dblclick()
+        assert page.locator("#source .edit").count() == 0
+        assert number.evaluate("e => getComputedStyle(e).cursor") != "ew-resize"
+        page.goto("about:blank")
 
 
 def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page: OpenPage) -> None:

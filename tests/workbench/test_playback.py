@@ -21,7 +21,7 @@ from kbot.text import KbotError
 from kbot.wire import Feed, Packet
 from kbot.wire.types import ros2_definition, ros_name
 from kbot.workbench.played_session import played_session
-from kbot.workbench.protocol import Drive, Pause, Reset, Seek, SetLoop
+from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session import Session
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
@@ -246,3 +246,18 @@ def count_of_chunks(path: str) -> int:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     return len(summary.chunk_indexes)
+
+
+def test_its_robot_is_not_changed(run: Run) -> None:
+    session = played_session(str(run.path))
+    (file, *_), text = session.files, Path(session.files[0]).read_text(encoding="utf-8")
+    at = text.index('"0.0')
+    line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at) + 1
+    for change in (
+        EditSource(file, line, column, "0.0", "1.0"),
+        ApplyFix(session.findings().serial, 0),
+        Undo(),
+    ):
+        with pytest.raises(KbotError, match="of a recording, which is not changed"):
+            session.obey(change, 1)
+    assert Path(file).read_text(encoding="utf-8") == text

@@ -9,6 +9,7 @@ from kbot.workbench.about import Mode, Offers, about
 from kbot.workbench.deadman import NOBODY, Deadman
 from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.foreign_frames import frame_for_peers
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.motion import Motion
@@ -47,6 +48,7 @@ from kbot.workbench.topics import TopicRelay
 from kbot.world.world import World
 
 NOTHING = Offers()
+RECORDED = "the robot is that of a recording, which is not changed"
 
 
 class Session:
@@ -68,7 +70,7 @@ class Session:
         self.mode = mode
         self._offers = offers
         self.meshes = MeshStore()
-        self.shown = Shown(reader, self.meshes)
+        self.shown = Shown(reader, self.meshes, RECORDED if mode == "play" else "")
         self.display_file = DisplayFile()
         self.recording = RunRecording()
         self.wants_reading: Callable[[], None] = lambda: None
@@ -239,7 +241,8 @@ class Session:
             case Publish(topic=topic, kind=kind, message=fields):
                 self.topics.publish(topic, kind, fields)
             case SaveDisplays(kind=to, setup=setup):
-                return [self.display_file.save(to, setup)]
+                frame = frame_for_peers(self._motion.moment().frames, self.shown.robot.root)
+                return [self.display_file.save(to, setup, frame)]
             case OpenDisplays(name=name, text=text):
                 return [self.display_file.open(name, text)]
             case RecordRun(on=True):

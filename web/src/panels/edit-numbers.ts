@@ -11,24 +11,25 @@ interface Spot {
   was: string;
 }
 
-/** Numbers in the source are dragged sideways, or changed in a field after a double click. */
+/** Numbers in the source are dragged sideways, or changed in a field after a double click; not those of a recording. */
 export function editNumbers(app: App, body: HTMLElement): void {
+  app.about.watch((about) => body.classList.toggle("editable", about?.mode !== "play"));
   body.addEventListener("pointerdown", (event) => {
-    const number = numberAt(event.target);
+    const number = numberAt(body, event.target);
     const spot = number && spotOf(app, number);
     if (number === null || spot === null || event.button !== 0) return;
     event.preventDefault();
     drag(app, spot, event.clientX);
   });
   body.addEventListener("dblclick", (event) => {
-    const number = numberAt(event.target);
+    const number = numberAt(body, event.target);
     const spot = number && spotOf(app, number);
     if (number !== null && spot !== null) typeIn(app, number, spot);
   });
 }
 
-function numberAt(target: EventTarget | null): HTMLElement | null {
-  return target instanceof HTMLElement && target.classList.contains("t-number") ? target : null;
+function numberAt(body: HTMLElement, target: EventTarget | null): HTMLElement | null {
+  return body.classList.contains("editable") && target instanceof HTMLElement && target.classList.contains("t-number") ? target : null;
 }
 
 function spotOf(app: App, number: HTMLElement): Spot | null {
@@ -69,7 +70,9 @@ function typeIn(app: App, number: HTMLElement, spot: Spot): void {
     over = true;
     const text = field.value.trim();
     field.replaceWith(number);
-    if (keep && text !== "") put(app, spot, text);
+    if (!keep || text === "") return;
+    if (isValue(text)) put(app, spot, text);
+    else app.refused.set({ reason: `${text} is no number, nor does it hold \${…}: ${spot.was} stays` });
   };
   field.addEventListener("blur", () => done(true));
   field.addEventListener("keydown", (event) => {
@@ -84,6 +87,12 @@ function put(app: App, spot: Spot, text: string): void {
   if (text === spot.was) return;
   app.send({ type: "edit_source", file: spot.file, line: spot.line, column: spot.column, was: spot.was, text });
   spot.was = text;
+}
+
+/** Whether a text may stand for a number: it is one, or makes one when it is expanded. */
+function isValue(text: string): boolean {
+  if (/\$\{[^}]+\}|\$\([^)]+\)/.test(text)) return true;
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) && Number.isFinite(Number(text));
 }
 
 /** A number so many steps of its last digit on, written with as many digits. */

@@ -24,7 +24,8 @@ export function parameters(app: App): HTMLElement {
     keep.hidden = drop.hidden = !now.parameters.some(isChanged);
     if (!sameNames(rows, now.parameters)) {
       rows = now.parameters.map((parameter) => row(app, parameter));
-      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, "Nothing in the file is a named number.")]));
+      const why = app.about.value?.mode === "play" ? "The robot of a recording is as it was: nothing of it is changed." : "Nothing in the file is a named number.";
+      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, why)]));
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
   });

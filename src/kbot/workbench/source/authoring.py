@@ -19,6 +19,8 @@ from kbot.workbench.source.edits import Editor
 from kbot.workbench.source.overrides import Overrides, number_text
 from kbot.workbench.source.parameters import Written, parameters_for_page, written_parameters
 
+CHANGES = (SetParameter, DropParameters, KeepParameters, EditSource, ApplyFix, Undo)
+
 
 class Authoring:
     """What the page may change of a description, and what it has changed.
@@ -26,8 +28,10 @@ class Authoring:
     `overrides` are those that the description is read with.
     """
 
-    def __init__(self, overrides: Overrides) -> None:
+    def __init__(self, overrides: Overrides, why_not: str = "") -> None:
+        """`why_not` says why nothing may be changed, empty where it may."""
         self.overrides = overrides
+        self._why_not = why_not
         self._editor = Editor()
         self._files: tuple[str, ...] = ()
         self._written: tuple[Written, ...] = ()
@@ -42,6 +46,8 @@ class Authoring:
         self.serial += 1
 
     def parameters(self) -> Parameters:
+        if self._why_not:
+            return Parameters((), "")
         return Parameters(parameters_for_page(self._written, self.overrides), self._editor.undo_title)
 
     def obey(self, message: FromPage) -> bool:
@@ -50,6 +56,8 @@ class Authoring:
         Raises:
             KbotError: it cannot be done; the text says why.
         """
+        if self._why_not and isinstance(message, CHANGES):
+            raise KbotError(self._why_not)
         match message:
             case SetParameter(kind=kind, name=name, value=value):
                 self._find(kind, name)

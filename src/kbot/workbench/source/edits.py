@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +12,8 @@ from kbot.text import Edit, KbotError, Span, read_source, write_text
 from kbot.xacro.packages import SHIPPED
 
 MOST_UNDONE = 200
+_EXPRESSION = re.compile(r"\$\{[^}]+\}|\$\([^)]+\)")
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _NOT_IN_AN_ATTRIBUTE = frozenset("<>&\"'\r\n\0")
 
 
@@ -34,13 +38,16 @@ class Editor:
         return self._done[-1].title if self._done else ""
 
     def replace(self, file: str, line: int, column: int, was: str, text: str) -> None:
-        """Replace what stands at a line and column (1-based) within an attribute.
+        """Replace the number that stands at a line and column (1-based) within an attribute.
 
         Raises:
-            KbotError: something else stands there now, or the text does not belong in an attribute.
+            KbotError: something else stands there now, or the text does not belong in an attribute, or is
+                neither a finite number nor makes one when it is expanded.
         """
         if _NOT_IN_AN_ATTRIBUTE & set(text):
             raise KbotError("a value cannot hold quotes, angle brackets, & or line ends")
+        if not _is_value(text):
+            raise KbotError(f"{text!r} is no finite number, nor does it hold ${{…}} or $(…)")
         source = read_source(file)
         start = source.offset(line, column)
         end = start + len(was.encode())
@@ -85,6 +92,12 @@ class Editor:
         for file, before, _ in change.texts:
             write_text(file, before)
         self._done.pop()
+
+
+def _is_value(text: str) -> bool:
+    if _EXPRESSION.search(text):
+        return True
+    return _NUMBER.fullmatch(text) is not None and math.isfinite(float(text))
 
 
 def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:

@@ -33,14 +33,14 @@ class Reader(Protocol):
 class Shown:
     """A reading that makes no robot leaves the last good one on show, which is then stale."""
 
-    def __init__(self, reader: Reader, meshes: MeshStore) -> None:
-        """Reads the description.
+    def __init__(self, reader: Reader, meshes: MeshStore, why_not: str = "") -> None:
+        """Reads the description; `why_not` says why pages may not change it, empty where they may.
 
         Raises:
             DescriptionError: it makes no robot, or one with errors.
         """
         self._reader, self._meshes = reader, meshes
-        self.authoring = Authoring(reader.overrides)
+        self.authoring = Authoring(reader.overrides, why_not)
         self._good = self._latest = reader.read()
         self.robot = self._good.require()
         self.is_stale = False
