@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from kbot.record import Recording
@@ -13,6 +14,7 @@ from kbot.workbench.serve import serving
 from kbot.workbench.session import Session
 
 from .conftest import until
+from .pictures import pixels_per_metre, screenshot
 
 OpenPage = Callable[..., Any]
 
@@ -87,6 +89,28 @@ def test_the_robot_stands_where_it_stood(page: Any) -> None:
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
     assert shown_x(page) == pytest.approx(now, abs=0.1)
     until(lambda: slider(page).get_attribute("aria-valuetext") == "live")
+
+
+def trail_ends(page: Any) -> float:
+    """x in m where the trail ends, as far as it is seen from above; -inf where none of it is."""
+    with_trail = screenshot(page).astype(int)
+    page.keyboard.press("7")
+    changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60
+    page.keyboard.press("7")
+    height, width = changed.shape
+    columns = np.nonzero(changed[height // 2 - 20 : height // 2 + 20].any(axis=0))[0]
+    return float((columns.max() - width / 2) / pixels_per_metre(page)) if columns.size else float("-inf")
+
+
+def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
+    page.keyboard.press("8")  # the view does not follow
+    page.evaluate("kbot.look([0, -0.001, 1.6], [0, 0, 0])")
+    until(lambda: trail_ends(page) > 0.15)  # behind the robot, that hides its last part
+    drag(page, 0.05)
+    settled(page)
+    until(lambda: shown_x(page) < 0.1 and trail_ends(page) < shown_x(page) + 0.01)
+    page.get_by_role("button", name="Live").click()
+    until(lambda: not is_past(page) and trail_ends(page) > 0.15)
 
 
 def test_time_goes_back_by_keys(page: Any) -> None:

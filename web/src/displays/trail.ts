@@ -22,12 +22,13 @@ export const trail: Make = ({ app }) => {
       paint();
     },
     state(state) {
-      if (app.travel.isPast) return;
+      if (app.travel.isPast) return ribbon.showUntil(state.at);
       if (state.resets !== resets) ribbon.clear();
       resets = state.resets;
       const scene = app.scene.value;
       const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-      if (app.about.value?.mode !== "view" && root >= 0) ribbon.add(state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+      if (app.about.value?.mode !== "view" && root >= 0) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+      ribbon.showUntil(Infinity);
     },
     dispose() {
       ribbon.mesh.geometry.dispose();
@@ -40,7 +41,8 @@ export const trail: Make = ({ app }) => {
 class Ribbon {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly positions = new BufferAttribute(new Float32Array(MOST * 6), 3);
-  private points: [number, number][] = [];
+  /** x and y in m, and when the robot came there, in s along the timeline. */
+  private points: [number, number, number][] = [];
   private width = 0.004;
   private spacing = 0.004;
 
@@ -62,18 +64,28 @@ class Ribbon {
     this.mesh.position.z = height + radius * 0.004;
   }
 
-  add(x: number, y: number): void {
+  add(at: number, x: number, y: number): void {
     const last = this.points.at(-1);
     if (last !== undefined && Math.hypot(x - last[0], y - last[1]) < this.spacing) return;
     if (this.points.length >= MOST) {
       this.points = this.points.slice(MOST / 2);
       this.points.forEach((_, i) => this.write(i));
     }
-    this.points.push([x, y]);
+    this.points.push([x, y, at]);
     this.write(this.points.length - 1);
     if (this.points.length > 1) this.write(this.points.length - 2);
     this.positions.needsUpdate = true;
-    this.mesh.geometry.setDrawRange(0, Math.max(0, this.points.length - 1) * 6);
+  }
+
+  /** Draws the way up to a moment. */
+  showUntil(at: number): void {
+    let [low, high] = [0, this.points.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.points[middle]![2] <= at) low = middle + 1;
+      else high = middle;
+    }
+    this.mesh.geometry.setDrawRange(0, Math.max(0, low - 1) * 6);
   }
 
   clear(): void {
