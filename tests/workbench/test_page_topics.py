@@ -42,6 +42,27 @@ def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
     until(lambda: abs(shown(row, "pose.pose.position.x") - driving[1].state().odometry[0]) < 1e-3)
 
 
+ENDS_SEEN = """fields => [...fields.querySelectorAll("bdi")].every((name) => {
+  const text = name.firstChild, last = document.createRange();
+  last.setStart(text, text.length - 1);
+  last.setEnd(text, text.length);
+  const [end, cell] = [last.getBoundingClientRect(), name.closest("dt").getBoundingClientRect()];
+  return cell.width > 0 && end.left >= cell.left - 1 && end.right <= cell.right + 1;
+})"""
+
+
+def test_long_names_of_fields_are_told_apart_beside_the_plots(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0], viewport={"width": 1280, "height": 800})
+    row = opened(page, "/odom")
+    page.keyboard.press("l")
+    until(lambda: page.locator("#plots canvas").count() == 1)
+    until(lambda: page.locator(".topics").bounding_box()["width"] >= 16 * 16)
+    until(lambda: row.locator(".fields").evaluate(ENDS_SEEN))
+    assert row.get_by_title("Plot twist.twist.linear.x:").count() == 1
+
+
 @pytest.mark.parametrize("how", ["click", "drag"])
 def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: OpenPage, how: str) -> None:
     page = open_page(driving[0], viewport={"width": 1200, "height": 900})

@@ -104,3 +104,24 @@ def test_a_wall_between_does_not_hide_the_robot(driving: tuple[str, Session], op
     page.evaluate(f"kbot.look([{2.2 * x}, {2.2 * y}, {2.2 * z + 0.05}], [0, 0, 0.03])")
     assert share(page, "base_link") > 0.002
     assert blue(screenshot(page)).sum() > 200
+
+
+def test_what_is_pressed_looks_it_and_not_as_beneath_the_pointer(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    ortho = page.get_by_role("button", name="Ortho")
+
+    def look() -> list[str]:
+        return list(
+            ortho.evaluate("e => { const s = getComputedStyle(e); return [s.backgroundColor, s.boxShadow]; }")
+        )
+
+    plain = look()
+    ortho.hover()
+    until(lambda: look() != plain)
+    beneath = look()
+    assert beneath[1] == "none"
+    ortho.click()
+    until(lambda: ortho.get_attribute("aria-pressed") == "true" and look()[1] != "none")
+    page.mouse.move(0, 0)
+    until(lambda: look()[0] not in (plain[0], beneath[0]))
+    assert "inset" in look()[1]

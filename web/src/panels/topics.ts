@@ -46,7 +46,7 @@ class Row {
     private readonly app: App,
     private readonly topic: string,
   ) {
-    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", onclick: () => this.toggle() }, icon("chevron"), h("span", { class: "name" }, topic), this.type, this.rate);
+    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", onclick: () => this.toggle() }, icon("chevron"), h("span", { class: "name", title: topic }, topic), this.type, this.rate);
     this.element = h("li", { "data-topic": topic }, this.head, this.body);
   }
 
@@ -90,8 +90,8 @@ class Row {
     const name = path.join(".");
     const shown = h("dd", {});
     this.values.set(name, shown);
-    if (typeof value !== "number" && typeof value !== "boolean") return [h("dt", {}, name), shown];
-    const plot = h("button", { type: "button", draggable: "true", title: `Plot ${name}: click, or drag it into the plots`, onclick: () => this.app.plotTopic(this.topic, path) }, name);
+    if (typeof value !== "number" && typeof value !== "boolean") return [h("dt", { title: name }, h("bdi", {}, name)), shown];
+    const plot = h("button", { type: "button", draggable: "true", title: `Plot ${name}: click, or drag it into the plots`, onclick: () => this.app.plotTopic(this.topic, path) }, h("bdi", {}, name));
     plot.addEventListener("dragstart", (event) => event.dataTransfer?.setData(DRAGGED, JSON.stringify([this.topic, ...path])));
     return [h("dt", {}, plot), shown];
   }
