@@ -7,7 +7,8 @@ from pathlib import Path
 
 from kbot.model import Mesh, Robot, Visual
 from kbot.text import Diagnostic, Severity
-from kbot.xacro.packages import PackageNotFound, Packages, package_name
+from kbot.xacro.package_roots import lies_in_package, package_around
+from kbot.xacro.packages import Packages
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class MeshRoots:
         self._packages = packages
         folder = Path(description).resolve().parent
         above = folder.parent if folder.parent != folder.parent.parent else folder
-        self._own = _package_around(folder) or above
+        self._own = package_around(folder) or above
         self._known: dict[str, bool] = {}
 
     def allow(self, mesh: Mesh) -> bool:
@@ -40,27 +41,7 @@ class MeshRoots:
         return self._known[path]
 
     def _lies_within(self, file: Path, uri: str) -> bool:
-        if file.is_relative_to(self._own):
-            return True
-        scheme, _, rest = uri.partition("://")
-        if scheme in ("package", "model"):
-            folder = self._found(rest.partition("/")[0])
-            if folder is not None and file.is_relative_to(folder.resolve()):
-                return True
-        # a workspace may be installed by links to its sources, each with its package.xml
-        source = _package_around(file.parent)
-        installed = self._found(package_name(str(source))) if source else None
-        return (
-            source is not None
-            and installed is not None
-            and (installed / "package.xml").resolve() == (source / "package.xml").resolve()
-        )
-
-    def _found(self, name: str) -> Path | None:
-        try:
-            return Path(self._packages.find(name))
-        except PackageNotFound:
-            return None
+        return file.is_relative_to(self._own) or lies_in_package(file, uri, self._packages)
 
 
 def confine(robot: Robot, roots: MeshRoots) -> Confined:
@@ -93,7 +74,3 @@ def _without(part: Visual, outside: dict[str, Diagnostic]) -> Visual:
     if not isinstance(shape, Mesh) or shape.path not in outside:
         return part
     return dataclasses.replace(part, geometry=dataclasses.replace(shape, path=None))
-
-
-def _package_around(folder: Path) -> Path | None:
-    return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
