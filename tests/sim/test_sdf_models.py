@@ -23,6 +23,7 @@ GATE = """<sdf version="1.7"><model name="gate"><pose>0.5 0 0 0 0 0</pose>
 
 TWO = CRATE.replace("</sdf>", GATE[GATE.index("<model") :])
 TWO_IN_A_WORLD = TWO.replace("<model", "<world name='w'><model", 1).replace("</sdf>", "</world></sdf>")
+BARE = '<sdf version="1.7"><model name="m"/></sdf>'
 
 
 @pytest.fixture
@@ -87,6 +88,9 @@ def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path
         ('<sdf version="1.7"/>', "a", at(1.0), "holds no SDF world or model"),
         (TWO, "a", at(1.0), "2 models"),
         (TWO_IN_A_WORLD, "a", at(1.0), "2 models"),
+        (BARE, "a", at(1.0), "the model in a.sdf has no link"),
+        (BARE.replace("</sdf>", '<model name="b"/></sdf>'), "a", at(1.0), "2 models"),
+        ('<sdf version="1.7"><world name="w"/></sdf>', "a", at(1.0), "holds no model"),
     ],
 )
 def test_what_cannot_be_spawned_changes_nothing(

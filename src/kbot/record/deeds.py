@@ -80,7 +80,7 @@ _OTHERS: Mapping[str, Callable[[Simulation, Note], object]] = {
     ),
     "spawn_model": _spawn,
     "spawn_sdf": lambda simulation, note: simulation.spawn_sdf(
-        note["sdf"], note["name"], Transform(note["matrix"])
+        note["sdf"], note["name"], Transform(note["matrix"]), note.get("is_confined", False)
     ),
     "twist": _twist,
 }

@@ -19,6 +19,7 @@ from kbot.sim.world_builder import PREFIX, body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.joints import Loop
+from kbot.world.sdf.reach import Reach
 from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body, HeightField, Plane
 
@@ -79,10 +80,15 @@ class Models(Attached):
         self._note("spawn_thing", kind=kind, name=name, x=x, y=y, z=z, yaw=yaw, size=edges)
         return body
 
-    def spawn_sdf(self, sdf: str, name: str | None = None, pose: Transform = ORIGIN) -> tuple[Body, ...]:
+    def spawn_sdf(
+        self, sdf: str, name: str | None = None, pose: Transform = ORIGIN, is_confined: bool = False
+    ) -> tuple[Body, ...]:
         """Put a model of SDF into the running world: its text, or the name of its file. `pose` is set before
         the model's own, in the world. Its links are `name`, and `name::link` for all but the first; plugins
         in it do nothing. What runs goes on as it was.
+
+        Where it `is_confined`, as what a peer sends is, it names only files of `kbot.world.sdf.reach`, and
+        none of its shapes may be left out.
 
         Raises:
             DescriptionError: the model cannot be used; every reason at its line.
@@ -91,10 +97,11 @@ class Models(Attached):
         if not isinstance(sdf, str):
             raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
         vector("a place in m", pose.translation.tolist(), FURTHEST)
-        bodies, loops = model_of_sdf(sdf, name, pose)
+        bodies, loops = model_of_sdf(sdf, name, pose, Reach() if is_confined else None)
         self._require_free(bodies[0].belongs_to)
         self._add(bodies, loops, bodies[0].belongs_to)
-        self._note("spawn_sdf", sdf=sdf, name=name, matrix=pose.matrix.tolist())
+        confined = {"is_confined": True} if is_confined else {}
+        self._note("spawn_sdf", sdf=sdf, name=name, matrix=pose.matrix.tolist(), **confined)
         return bodies
 
     def _taken(self) -> set[str]:

@@ -6,13 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from kbot.kinematics.transform import Transform
-from kbot.text import KbotError
+from kbot.text import DescriptionError, KbotError, Severity
 from kbot.text.files import unsaved
 from kbot.text.suggest import did_you_mean
 from kbot.world.builders import WOOD
 from kbot.world.joints import Loop
 from kbot.world.sdf import read_sdf
-from kbot.world.sdf.files import LIBRARY
+from kbot.world.sdf.files import LIBRARY, read_xml
+from kbot.world.sdf.reach import Reach
 from kbot.world.world import Body, Box, Part
 
 BOX = "box"
@@ -21,6 +22,8 @@ THINGS = (BOX, *MODELS)
 DENSITY = 100.0
 """kg/m^3 of a box: a carton with something in it."""
 EDGE = 0.1
+LEFT_OUT = frozenset({"W202", "W206"})
+"""Of a shape: its file is not found, or cannot be used."""
 
 
 def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float] | None = None) -> Body:
@@ -42,25 +45,32 @@ def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float
     return replace(body, name=name, model=name, pose=pose @ body.pose)
 
 
-def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
+def model_of_sdf(
+    sdf: str, name: str | None, pose: Transform, reach: Reach | None = None
+) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
     """The bodies of a model of SDF, given as text or as the name of its file, and what closes its rings.
-    `name` takes the place of its own; `pose` is set before its own.
+    `name` takes the place of its own; `pose` is set before its own. Where there is a `reach`, as for what a
+    peer sends, it names only files within, and none of its shapes may be left out.
 
     Raises:
         DescriptionError: it cannot be used; carries every finding.
         KbotError: it holds no model, or several.
     """
+    texts: dict[str, str] = {}
     if sdf.lstrip().startswith("<"):
         path = f"{name or 'model'}.sdf"
-        with unsaved({path: sdf}):
-            world = read_sdf(path, with_floor=False)
+        texts[path] = sdf
     else:
         path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
-        world = read_sdf(path, with_floor=False)
-    bodies = world.bodies
-    models = {body.belongs_to for body in bodies}
-    if len(models) != 1:
-        raise KbotError(f"{path} holds {len(models) or 'no'} models: one can be spawned")
+    with unsaved(texts):
+        world = read_sdf(path, with_floor=False, reach=reach)
+        left_out = [replace(d, severity=Severity.ERROR) for d in world.diagnostics if d.code in LEFT_OUT]
+        if reach is not None and left_out:
+            raise DescriptionError(left_out)
+        bodies = world.bodies
+        models = {body.belongs_to for body in bodies}
+        if len(models) != 1:
+            raise KbotError(_not_one_model(path, len(models)))
     (old,) = models
     new = name or old
 
@@ -88,3 +98,11 @@ def model_of_sdf(sdf: str, name: str | None, pose: Transform) -> tuple[tuple[Bod
 def _moved(pose: Transform, point: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = (pose @ Transform.from_xyz_rpy(point, (0.0, 0.0, 0.0))).translation.tolist()
     return x, y, z
+
+
+def _not_one_model(path: str, with_links: int) -> str:
+    root = read_xml(path)
+    count = max(with_links, len(list((root.find("world") or root).elements("model"))))
+    if count == 1:
+        return f"the model in {path} has no link"
+    return f"{path} holds {count or 'no'} models: just one can be spawned"

@@ -18,6 +18,7 @@ from kbot.text import KbotError
 from kbot.workbench.foreign_frames import read_transform
 from kbot.workbench.timeline.recorded_run import RecordedRun
 from kbot.world import World, load_world
+from kbot.world.sdf.reach import Reach
 from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body
 
@@ -113,7 +114,8 @@ def _thing(change: str) -> Body:
 @lru_cache(KEPT)
 def _model(change: str) -> tuple[Body, ...]:
     told = json.loads(change)
-    return model_of_sdf(told["sdf"], told["name"], Transform(told["matrix"]))[0]
+    reach = Reach() if told.get("is_confined") else None
+    return model_of_sdf(told["sdf"], told["name"], Transform(told["matrix"]), reach)[0]
 
 
 @lru_cache(KEPT)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from kbot.text import DescriptionError, Element, KbotError, read_source
@@ -14,11 +16,16 @@ from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.world.sdf.values import Values
 from kbot.xacro import Packages
 
+if TYPE_CHECKING:
+    from kbot.world.sdf.reach import Reach
+
 LIBRARY = Path(__file__).parents[1] / "models"
 """The models that ship with KBot."""
 
 PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
-
+FUEL_STORES = (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobotics.org")
+NOT_IN_REACH = "{} is not found among the models and packages here"
+"""What is said of a file that a peer names: the same whether it is elsewhere or nowhere."""
 
 _FUEL = re.compile(
     r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
@@ -41,10 +48,10 @@ def read_xml(path: str | Path) -> Element:
 class Files:
     """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
     then among the models that ship with KBot. What was found once is kept: a world may name it a thousand
-    times."""
+    times. Within a `reach`, no others than its files are found."""
 
-    def __init__(self, values: Values) -> None:
-        self._values = values
+    def __init__(self, values: Values, reach: Reach | None = None) -> None:
+        self._values, self._reach = values, reach
         self._found: dict[tuple[str, str], str] = {}
         self._models: dict[str, tuple[str, Element]] = {}
         self._packages: dict[str, Packages] = {}
@@ -58,20 +65,31 @@ class Files:
             return known
         tell = self._values.findings.error if needed else self._values.findings.warning
         if text.startswith(("http://", "https://")):
-            known = _fetched_before(text)
+            known = self._usable(text, _fetched_before(text))
             if known is None:
                 hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
                 tell("W202", f"nothing is fetched from the network: {text}", uri.origin, hint)
                 return None
             self._found[text, beside] = known
             return known
-        path = self._path(text, Path(beside).absolute().parent)
-        if path is not None and path.exists():
-            self._found[text, beside] = str(path)
-            return str(path)
+        path = self._usable(text, self._paths(text, Path(beside).absolute().parent))
+        if path is not None:
+            self._found[text, beside] = path
+            return path
+        if self._reach is not None:
+            tell("W202", NOT_IN_REACH.format(text or "an empty <uri>"), uri.origin)
+            return None
         hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
         tell("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
         return None
+
+    def _usable(self, uri: str, paths: Iterable[Path]) -> str | None:
+        """The first of them that is there and in reach."""
+        try:
+            there = (str(path) for path in paths if path.exists())
+            return next((p for p in there if self._reach is None or self._reach.holds(p, uri)), None)
+        except (OSError, ValueError):  # no name of a file, or in a folder that may not be read
+            return None
 
     def model(self, path: str) -> tuple[str, Element]:
         """The SDF file of a model's folder, or a file of one, and its root.
@@ -85,35 +103,30 @@ class Files:
             self._models[path] = file, read_xml(file)
         return self._models[path]
 
-    def _path(self, text: str, folder: Path) -> Path | None:
+    def _paths(self, text: str, folder: Path) -> Iterator[Path]:
+        """Where a URI may lead, in the order in which it is looked for."""
         scheme, mark, rest = text.partition("://")
         if not text:
-            return None
-        if mark and scheme == "model":
-            return next((root / rest for root in self._roots(folder) if (root / rest).exists()), None)
+            return
         if mark and scheme == "package":
             around = str(folder)
             if around not in self._packages:
                 self._packages[around] = Packages(around=around)
-            try:
+            with suppress(KbotError):
                 found = self._packages[around].resolve(text)
-            except KbotError:
-                return None
-            return Path(found) if found else None
-        if mark and scheme == "file":
-            absolute = Path(rest)
-            if absolute.is_absolute():
-                return absolute
-            return next((root / rest for root in self._roots(folder) if (root / rest).exists()), None)
-        beside = folder / text
-        if beside.exists():
-            return beside
-        return next((root / text for root in self._roots(folder) if (root / text).exists()), None)
+                if found:
+                    yield Path(found)
+        elif mark and scheme == "file" and Path(rest).is_absolute():
+            yield Path(rest)
+        elif mark and scheme in ("model", "file"):
+            yield from (root / rest for root in self._roots(folder))
+        else:
+            yield folder / text
+            yield from (root / text for root in self._roots(folder))
 
     def _roots(self, folder: Path) -> Iterator[Path]:
         """Folders that may hold model folders."""
-        for variable in PATH_VARIABLES:
-            yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
+        yield from model_paths()
         for parent in (folder, *folder.parents[:3]):
             yield parent
             yield parent / "models"
@@ -126,25 +139,37 @@ class Files:
         ]
 
 
+def model_paths() -> Iterator[Path]:
+    """The folders that Gazebo's variables name."""
+    for variable in PATH_VARIABLES:
+        yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
+
+
+def fuel_stores() -> Iterator[Path]:
+    """Where Gazebo keeps what it fetched from Fuel."""
+    return (Path.home() / store for store in FUEL_STORES)
+
+
 def fuel_model(text: str) -> tuple[str, str] | None:
     """Owner and name of a model of Gazebo Fuel, None for another address."""
     found = _FUEL.match(text)
     return (found[1], unquote(found[2])) if found else None
 
 
-def _fetched_before(text: str) -> str | None:
+def _fetched_before(text: str) -> Iterator[Path]:
     """A model of Fuel that Gazebo keeps on this machine, or that ships with KBot under that name."""
     model = fuel_model(text)
     if model is None:
-        return None
+        return
     owner, name = model
-    for cache in (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobotics.org"):
-        versions = (Path.home() / cache / owner.lower() / "models" / name.lower()).glob("*/model.config")
+    for store in fuel_stores():
+        versions = (store / owner.lower() / "models" / name.lower()).glob("*/model.config")
         newest = max(versions, key=lambda p: _version(p.parent.name), default=None)
         if newest is not None:
-            return str(newest.parent)
+            yield newest.parent
     own = LIBRARY / name.lower().replace(" ", "_")
-    return str(own) if own.is_dir() else None
+    if own.is_dir():
+        yield own
 
 
 def model_file(path: str) -> str:

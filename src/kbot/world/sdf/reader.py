@@ -14,6 +14,7 @@ from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry
 from kbot.world.sdf.files import Files, fuel_model, read_xml
 from kbot.world.sdf.frames import Frames
+from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import STRONGEST_PULL, Values
 from kbot.world.sdf.vocabulary import check_names
@@ -31,23 +32,24 @@ OUR_OWN = frozenset(
 NOT_SIMULATED = ("actor", "road", "population", "plugin", "light", "gripper", "wind", "audio")
 
 
-def read_sdf(path: str, with_floor: bool = True) -> World:
-    """The world of an SDF file; a file of one model becomes that model, with a floor beneath it first.
+def read_sdf(path: str, with_floor: bool = True, reach: Reach | None = None) -> World:
+    """The world of an SDF file; a file of one model becomes that model, with a floor beneath it first. Where
+    there is a `reach`, it names only files within.
 
     Raises:
         DescriptionError: the file cannot be used; it carries every finding.
     """
     findings = Findings()
-    world = _Reader(findings).world(path, with_floor)
+    world = _Reader(findings, reach).world(path, with_floor)
     findings.require()
     return replace(world, diagnostics=tuple(findings.diagnostics))
 
 
 class _Reader:
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, reach: Reach | None) -> None:
         self.findings = findings
         self.values = Values(findings)
-        self.files = Files(self.values)
+        self.files = Files(self.values, reach)
         self.names: set[str] = set()
         self.checked: set[str] = set()
         """Files whose tags and attributes were looked at."""
