@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from kbot.bridges.foreign import spawn_text, told_of
 from kbot.bridges.gazebo_states import (
     in_world,
     link_named,
@@ -21,7 +22,7 @@ from kbot.bridges.gazebo_states import (
     world_from_frame,
     xyz,
 )
-from kbot.bridges.gz_services import gz_services, spawn_text, told_of
+from kbot.bridges.gz_services import gz_services
 from kbot.bridges.services import Answer, Service
 from kbot.messages import services as srv
 from kbot.messages import types as msg
@@ -44,8 +45,8 @@ def gazebo_services(world: str) -> dict[str, Service]:
     }
     found: list[tuple[str, str, Answer]] = [
         *((f"/gazebo/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
-        ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model),
-        ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model),
+        ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
+        ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
         ("/gazebo/get_model_state", "gazebo_msgs/GetModelState", _get_model_state),
         ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
@@ -85,21 +86,24 @@ def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
     return answer
 
 
-def _spawn(simulation: Simulation, name: str, xml: str, namespace: str, pose: msg.Pose, frame: str) -> str:
-    place = in_world(simulation, pose, frame)
-    return spawn_text(simulation, name, xml, place, namespace.strip("/") or None)
+def _spawn_model(usual: str) -> Answer:
+    """Of a text that is taken for URDF or SDF where its first tag does not tell."""
 
+    @_telling
+    def spawn(simulation: Simulation, request: srv.SpawnModelRequest) -> str:
+        place = in_world(simulation, request.initial_pose, request.reference_frame)
+        namespace = request.robot_namespace.strip("/") or None
+        return spawn_text(simulation, request.model_name, request.model_xml, place, namespace, usual)
 
-@_telling
-def _spawn_model(simulation: Simulation, request: srv.SpawnModelRequest) -> str:
-    r = request
-    return _spawn(simulation, r.model_name, r.model_xml, r.robot_namespace, r.initial_pose, r.reference_frame)
+    return spawn
 
 
 @_telling
 def _spawn_entity(simulation: Simulation, request: srv.SpawnEntityRequest) -> str:
-    r = request
-    return _spawn(simulation, r.name, r.xml, r.robot_namespace, r.initial_pose, r.reference_frame)
+    place = in_world(simulation, request.initial_pose, request.reference_frame)
+    return spawn_text(
+        simulation, request.name, request.xml, place, request.robot_namespace.strip("/") or None
+    )
 
 
 @_telling

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from itertools import count
 
+from kbot.bridges.foreign import spawn_file, spawn_text, told_of
 from kbot.bridges.gazebo_states import in_world, models_of, put
 from kbot.bridges.services import Answer, Service
 from kbot.kinematics.transform import Transform
 from kbot.messages import gz_services as gz
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError
 from kbot.wire.services import service_type
@@ -19,7 +18,6 @@ from kbot.wire.services import service_type
 MOST_STEPS = 100_000
 """Steps that one call may ask for, so that others are answered too."""
 DONE = srv.SuccessResponse(True)
-_FIRST_TAG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*<(?P<tag>[\w:.-]+)", re.DOTALL)
 
 
 def gz_services(world: str) -> dict[str, Service]:
@@ -36,29 +34,6 @@ def gz_services(world: str) -> dict[str, Service]:
     }
 
 
-def spawn_text(
-    simulation: Simulation, name: str, xml: str, place: Transform, namespace: str | None = None
-) -> str:
-    """Spawn what a text describes, a robot of URDF or a model of SDF, and say so.
-
-    Raises:
-        DescriptionError, KbotError: it cannot be used, or cannot stand there.
-    """
-    first = _FIRST_TAG.match(xml)
-    if first is not None and first["tag"] in ("sdf", "gazebo"):
-        return _stands(simulation.spawn_sdf(xml, name or None, place)[0].belongs_to, place)
-    robot = load_robot_text(xml, f"{name or 'model'}.urdf").require()
-    x, y, _ = place.translation.tolist()
-    spawned = simulation.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)
-    where = f"/{spawned.naming.namespace}" if spawned.naming.namespace else "the root"
-    return f"{spawned.name} stands on the ground at {x:.3f}, {y:.3f}; its topics are under {where}"
-
-
-def _stands(name: str, place: Transform) -> str:
-    x, y, z = place.translation.tolist()
-    return f"{name} is put at {x:.3f}, {y:.3f}, {z:.3f}"
-
-
 def _create(simulation: Simulation, request: gz.GzSpawnEntityRequest) -> srv.SuccessResponse:
     asked = request.entity_factory
     place = in_world(simulation, asked.pose, asked.relative_to)
@@ -68,11 +43,9 @@ def _create(simulation: Simulation, request: gz.GzSpawnEntityRequest) -> srv.Suc
         name = next(free for n in count(1) if (free := f"{name}_{n}") not in taken)
     try:
         if asked.sdf:
-            spawn_text(simulation, name, asked.sdf, place)
-        elif asked.sdf_filename.endswith((".urdf", ".xacro")):
-            _spawn_robot(simulation, name, place, asked.sdf_filename)
+            spawn_text(simulation, name, asked.sdf, place, usual="sdf")
         elif asked.sdf_filename:
-            simulation.spawn_sdf(asked.sdf_filename, name or None, place)
+            spawn_file(simulation, name, asked.sdf_filename, place)
         elif asked.clone_name:
             _clone(simulation, name, place, asked.clone_name)
         else:
@@ -80,17 +53,6 @@ def _create(simulation: Simulation, request: gz.GzSpawnEntityRequest) -> srv.Suc
     except DescriptionError as error:
         raise KbotError(told_of(error)) from None
     return DONE
-
-
-def told_of(error: DescriptionError) -> str:
-    """In a line: what is wrong with a description."""
-    told = "; ".join(f"{d.origin}: {d.message}" for d in error.diagnostics if d.is_error)
-    return told or str(error)
-
-
-def _spawn_robot(simulation: Simulation, name: str, place: Transform, file: str) -> None:
-    x, y, _ = place.translation.tolist()
-    simulation.spawn_model(load_robot(file).require(), name or None, x, y, place.yaw)
 
 
 def _clone(simulation: Simulation, name: str, place: Transform, of: str) -> None:

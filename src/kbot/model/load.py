@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from kbot.model._values import MeshFinder
 from kbot.model.read import read_robot
 from kbot.model.robot import Robot
-from kbot.text import DescriptionError, Diagnostic
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source
+from kbot.text.nodes import Comment, Instruction
+from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.xacro import Expansion, Packages, expand, expand_text
 
 SHIPPED_NAME = "kbot"
@@ -17,6 +21,7 @@ SHIPPED_NAME = "kbot"
 SHIPPED_PACKAGE = "kbot_description"
 """The package it comes in."""
 
+_EXPRESSION = re.compile(r"\$[{(]")
 _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
 
 
@@ -80,6 +85,41 @@ def load_robot_text(
     file = resolve_robot_path(path)
     found = (packages or Packages()).beside(file)
     return _read(expand_text(text, file, arguments, properties=properties, packages=found), found)
+
+
+def read_urdf_text(text: str, path: str, finder: MeshFinder) -> Robot:
+    """The robot of a text that is no xacro: nothing in it is evaluated, and no file is read for it. `path` is
+    the file that it would be; `finder` finds the files of its meshes.
+
+    Raises:
+        DescriptionError: it is no URDF, or it is xacro.
+    """
+    document = parse_document(Source(path, text), MAX_READ_NESTING)
+    origin = _xacro_in(document.root)
+    if origin is not None:
+        what = "it is xacro: expand it first (kbot expand)"
+        raise DescriptionError([Diagnostic("U001", Severity.ERROR, what, origin)])
+    if document.diagnostics:
+        raise DescriptionError(document.diagnostics)
+    return read_robot(document.root, finder).require()
+
+
+def _xacro_in(root: Element) -> Origin | None:
+    """Where the first thing stands that xacro would expand."""
+    waiting: list[Element] = [root]
+    while waiting:
+        element = waiting.pop()
+        if element.tag.startswith("xacro:"):
+            return element.origin
+        for name, value in element.attributes.items():
+            if _EXPRESSION.search(value):
+                return element.attribute_origin(name)
+        for child in element.children:
+            if isinstance(child, Element):
+                waiting.append(child)
+            elif not isinstance(child, Comment | Instruction) and _EXPRESSION.search(child.value):
+                return child.origin
+    return None
 
 
 def _read(expansion: Expansion, packages: Packages) -> Loaded:
