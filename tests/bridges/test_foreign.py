@@ -137,6 +137,17 @@ def test_a_file_elsewhere_is_not_created(running: Running, secret: Path, file: s
         assert str(caught.value) == f"{name} is not found among the models and packages here"
 
 
+def test_a_model_s_file_that_is_a_link_out_of_the_folder_is_not_read(
+    running: Running, secret: Path, models: Path
+) -> None:
+    (models / "linked").mkdir()
+    (models / "linked" / "model.sdf").symlink_to(secret / "secret.sdf")
+    with pytest.raises(KbotError, match="model://linked is not found among the models and packages here"):
+        create(running, name="x1", sdf_filename="model://linked")
+    answer = spawn(running, INCLUDING.format("model://linked"))
+    assert (answer.success, "is not found among" in answer.status_message) == (False, True)
+
+
 def test_files_of_the_library_of_model_paths_and_of_packages_are_used(running: Running, models: Path) -> None:
     create(running, name="a", sdf_filename="model://crate")
     create(running, name="b", sdf_filename="tetra/model.sdf", pose=msg.Pose(msg.Point(-3.0)))

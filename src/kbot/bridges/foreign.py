@@ -54,12 +54,14 @@ def spawn_file(simulation: Simulation, name: str, uri: str, place: Transform) ->
     Raises:
         DescriptionError, KbotError: it is not within reach, cannot be used, or cannot stand there.
     """
-    path = Reach().resolve(uri)
-    if path is None:
-        raise KbotError(NOT_IN_REACH.format(uri))
-    if path.endswith((".urdf", ".xacro")):
+    reach = Reach()
+    path = reach.resolve(uri)
+    if path is not None and path.endswith((".urdf", ".xacro")):
         return _stand(simulation, load_robot(path).require(), name, place, None)
-    return _spawn_sdf(simulation, name, model_file(path), place)
+    file = model_file(path) if path is not None else None
+    if file is None or not reach.holds(file):
+        raise KbotError(NOT_IN_REACH.format(uri))
+    return _spawn_sdf(simulation, name, file, place)
 
 
 def told_of(error: DescriptionError) -> str:

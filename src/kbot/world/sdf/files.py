@@ -96,10 +96,12 @@ class Files:
 
         Raises:
             DescriptionError: it cannot be read.
-            KbotError: the folder has no SDF file.
+            KbotError: the folder has no SDF file, or one that is out of reach.
         """
         if path not in self._models:
             file = model_file(path)
+            if self._reach is not None and not self._reach.holds(file):
+                raise KbotError(NOT_IN_REACH.format(file))
             self._models[path] = file, read_xml(file)
         return self._models[path]
 
