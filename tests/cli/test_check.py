@@ -201,6 +201,25 @@ def test_fixes_are_shown_and_then_made(tmp_path: Path, monkeypatch: pytest.Monke
     assert path.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
 
 
+def test_a_diff_tells_what_no_fix_mends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xacro").write_text((FIXTURES / "J107" / "fails.xacro").read_text())
+    whole = run("robot.xacro", "--diff")
+    assert (whole.return_value, whole.stderr) == (0, "")
+    Path("robot.xacro").write_text((FIXTURES / "J102" / "fails.xacro").read_text())
+    before = Path("robot.xacro").read_text()
+    for words in (("--diff",), ("--fix", "--diff")):
+        left = run("robot.xacro", *words)
+        assert (left.return_value, left.stdout) == (1, "")
+        assert "1 error left that no safe fix mends; 1 can be mended by --unsafe-fixes" in left.stderr
+    unsafe = run("robot.xacro", "--unsafe-fixes", "--diff")
+    assert unsafe.return_value == 0
+    assert "+++ robot.xacro (fixed)" in unsafe.stdout
+    assert Path("robot.xacro").read_text() == before
+    Path("robot.xacro").write_text("<robot>")
+    assert (run("robot.xacro", "--diff").return_value, run("missing.xacro", "--diff").return_value) == (2, 2)
+
+
 def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here = tmp_path / "here"
     here.mkdir()

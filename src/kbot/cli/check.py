@@ -85,7 +85,8 @@ def command(
 ) -> int:
     """Say what is wrong with xacro, URDF and launch FILEs, or with all of a PACKAGE or FOLDER.
 
-    Exit status: 0 nothing found, 1 findings, 2 a file that cannot be read, or is not well-formed.
+    Exit status: 0 nothing found, or left by the fixes, 1 findings, 2 a file that cannot be read, or is not
+    well-formed.
     """
     files, arguments = split_arguments(words)
     if not files:
@@ -98,18 +99,19 @@ def command(
             jobs += _jobs(file, arguments, choice, Packages(package_path))
         except DescriptionError as error:
             found += error.diagnostics
-    if fix or unsafe_fixes or diff:
-        _mend(jobs, unsafe_fixes, diff)
-        if diff:
-            return 0
-    found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
+    mended = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else {}
+    with unsaved(mended if diff else {}):
+        found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
     known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
-    if write_baseline:
+    if write_baseline and not diff:
         _write_baseline(write_baseline, found)
         return 0
     if known:
         found = without_known(found, known)
-    _print(found, "json" if as_json else output_format or "text", [j.path for j in jobs], statistics)
+    if diff:
+        _tell_left(found, unsafe_fixes)
+    else:
+        _print(found, "json" if as_json else output_format or "text", [j.path for j in jobs], statistics)
     if any(is_unusable(d) for d in found):
         return 2
     return 1 if found else 0
@@ -149,8 +151,9 @@ def _place(word: str, packages: Packages) -> str:
     return folder
 
 
-def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
-    """Apply fixes to the jobs' own files and to those they include, or show what they would change."""
+def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
+    """Apply fixes to the jobs' own files and to those they include, or show what they would change; the
+    texts that they make, by path."""
     before: dict[str, str] = {}
     after: dict[str, str] = {}
     fixes: list[Fix] = []
@@ -179,6 +182,19 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> None:
         click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
     for path in left_alone:
         click.echo(f"{path}: outside the working directory, its fixes are left alone", err=True)
+    return after
+
+
+def _tell_left(found: Sequence[Diagnostic], unsafe: bool) -> None:
+    """Say on stderr what a diff would leave, which without it reads as nothing found."""
+    if not found:
+        return
+    more = sum(bool(d.fix and not d.fix.safe) for d in found)
+    by_others = f"; {more} can be mended by --unsafe-fixes" if more and not unsafe else ""
+    fixes = "fix" if unsafe else "safe fix"
+    click.echo(
+        f"{count(found)} left that no {fixes} mends{by_others}; without --diff they are named", err=True
+    )
 
 
 def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
