@@ -71,6 +71,7 @@ def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "<link name='$(env HOME)'/>",
         "<link name='&#36;{1 + 1}'/>",
         "<gazebo><plugin>$(find kbot_description)</plugin></gazebo>",
+        "<gazebo><!-- xacro:eval-comments --><!-- ${1 + 1} --></gazebo>",
     ],
 )
 @pytest.mark.parametrize("declared", [True, False])

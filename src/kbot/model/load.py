@@ -117,7 +117,10 @@ def _xacro_in(root: Element) -> Origin | None:
         for child in element.children:
             if isinstance(child, Element):
                 waiting.append(child)
-            elif not isinstance(child, Comment | Instruction) and _EXPRESSION.search(child.value):
+            elif isinstance(child, Comment | Instruction):
+                if "xacro:eval-comments" in child.value:
+                    return child.origin
+            elif _EXPRESSION.search(child.value):
                 return child.origin
     return None
 
