@@ -150,6 +150,16 @@ def test_a_transport_that_there_is_not() -> None:
         wanted_transport({"KBOT_TRANSPORT": "ros3"})
 
 
+def test_the_example_ends_with_the_message_alone(environment: dict[str, str]) -> None:
+    example = Path(__file__).parents[2] / "examples" / "own_node.py"
+    environment |= {"KBOT_TRANSPORT": "local"}
+    command = [sys.executable, str(example)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: no KBot runs here; start one")
+    assert done.stderr.count("\n") == 1
+
+
 @pytest.fixture
 def node(environment: dict[str, str]) -> Iterator[kbot.Node]:
     running = Kbot(Wishes())
