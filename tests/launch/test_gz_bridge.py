@@ -83,7 +83,7 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
 @pytest.mark.parametrize(
     ("text", "line", "column", "said"),
     [
-        ("- ros_topic_name: /a\n  ros_type_name: T\n", 1, 3, "the entry of /a lacks gz_type_name"),
+        (f"- ros_topic_name: /a\n  ros_type_name: {TWIST}\n", 1, 3, "the entry of /a lacks gz_type_name"),
         ("- ros_topic: /a\n", 1, 3, "a bridge has no 'ros_topic'"),
         (
             f"- topic_name: /a\n  ros_type_name: {TWIST}\n  gz_type_name: gz.msgs.Odometry\n",
@@ -98,6 +98,17 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
             3,
             "'ROS_TO_GAZEBO' is no direction",
         ),
+        ("- topic_name: /a\n  ros_type_name: [\n", 3, 1, "the YAML cannot be read: while parsing"),
+        ("\n- 17\n", 2, 3, "17 is no entry of a bridge"),
+        ("- topic_name: 17\n", 1, 3, "17 is no name of a topic of ROS"),
+        ("- gz_topic_name: a b\n", 1, 3, "'a b' is no name of a topic of gz"),
+        ("- topic_name: /a\n  ros_type_name: T\n", 2, 3, "'T' is no name of a type of ROS, as in geometry_"),
+        (
+            f"- topic_name: /a\n  ros_type_name: {TWIST}\n  gz_type_name: [gz.msgs.Twist]\n",
+            3,
+            3,
+            "['gz.msgs.Twist'] is no name of a type of gz",
+        ),
     ],
 )
 def test_what_is_wrong_in_a_yaml_is_said_at_its_line(
@@ -110,6 +121,17 @@ def test_what_is_wrong_in_a_yaml_is_said_at_its_line(
     assert (Path(span.file).name, span.line, span.column) == ("bridge.yaml", line, column)
     assert said in note.message
     assert found.bridged == ()
+
+
+def test_bytes_that_are_no_text_are_said_of_the_yaml(folder: Path) -> None:
+    by_yaml(folder, "")
+    (folder / "bridge.yaml").write_bytes(b"- topic_name: \xff\n")
+    found = stage(
+        read_launch_2(str(folder / "a.launch.xml"), packages=Packages(around=str(folder))).require()
+    )
+    (note,) = found.notes
+    assert note.origin is not None
+    assert Path(note.origin.span.file).name == "bridge.yaml"
 
 
 def test_an_argument_that_is_none_is_said_at_its_node(folder: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from kbot.launch import names
-from kbot.launch.placed_yaml import Keys, load_placed_yaml
+from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
 from kbot.launch.plan import Node, Plan
 from kbot.launch.words import place_of, split
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
@@ -40,6 +40,14 @@ class Bridged:
 _MARKS = {"@": Direction.BOTH, "[": Direction.TO_ROS, "]": Direction.TO_GZ}
 _ARGUMENT = re.compile(r"(?P<topic>[^@\s]+)@(?P<ros>[\w/]+)(?P<mark>[@\[\]])(?P<gz>[\w.]+)")
 _SERVICE = re.compile(r"[^@\s]+@\w+/srv/\w+(?:@[\w.]+@[\w.]+)?")
+_TOPIC = re.compile(r"[~/]?\w[\w/]*", re.ASCII)
+_GZ_TOPIC = re.compile(r"[^\s@]+")
+_WORDS = (
+    *((name, _TOPIC, "topic of ROS") for name in ("topic_name", "ros_topic_name")),
+    ("gz_topic_name", _GZ_TOPIC, "topic of gz"),
+    ("ros_type_name", re.compile(r"\w+(/msg)?/\w+", re.ASCII), "type of ROS, as in geometry_msgs/msg/Twist"),
+    ("gz_type_name", re.compile(r"\w+(\.\w+)+", re.ASCII), "type of gz, as in gz.msgs.Twist"),
+)
 _KEYS = (
     *("topic_name", "ros_topic_name", "gz_topic_name", "ros_type_name", "gz_type_name", "direction"),
     *("lazy", "subscriber_queue", "publisher_queue", "qos_profile"),
@@ -142,27 +150,31 @@ class _Reader:
 
     def file(self, path: str, origin: Origin, namespace: str, remaps: Mapping[str, str]) -> None:
         """Read a configuration; it may be absent, which is said where it is named."""
+        call = Call("include", path, origin.span, origin.call)
         try:
             source = read_source(path)
             data, places = load_placed_yaml(source)
         except DescriptionError as error:
-            self._note(error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+            (found,) = error.diagnostics
+            is_within = found.code == "F005" and found.origin is not None
+            where = Origin(found.origin.span, call) if is_within and found.origin else origin
+            self._note(found.message, where, found.hint)
             return
-        except ValueError as error:
-            self._note(f"the YAML in {path} cannot be read: {error}", origin)
+        except BadYaml as error:
+            self._note(f"the YAML cannot be read: {error}", Origin(error.span, call))
             return
         if not isinstance(data, list):
             self._note(
                 f"{path} is to hold a list of topics", Origin(source.whole()), "- ros_topic_name: /cmd_vel …"
             )
             return
-        call = Call("include", path, origin.span, origin.call)
+        where = _Places(places, call, Origin(source.whole(), call))
         for number, entry in enumerate(data):
             keys = (str(number),)
             if isinstance(entry, dict):
-                self._entry(
-                    entry, keys, _Places(places, call, Origin(source.whole(), call)), namespace, remaps
-                )
+                self._entry(entry, keys, where, namespace, remaps)
+            else:
+                self._note(f"{entry!r:.60} is no entry of a bridge", where.of(*keys), "- ros_topic_name: …")
 
     def _entry(
         self,
@@ -185,6 +197,10 @@ class _Reader:
         if not gz or not ros:
             self._note("this entry names no topic", first, "gz_topic_name: and ros_topic_name:")
             return
+        for name, pattern, what in _WORDS:
+            if entry.get(name) and not (isinstance(entry[name], str) and pattern.fullmatch(entry[name])):
+                self._note(f"{entry[name]!r:.60} is no name of a {what}", places.of(*keys, name))
+                return
         missing = [name for name in ("ros_type_name", "gz_type_name") if not entry.get(name)]
         if missing:
             self._note(f"the entry of {ros} lacks {' and '.join(missing)}", first)

@@ -11,26 +11,47 @@ from kbot.text import Source, Span
 Keys = tuple[str, ...]
 
 
+class BadYaml(ValueError):
+    """A file that is no valid YAML, and the place at which it ends to be; all of it where none is known."""
+
+    def __init__(self, words: str, span: Span) -> None:
+        super().__init__(words)
+        self.span = span
+
+
 def load_placed_yaml(source: Source) -> tuple[Any, Mapping[Keys, Span]]:
-    """What a file holds, as `load_yaml` has it, and the spans of its keys, by all keys and
-    numbers of items from the root on.
+    """What a file holds, as `load_yaml` has it, and the spans of its keys and of its lists' items, by
+    all keys and numbers of items from the root on.
 
     Raises:
-        ValueError: it is no valid YAML; its words say where.
+        BadYaml: it is no valid YAML; its words say where, too.
     """
     import yaml
 
-    loader = yaml_loader()(source.text)
+    loader = None
     try:
+        loader = yaml_loader()(source.text)
         root = loader.get_single_node()
         data = None if root is None else loader.construct_document(root)
     except yaml.YAMLError as error:
-        raise ValueError(" ".join(str(error).split())) from None
+        raise BadYaml(" ".join(str(error).split()), _at(error, source)) from None
+    except ValueError as error:
+        raise BadYaml(str(error), source.whole()) from None
     except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+        raise BadYaml("it is nested too deeply", source.whole()) from None
     finally:
-        loader.dispose()
+        if loader is not None:
+            loader.dispose()
     return data, _find(root, source, yaml)
+
+
+def _at(error: Any, source: Source) -> Span:
+    """Where YAML ends to be valid."""
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    if mark is None:
+        return source.whole()
+    start = source.offset(mark.line + 1, mark.column + 1)
+    return Span(source, start, start)
 
 
 def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:
@@ -44,7 +65,10 @@ def _find(root: Any, source: Source, yaml: Any) -> dict[Keys, Span]:
             continue
         seen.add(id(node))
         if isinstance(node, yaml.SequenceNode):
-            pending += [(item, (*keys, str(number))) for number, item in enumerate(node.value)]
+            for number, item in enumerate(node.value):
+                below = (*keys, str(number))
+                places[below] = _span(item, source)
+                pending.append((item, below))
             continue
         for key, value in node.value:
             if isinstance(key, yaml.ScalarNode):
