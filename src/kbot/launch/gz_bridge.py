@@ -168,13 +168,15 @@ class _Reader:
                 f"{path} is to hold a list of topics", Origin(source.whole()), "- ros_topic_name: /cmd_vel …"
             )
             return
-        where = _Places(places, call, Origin(source.whole(), call))
+        all_places = _Places(places, call, Origin(source.whole(), call))
         for number, entry in enumerate(data):
             keys = (str(number),)
             if isinstance(entry, dict):
-                self._entry(entry, keys, where, namespace, remaps)
+                self._entry(entry, keys, all_places, namespace, remaps)
             else:
-                self._note(f"{entry!r:.60} is no entry of a bridge", where.of(*keys), "- ros_topic_name: …")
+                self._note(
+                    f"{entry!r:.60} is no entry of a bridge", all_places.of(*keys), "- ros_topic_name: …"
+                )
 
     def _entry(
         self,

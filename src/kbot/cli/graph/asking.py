@@ -82,6 +82,7 @@ def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
     import yaml
 
     value = read_yaml(text, what, example)
+    event: Any
     for event in yaml.parse(text, yaml.SafeLoader):
         number = _EXPONENT.fullmatch(event.value) if isinstance(event, yaml.ScalarEvent) else None
         if number is not None and event.implicit[0] and isinstance(yaml.safe_load(event.value), str):
