@@ -71,9 +71,11 @@ def blue(display: Path) -> np.ndarray:
     return np.argwhere((pixels[..., 2] > 80) & (pixels[..., :2].max(axis=2) < 12))
 
 
-def stands(display: Path) -> np.ndarray | None:
-    """The middle of the plate on the screen, once it is as large there as it is: PLATE by PLATE."""
+def stands(display: Path, docks: int = 0) -> np.ndarray | None:
+    """The middle of the plate on the screen, once it is as large there as it is: PLATE by PLATE. So many
+    pixels on the left are of docks, where a camera's window may show it too."""
     found = blue(display)
+    found = found[found[:, 1] >= docks]
     if len(found) == 0:
         return None
     low, high = found.min(axis=0), found.max(axis=0)

@@ -17,6 +17,8 @@ from .test_bridge_rviz import CONFIG, said, stands
 SHARED = [kind for kind in KINDS if kind.rviz]
 HIDDEN = {"Grid", "TF", "Axes"}
 """What would lie over the robot, or beside it in its colour."""
+DOCKS = 342
+"""Pixels on the left that rviz gives to the windows of images and cameras."""
 
 
 @pytest.fixture
@@ -45,7 +47,7 @@ def opened(ros: Ros, display: Path, tmp_path: Path) -> Iterator[tuple[Ros, Path]
 
 def test_rviz_opens_what_kbot_wrote(opened: tuple[Ros, Path], display: Path) -> None:
     _, log = opened
-    wait_until(lambda: stands(display) is not None, "a blue plate on rviz's screen", 120)
+    wait_until(lambda: stands(display, DOCKS) is not None, "a blue plate on rviz's screen", 120)
     said_by_rviz = log.read_text()
     assert "ERROR" not in said_by_rviz, said_by_rviz
     assert "could not be loaded" not in said_by_rviz.lower(), said_by_rviz
