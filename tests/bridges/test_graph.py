@@ -167,8 +167,9 @@ def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys
 
 
 def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:
-    tree = told(capsys, "tf", "tree").splitlines()
-    assert tree[:3] == ["odom", "  base_footprint", "    base_link (static)"]
+    begins = ["odom", "  base_footprint", "    base_link (static)"]
+    # it looks for a second, in which a busy machine may tell of nothing that moves
+    wait_until(lambda: told(capsys, "tf", "tree").splitlines()[:3] == begins)
     echoed = told(capsys, "tf", "echo", "base_footprint", "left_wheel", "--once", "--json")
     transform = running.simulation.robot.joints
     assert "left_wheel_joint" in transform
