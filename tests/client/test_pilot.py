@@ -33,7 +33,7 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
     def run() -> None:
         while not stop.is_set():
             running.run_errands()
-            running.step(10)
+            running.step(4)  # slower than real time: a pilot on a busy machine is late by wall time
             time.sleep(0.01)
 
     thread = threading.Thread(target=run)
