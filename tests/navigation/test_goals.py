@@ -238,3 +238,20 @@ def test_a_robot_that_steers_is_refused_with_the_reason():
     simulation = Simulation(load_robot_text(text, "r.urdf").require())
     with pytest.raises(KbotError, match="steers: goals are planned for robots that turn on the spot"):
         Goals(simulation).go(PlanarPose(1.0, 0.0))
+
+
+@pytest.mark.parametrize("x", [1e308, -2e6])
+def test_a_goal_beyond_all_bounds_is_refused_time_and_again(simulation, x):
+    NavigationTopics(simulation)
+    states = _listen(simulation, "navigation_status", String)
+    for _ in range(2):
+        simulation.bus.publish("goal_pose", _goal(x, -x))
+        assert "at most 1e+06 m away" in states[-1].data
+        simulation.run(0.1)
+
+
+@pytest.mark.parametrize("x", [1e308, -1e300, math.inf, math.nan])
+def test_what_is_too_far_off_to_tell_is_outside_a_map(x):
+    grid = Grid(np.zeros((2, 2), dtype=np.int8), 0.05)
+    assert not grid.contains(*grid.cell(x, 0.0))
+    assert grid.value(0.0, x) == -1

@@ -86,8 +86,8 @@ class Goals:
         """Take a goal (in the world) in place of any other; `timeout` in s bounds it.
 
         Raises:
-            KbotError: a number is not finite, the timeout not above 0, or the robot cannot drive or has
-                no size.
+            KbotError: a number is not finite, the goal too far off, the timeout not above 0, or the robot
+                cannot drive or has no size.
         """
         self._wake()
         self._navigator.go(goal, timeout)

@@ -20,6 +20,7 @@ from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
 from kbot.navigation.progress import Progress
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
+from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError
 
 
@@ -102,10 +103,13 @@ class Navigator:
         """Take a goal in place of any other; `timeout` in s replaces the bound that its path gives.
 
         Raises:
-            KbotError: a number is not finite, or the timeout not above 0.
+            KbotError: a number is not finite, the goal further off than anything goes, or the timeout not
+                above 0.
         """
         if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
             raise KbotError("a goal is a finite x and y in m and a finite yaw in rad")
+        if max(abs(goal.x), abs(goal.y)) > FURTHEST:
+            raise KbotError(f"a goal is at most {FURTHEST:g} m away, unlike ({goal.x:g}, {goal.y:g})")
         if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
             raise KbotError(f"a timeout is a finite number of seconds above 0, not {timeout}")
         self.path, self._timeout = None, timeout

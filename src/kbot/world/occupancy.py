@@ -19,6 +19,8 @@ FREE_BELOW = 50
 
 START = msg.Time()
 
+_FARTHEST = 2.0**53
+"""Cells; further away, floating point tells no neighbours apart."""
 MOST_CELLS = 100_000_000
 """A grid larger than this is taken for a mistake in its resolution."""
 
@@ -55,13 +57,14 @@ class OccupancyGrid:
         return self.columns * self.resolution, self.rows * self.resolution
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column that a point in m lies in; they may be outside the grid."""
+        """Row and column that a point in m lies in; they may be outside the grid, and are (-1, -1) for a point
+        that is nowhere or too far off to tell."""
         c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
         dx, dy = x - self.origin.x, y - self.origin.y
-        return (
-            math.floor((c * dy - s * dx) / self.resolution),
-            math.floor((c * dx + s * dy) / self.resolution),
-        )
+        row, column = (c * dy - s * dx) / self.resolution, (c * dx + s * dy) / self.resolution
+        if not (abs(row) < _FARTHEST and abs(column) < _FARTHEST):
+            return -1, -1
+        return math.floor(row), math.floor(column)
 
     def center(self, row: int, column: int) -> tuple[float, float]:
         """The middle of a cell in m."""
