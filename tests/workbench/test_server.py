@@ -207,3 +207,22 @@ def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
             while raw.recv(4096):
                 pass
     assert get(viewing, "/")[0] == 200
+
+
+def test_an_address_that_is_none_is_refused(viewing: str) -> None:
+    assert get(viewing, "//[")[0] == 400
+
+
+@pytest.mark.parametrize("path", ["/", "/export/robot.glb", "/nowhere"])
+def test_head_answers_without_a_body(viewing: str, path: str) -> None:
+    parts = urlsplit(viewing)
+    with socket.create_connection((parts.hostname, parts.port), timeout=10) as raw:
+        raw.sendall(f"HEAD {path} HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode())
+        answer = b""
+        while piece := raw.recv(4096):
+            answer += piece
+    head, body = answer.split(b"\r\n\r\n", 1)
+    status, headers, whole = get(viewing, path)
+    assert head.startswith(f"HTTP/1.1 {status} ".encode())
+    assert body == b""
+    assert (f"Content-Length: {len(whole)}".encode() in head) == (not path.startswith("/export/"))

@@ -19,6 +19,7 @@ class Complaints:
         self._said = 0
         self._held_back = 0
         self._since = 0.0
+        self._failed: set[str] = set()
 
     def add(self, text: str) -> None:
         """Log one of the first few; of later ones log how many came, once a minute."""
@@ -32,3 +33,14 @@ class Complaints:
             self._log.warning("%d more bad messages or requests; the last: %s", self._held_back, text)
             self._held_back = 0
             self._since = self._clock()
+
+    def fault(self, during: str, error: Exception) -> str:
+        """Log an error of KBot's own, its traceback only the first time that it comes `during` something;
+        what to tell pages of it."""
+        told = f"{type(error).__name__}: {error}"
+        if during in self._failed:
+            self.add(f"{during} failed again: {told}")
+        else:
+            self._failed.add(during)
+            self._log.error("%s failed", during, exc_info=error)
+        return f"KBot failed at this: {told}; please report it"

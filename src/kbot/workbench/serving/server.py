@@ -8,7 +8,7 @@ import http
 import logging
 import socket
 import time
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Iterator
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server as SocketServer
@@ -40,6 +40,7 @@ from kbot.workbench.serving.answers import only, quiet_logger, response
 from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.encode import encode
+from kbot.workbench.serving.exports import EXPORTS, described, exported
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.serving.plotting import Plotting
@@ -53,8 +54,6 @@ FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
-EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
-"""What can be taken out of the page; its HTML is to be saved, not opened beside the page."""
 _CHANGE_NOTHING = OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive | AskSeries | DrawPlot
 """What pages ask for that is answered, or seen when time passes."""
 _FOR_EVER = "max-age=31536000, immutable"
@@ -108,13 +107,24 @@ class Server:
         self, connection: ServerConnection, request: Request
     ) -> Response | Awaitable[Response] | None:
         """An answer to a plain request; None lets a WebSocket handshake go on."""
-        path = urlsplit(request.path).path
         # older releases of websockets refuse every other method themselves, and name none
         method = getattr(request, "method", "GET")
         if method not in ("GET", "HEAD"):
             answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
             answer.headers["Allow"] = "GET, HEAD"
             return answer
+        try:
+            path = urlsplit(request.path).path
+        except ValueError:
+            return response(http.HTTPStatus.BAD_REQUEST, "", b"400: that is no address\n")
+        found = self._found(path, request, method == "HEAD")
+        if method == "HEAD" and isinstance(found, Response):
+            found.body = b""  # its length stays in the headers
+        return found
+
+    def _found(
+        self, path: str, request: Request, only_headers: bool
+    ) -> Response | Awaitable[Response] | None:
         is_socket = path == "/ws"
         host = only(request.headers, "Host")
         secret = is_socket or path.startswith(("/mesh/", "/export/"))
@@ -130,7 +140,7 @@ class Server:
             if mesh is not None:
                 return response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
         elif path in EXPORTS:
-            return self._exported(path, served)
+            return described(path, served) if only_headers else exported(self.session, path, served)
         elif path in self._page:
             return self._page_file(path, request, served)
         return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
@@ -146,20 +156,6 @@ class Server:
         answer = response(http.HTTPStatus.OK, host, file.packed, file.kind, kept)
         answer.headers["Content-Encoding"] = "gzip"
         return answer
-
-    async def _exported(self, path: str, host: str) -> Response:
-        """The robot as it stands, as a file; made on another thread."""
-        robot, positions = self.session.standing()
-        if path == "/export/robot.glb":
-            from kbot.workbench.export.model_file import glb
-
-            return response(
-                http.HTTPStatus.OK, host, await asyncio.to_thread(glb, robot, positions), EXPORTS[path]
-            )
-        from kbot.workbench.export.page import saved_page
-
-        page = await asyncio.to_thread(saved_page, self.session, robot)
-        return response(http.HTTPStatus.OK, host, page.encode(), EXPORTS[path])
 
     async def _page_connected(self, connection: ServerConnection) -> None:
         if len(self.hub) >= MAX_PAGES:
@@ -210,6 +206,9 @@ class Server:
             if isinstance(error, BadMessage):
                 self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
+        except Exception as error:  # noqa: BLE001 - one fault does not end the server
+            what = message.type if message is not None else "a message of a page"
+            client.put(Refused(self._complaints.fault(what, error)))
         if not isinstance(message, _CHANGE_NOTHING):
             self._changed = True
 
@@ -228,40 +227,52 @@ class Server:
             now = time.monotonic()
             self._changed |= self._advance(min(now - before, 0.1))
             before = now
-            if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
-                self._changed, sent = False, now
-                if len(self.hub):
-                    self.past.tell_state(self.session.state())
-            for topic, frame, pages in self.session.topics.news():
-                self.past.tell_topic(topic, frame, pages)
+            with self._surviving("telling of the run"):
+                if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
+                    self._changed, sent = False, now
+                    if len(self.hub):
+                        self.past.tell_state(self.session.state())
+                for topic, frame, pages in self.session.topics.news():
+                    self.past.tell_topic(topic, frame, pages)
 
     async def _tell_topics(self) -> None:
         """Say once a second which topics there are, where that changed."""
         while True:
             await asyncio.sleep(TOPICS_SECONDS)
             await asyncio.to_thread(ros2_types)  # takes a while the first time
-            if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
-                self._topics = topics
-                self.hub.publish(topics)
+            with self._surviving("telling of topics"):
+                if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
+                    self._topics = topics
+                    self.hub.publish(topics)
 
     async def _tell_time(self) -> None:
         """Say to each page what there is to go back to, and how a recording grows."""
         while True:
             await asyncio.sleep(TIMELINE_SECONDS)
-            failure = self.session.recording.take_failure()
-            if failure is not None:
-                self.hub.publish(Refused(str(failure)))
-            for client in self.hub:
-                self.past.tell_time(client)
+            with self._surviving("telling of time"):
+                failure = self.session.recording.take_failure()
+                if failure is not None:
+                    self.hub.publish(Refused(str(failure)))
+                for client in self.hub:
+                    self.past.tell_time(client)
 
     def _advance(self, wall_seconds: float) -> bool:
+        with self._surviving("the run"):
+            try:
+                return self.session.advance(wall_seconds)
+            except KbotError as error:
+                log.error("%s", error)
+                self.hub.publish(Refused(str(error)))
+        self.session.paused = True
+        return True
+
+    @contextlib.contextmanager
+    def _surviving(self, doing: str) -> Iterator[None]:
+        """Tell every page of a fault of KBot's own, and go on: it ends neither the server nor a recording."""
         try:
-            return self.session.advance(wall_seconds)
-        except KbotError as error:
-            self.session.paused = True
-            log.error("%s", error)
-            self.hub.publish(Refused(str(error)))
-            return True
+            yield
+        except Exception as error:  # noqa: BLE001 - see above
+            self.hub.publish(Refused(self._complaints.fault(doing, error)))
 
     async def _follow_files(self) -> None:
         """Show the description anew each time one of its files changes."""
@@ -282,14 +293,18 @@ class Server:
 
     async def _read_anew(self) -> None:
         async with self._reading:
-            try:
-                reading = await asyncio.to_thread(self.session.read)
-            except KbotError as error:  # the configuration of the checks, which is no part of the robot
-                self.hub.publish(Refused(str(error)))
-                return
-            known = self.session.missing_meshes()
-            for message in self.session.adopt(reading):
-                self.hub.publish(message)
-            for missing in self.session.missing_meshes():
-                if missing not in known:
-                    log.warning("%s", missing)
+            with self._surviving("reading the description anew"):
+                await self._take_reading()
+
+    async def _take_reading(self) -> None:
+        try:
+            reading = await asyncio.to_thread(self.session.read)
+        except KbotError as error:  # the configuration of the checks, which is no part of the robot
+            self.hub.publish(Refused(str(error)))
+            return
+        known = self.session.missing_meshes()
+        for message in self.session.adopt(reading):
+            self.hub.publish(message)
+        for missing in self.session.missing_meshes():
+            if missing not in known:
+                log.warning("%s", missing)

@@ -1,0 +1,58 @@
+"""A fault of KBot's own ends neither the server nor what it records."""
+
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import connect
+
+from kbot.workbench.session import Session
+
+from .conftest import until
+from .test_server import get, hear, say, socket_address
+
+FAILED = "KBot failed at this: ZeroDivisionError: a bug; please report it"
+
+
+def broken(*_: Any) -> Any:
+    raise ZeroDivisionError("a bug")
+
+
+def refusal(connection: Any, text: str) -> str:
+    while text not in (reason := str(hear(connection, "refused")["reason"])):
+        pass
+    return reason
+
+
+def test_a_message_that_fails_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
+    address, session = driving
+    with connect(socket_address(address)) as page:
+        monkeypatch.setattr(session, "obey", broken)
+        say(page, type="reset")
+        assert refusal(page, "failed") == FAILED
+        monkeypatch.undo()
+        say(page, type="set_speed", factor=2.0)
+        until(lambda: session.speed == 2.0)
+
+
+def test_a_run_that_fails_is_paused(driving: tuple[str, Session], monkeypatch: Any) -> None:
+    address, session = driving
+    with connect(socket_address(address)) as page:
+        monkeypatch.setattr(session._motion, "advance", broken)
+        assert refusal(page, "failed") == FAILED
+        until(lambda: session.paused)
+        monkeypatch.undo()
+        before = session._motion.clock.nanoseconds
+        say(page, type="pause", paused=False)
+        until(lambda: session._motion.clock.nanoseconds > before)
+
+
+def test_a_reading_that_fails_leaves_the_robot(
+    driving: tuple[str, Session], xacro: Path, monkeypatch: Any
+) -> None:
+    address, session = driving
+    with connect(socket_address(address)) as page:
+        hear(page, "state")
+        monkeypatch.setattr(session, "read", broken)
+        xacro.write_text(xacro.read_text() + "<!-- changed -->\n")
+        assert refusal(page, "failed") == FAILED
+    assert get(address, "/")[0] == 200
