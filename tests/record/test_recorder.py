@@ -17,6 +17,7 @@ import pytest
 import kbot
 from kbot.messages import Header, Time
 from kbot.messages.visualization import Marker, MarkerArray
+from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
 from kbot.sim import Simulation
@@ -358,3 +359,26 @@ def test_messages_that_ros_1_has_with_fewer_fields_are_the_same_in_every_format(
         (found,) = (entry.message() for entry in entries if entry.topic == "/markers")
         assert (found.markers[0].ns, found.markers[0].text) == ("ns", "here")
         assert found.markers[0].mesh_resource == "package://a/b.stl"
+
+
+def test_a_run_that_diverged_is_not_recorded(tmp_path: Path) -> None:
+    simulation = Simulation(load_robot("kbot").require())
+    simulation._data.qpos[0] = 1e16
+    simulation.frames_are_old()
+    with pytest.raises(KbotError, match="the run has diverged: reset it first"):
+        Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_that_fails_as_it_begins_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("a bug")
+
+    simulation = Simulation(load_robot("kbot").require())
+    monkeypatch.setattr("kbot.record.recorder.Surroundings", broken)
+    with pytest.raises(ValueError, match="a bug"):
+        Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
+    assert not list(tmp_path.iterdir())
+    assert simulation.journal is None

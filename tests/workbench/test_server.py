@@ -222,7 +222,7 @@ def test_head_answers_without_a_body(viewing: str, path: str) -> None:
         while piece := raw.recv(4096):
             answer += piece
     head, body = answer.split(b"\r\n\r\n", 1)
-    status, headers, whole = get(viewing, path)
+    status, _, whole = get(viewing, path)
     assert head.startswith(f"HTTP/1.1 {status} ".encode())
     assert body == b""
     assert (f"Content-Length: {len(whole)}".encode() in head) == (not path.startswith("/export/"))

@@ -57,8 +57,11 @@ class Recorder:
         text that named the world, `facts` what else is to be known of the run.
 
         Raises:
-            KbotError: the file cannot be made, or a topic is asked for that nobody speaks on.
+            KbotError: the file cannot be made, a topic is asked for that nobody speaks on, or the run has
+                diverged.
         """
+        if simulation.has_diverged:
+            raise KbotError("the run has diverged: reset it first")
         self.path = path
         self.failure: KbotError | None = None
         self.count = 0
@@ -74,11 +77,17 @@ class Recorder:
         self._interruption: BaseException | None = None
         self._flushed = time.monotonic()
         self._writer = open_writer(path, compress=compress)
-        self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
-        self._surroundings = None if self._wanted else Surroundings(simulation, self._write)
-        simulation.journal = self._note
-        self._timer = simulation.clock.every(LOOK_RATE, self._look)
-        self._look()
+        try:
+            self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
+            self._surroundings = None if self._wanted else Surroundings(simulation, self._write)
+            simulation.journal = self._note
+            self._timer = simulation.clock.every(LOOK_RATE, self._look)
+            self._look()
+        except BaseException:
+            self._detach()
+            self._writer.abandon()
+            remove_recording(Path(path))
+            raise
 
     def close(self) -> None:
         """Finish the file: readable whole, with the state that the run ended in."""

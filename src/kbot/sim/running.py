@@ -12,7 +12,7 @@ import numpy as np
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
-from kbot.sim.numbers import FASTEST, LONGEST, is_finite, is_within, shortened
+from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_finite, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.schedule import FOREVER
 from kbot.sim.topics import RobotTopics
@@ -78,6 +78,16 @@ class Running:
     def time(self) -> float:
         """Seconds since the start."""
         return self._steps * self.timestep
+
+    @property
+    def has_diverged(self) -> bool:
+        """Whether the run left the physical, so that it goes on only after a reset: a step failed, or a thing
+        is nowhere or further off than `FURTHEST`."""
+        if self._failure is not None:
+            return True
+        _, data = self.engine()
+        finite = np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()
+        return not (finite and np.abs(data.xpos).max() <= FURTHEST)
 
     @property
     def steps(self) -> int:

@@ -136,10 +136,9 @@ class Driving:
         return self._shown
 
     def _is_finite(self) -> bool:
-        _, data = self._sim.engine()
         pose, twist = self._sim.odometry.pose, self._sim.odometry.twist
         reckoned = (pose.x, pose.y, pose.yaw, twist.x, twist.yaw)
-        return all(np.isfinite(numbers).all() for numbers in (data.qpos, data.qvel, reckoned))
+        return not self._sim.has_diverged and bool(np.isfinite(reckoned).all())
 
     def _moment(self) -> Moment:
         sim, robot = self._sim, self._sim.named()

@@ -57,7 +57,7 @@ class OccupancyGrid:
         return self.columns * self.resolution, self.rows * self.resolution
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column that a point in m lies in; they may be outside the grid, and are (-1, -1) for a point
+        """Row and column that a point in m lies in; they may be outside the grid, and are (-1, -1) for one
         that is nowhere or too far off to tell."""
         c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
         dx, dy = x - self.origin.x, y - self.origin.y

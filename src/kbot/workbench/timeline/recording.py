@@ -33,15 +33,18 @@ class RunRecording:
         if simulation.journal is not None:
             what = f"to {self._recorder.path}" if self._recorder is not None else "by --record"
             raise KbotError(f"the run is recorded already, {what}")
+        self.end()  # an earlier one that broke off
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
         self._recorder = Recorder(simulation, feed, self._new_name(simulation.robot.name), world=world)
         self._simulation, self._since = simulation, simulation.time
 
     def end(self) -> None:
         """Close the file, if one is open."""
-        if self._recorder is not None:
-            self._recorder.close()
-        self._recorder = self._simulation = None
+        try:
+            if self._recorder is not None:
+                self._recorder.close()
+        finally:
+            self._recorder = self._simulation = None
 
     def take_failure(self) -> KbotError | None:
         """Why the recording broke off, told once; it has ended then."""
