@@ -19,6 +19,7 @@ from kbot.text import KbotError
 from kbot.wire import Feed
 from kbot.world.builders import box, floor
 from kbot.world.occupancy import OccupancyGrid as Grid
+from kbot.world.occupancy_of_world import world_grid
 from kbot.world.world import World
 
 MAZE = "maze:size=3,seed=3"
@@ -255,3 +256,20 @@ def test_what_is_too_far_off_to_tell_is_outside_a_map(x):
     grid = Grid(np.zeros((2, 2), dtype=np.int8), 0.05)
     assert not grid.contains(*grid.cell(x, 0.0))
     assert grid.value(0.0, x) == -1
+
+
+def test_what_flew_off_is_on_no_map():
+    near = box("near", (0.2, 0.2, 0.2), 1.0, 0.0)
+    far = box("far", (0.2, 0.2, 0.2), 1e16, -1e300)
+    with_both, with_near = (world_grid(World("w", bodies)) for bodies in ((near, far), (near,)))
+    assert np.array_equal(with_both.cells, with_near.cells)
+
+
+def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch):
+    def broken(*_):
+        raise OverflowError("a bug")
+
+    monkeypatch.setattr("kbot.navigation.goals.robot_planner", broken)
+    goals = Goals(simulation)
+    goals.go(PlanarPose(1.0, 0.0))
+    assert str(goals.status) == "refused: no map: a bug"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,6 +20,8 @@ from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
+
+log = logging.getLogger(__name__)
 
 
 class Goals:
@@ -210,6 +213,9 @@ class Goals:
             self._navigator.planner = result()
         except KbotError as error:
             self._navigator.refuse(str(error))
+        except Exception as error:
+            log.exception("no map could be made")
+            self._navigator.refuse(f"no map: {error}")
 
     def _let_go(self) -> None:
         if self._pilot is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable
 
@@ -22,6 +23,7 @@ HEIGHTS = (0.01, 0.25)
 MARGIN = 0.5
 """Free ground around all that stands in a world."""
 _SKY = 1e6
+"""Metres; what is further off than that in any direction flew off, and is on no map."""
 _CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
@@ -49,6 +51,8 @@ def world_grid(
         raise KbotError(f"a grid's resolution is a length above 0 m, not {resolution}")
     if not low < high:
         raise KbotError(f"the heights to map go up, unlike {low} to {high} m")
+    near = [body for body in world.bodies if np.abs(body.pose.translation).max() <= _SKY]
+    world = dataclasses.replace(world, bodies=tuple(near))
     things = [
         (part.shape, body.pose @ part.pose)
         for body in world.bodies
