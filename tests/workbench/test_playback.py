@@ -250,7 +250,7 @@ def count_of_chunks(path: str) -> int:
 
 def test_its_robot_is_not_changed(run: Run) -> None:
     session = played_session(str(run.path))
-    (file, *_), text = session.files, Path(session.files[0]).read_text(encoding="utf-8")
+    (file, *_), text = session.shown.files, Path(session.shown.files[0]).read_text(encoding="utf-8")
     at = text.index('"0.0')
     line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at) + 1
     for change in (

@@ -79,10 +79,11 @@ class Recorder:
         self._writer = open_writer(path, compress=compress)
         try:
             self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
-            self._surroundings = None if self._wanted else Surroundings(simulation, self._write)
-            simulation.journal = self._note
-            self._timer = simulation.clock.every(LOOK_RATE, self._look)
-            self._look()
+            if self._is_open:
+                self._surroundings = None if self._wanted else Surroundings(simulation, self._write)
+                simulation.journal = self._note
+                self._timer = simulation.clock.every(LOOK_RATE, self._look)
+                self._look()
         except BaseException:
             self._detach()
             self._writer.abandon()

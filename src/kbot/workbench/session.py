@@ -96,11 +96,6 @@ class Session:
         """All that is drawn."""
         return self._stage.scene
 
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Every file the description was last read from."""
-        return self.shown.files
-
     def read(self) -> Reading:
         """Read the description again; may run on another thread."""
         return self.shown.read()

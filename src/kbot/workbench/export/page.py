@@ -105,7 +105,7 @@ def _parents_first(robot: Robot) -> Iterator[str]:
 
 
 def _sources(session: Session) -> Iterator[Any]:
-    for file in session.files:
+    for file in session.shown.files:
         try:
             yield json.loads(encode(session.shown.source(file)))
         except KbotError:

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import http
 import logging
 import socket
 import time
-from collections.abc import Awaitable, Iterator
-from urllib.parse import urlsplit
+from collections.abc import Iterator
 
 from websockets.asyncio.server import Server as SocketServer
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
-from websockets.http11 import Request, Response
 
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
-from kbot.workbench.deadman import NOBODY
 from kbot.workbench.protocol import (
     AskSeries,
     DrawPlot,
@@ -36,13 +32,11 @@ from kbot.workbench.protocol import (
     Unsubscribe,
 )
 from kbot.workbench.serving.access import Access
-from kbot.workbench.serving.answers import only, quiet_logger, response
+from kbot.workbench.serving.answers import quiet_logger
 from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
-from kbot.workbench.serving.encode import encode
-from kbot.workbench.serving.exports import EXPORTS, described, exported
+from kbot.workbench.serving.files import Files
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
-from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.serving.plotting import Plotting
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.past import Past
@@ -56,7 +50,6 @@ TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
 _CHANGE_NOTHING = OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive | AskSeries | DrawPlot
 """What pages ask for that is answered, or seen when time passes."""
-_FOR_EVER = "max-age=31536000, immutable"
 
 
 class Server:
@@ -69,7 +62,7 @@ class Server:
         self.past = Past(session, self.hub)
         self._plotting = Plotting(self.past)
         self._complaints = Complaints(log)
-        self._page = load_page()
+        self._files = Files(session, access, self._complaints)
         self._changed = True
         self._topics: Topics | None = None
         self._reading = asyncio.Lock()
@@ -82,7 +75,7 @@ class Server:
             serve(
                 self._page_connected,
                 sock=listening,
-                process_request=self._answer,
+                process_request=self._files.answer,
                 compression=None,
                 max_size=MAX_MESSAGE,
                 max_queue=8,
@@ -102,60 +95,6 @@ class Server:
 
     async def _until_closed(self, sockets: SocketServer) -> None:
         await sockets.wait_closed()
-
-    def _answer(
-        self, connection: ServerConnection, request: Request
-    ) -> Response | Awaitable[Response] | None:
-        """An answer to a plain request; None lets a WebSocket handshake go on."""
-        # older releases of websockets refuse every other method themselves, and name none
-        method = getattr(request, "method", "GET")
-        if method not in ("GET", "HEAD"):
-            answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
-            answer.headers["Allow"] = "GET, HEAD"
-            return answer
-        try:
-            path = urlsplit(request.path).path
-        except ValueError:
-            return response(http.HTTPStatus.BAD_REQUEST, "", b"400: that is no address\n")
-        found = self._found(path, request, method == "HEAD")
-        if method == "HEAD" and isinstance(found, Response):
-            found.body = b""  # its length stays in the headers
-        return found
-
-    def _found(
-        self, path: str, request: Request, only_headers: bool
-    ) -> Response | Awaitable[Response] | None:
-        is_socket = path == "/ws"
-        host = only(request.headers, "Host")
-        secret = is_socket or path.startswith(("/mesh/", "/export/"))
-        reason = self.access.refuses(request.path, host, only(request.headers, "Origin"), secret)
-        if reason is not None:
-            self._complaints.add(f"refused {path[:80]}: {reason}")
-            return response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
-        served = host or ""
-        if is_socket:
-            return None
-        if path.startswith("/mesh/"):
-            mesh = self.session.meshes.packed(path.removeprefix("/mesh/"))
-            if mesh is not None:
-                return response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
-        elif path in EXPORTS:
-            return described(path, served) if only_headers else exported(self.session, path, served)
-        elif path in self._page:
-            return self._page_file(path, request, served)
-        return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
-
-    def _page_file(self, path: str, request: Request, host: str) -> Response:
-        file = self._page[path]
-        kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
-        if path == "/" and not self.access.refuses(request.path, host, None, secret=True):
-            body = with_greeting(file.body, map(encode, self.session.greeting(NOBODY)))
-            return response(http.HTTPStatus.OK, host, body, file.kind, kept, file.scripts)
-        if file.packed is None or not takes_gzip(request.headers.get_all("Accept-Encoding")):
-            return response(http.HTTPStatus.OK, host, file.body, file.kind, kept, file.scripts)
-        answer = response(http.HTTPStatus.OK, host, file.packed, file.kind, kept)
-        answer.headers["Content-Encoding"] = "gzip"
-        return answer
 
     async def _page_connected(self, connection: ServerConnection) -> None:
         if len(self.hub) >= MAX_PAGES:
@@ -276,11 +215,11 @@ class Server:
 
     async def _follow_files(self) -> None:
         """Show the description anew each time one of its files changes."""
-        watcher = Watcher(self.session.files)
+        watcher = Watcher(self.session.shown.files)
         while True:
             await watcher.changed()
             await self._read_anew()
-            watcher.watch(self.session.files)
+            watcher.watch(self.session.shown.files)
 
     async def _follow_page(self) -> None:
         """Show the description anew when a page changed it; of many changes at once the last is shown."""

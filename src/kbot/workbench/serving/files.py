@@ -1,0 +1,81 @@
+"""Plain requests: the page, meshes by their ids, and what can be taken out of the page."""
+
+from __future__ import annotations
+
+import http
+from collections.abc import Awaitable
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from kbot.workbench.deadman import NOBODY
+from kbot.workbench.serving.access import Access
+from kbot.workbench.serving.answers import only, response
+from kbot.workbench.serving.complaints import Complaints
+from kbot.workbench.serving.encode import encode
+from kbot.workbench.serving.exports import EXPORTS, described, exported
+from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
+from kbot.workbench.session import Session
+
+_FOR_EVER = "max-age=31536000, immutable"
+
+
+class Files:
+    """What a session's server gives to who may have it."""
+
+    def __init__(self, session: Session, access: Access, complaints: Complaints) -> None:
+        self._session, self._access, self._complaints = session, access, complaints
+        self._page = load_page()
+
+    def answer(self, connection: ServerConnection, request: Request) -> Response | Awaitable[Response] | None:
+        """An answer to a plain request; None lets a WebSocket handshake go on."""
+        # older releases of websockets refuse every other method themselves, and name none
+        method = getattr(request, "method", "GET")
+        if method not in ("GET", "HEAD"):
+            answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
+            answer.headers["Allow"] = "GET, HEAD"
+            return answer
+        try:
+            path = urlsplit(request.path).path
+        except ValueError:
+            return response(http.HTTPStatus.BAD_REQUEST, "", b"400: that is no address\n")
+        found = self._found(path, request, method == "HEAD")
+        if method == "HEAD" and isinstance(found, Response):
+            found.body = b""  # its length stays in the headers
+        return found
+
+    def _found(
+        self, path: str, request: Request, only_headers: bool
+    ) -> Response | Awaitable[Response] | None:
+        is_socket = path == "/ws"
+        host = only(request.headers, "Host")
+        secret = is_socket or path.startswith(("/mesh/", "/export/"))
+        reason = self._access.refuses(request.path, host, only(request.headers, "Origin"), secret)
+        if reason is not None:
+            self._complaints.add(f"refused {path[:80]}: {reason}")
+            return response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
+        served = host or ""
+        if is_socket:
+            return None
+        if path.startswith("/mesh/"):
+            mesh = self._session.meshes.packed(path.removeprefix("/mesh/"))
+            if mesh is not None:
+                return response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
+        elif path in EXPORTS:
+            return described(path, served) if only_headers else exported(self._session, path, served)
+        elif path in self._page:
+            return self._page_file(path, request, served)
+        return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+
+    def _page_file(self, path: str, request: Request, host: str) -> Response:
+        file = self._page[path]
+        kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
+        if path == "/" and not self._access.refuses(request.path, host, None, secret=True):
+            body = with_greeting(file.body, map(encode, self._session.greeting(NOBODY)))
+            return response(http.HTTPStatus.OK, host, body, file.kind, kept, file.scripts)
+        if file.packed is None or not takes_gzip(request.headers.get_all("Accept-Encoding")):
+            return response(http.HTTPStatus.OK, host, file.body, file.kind, kept, file.scripts)
+        answer = response(http.HTTPStatus.OK, host, file.packed, file.kind, kept)
+        answer.headers["Content-Encoding"] = "gzip"
+        return answer
