@@ -99,6 +99,31 @@ def stop(process: subprocess.Popen[str]) -> None:
                 continue
 
 
+def has_master(ros: Ros) -> bool:
+    """Whether its master answers by now."""
+    try:
+        ros.run("rosparam", "list")
+    except AssertionError:
+        return False
+    return True
+
+
+def install_npm(folder: Path, packages: tuple[str, ...]) -> Path:
+    """The folder with packages of npm in it; skips the test where none can be installed."""
+    node, npm = node_programs()
+    done = subprocess.run(
+        [*npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", *packages],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+        env={**os.environ, "PATH": f"{Path(node).parent}{os.pathsep}{os.environ['PATH']}"},
+    )
+    if done.returncode:
+        pytest.skip(f"npm installs nothing here: {done.stderr[-200:]}")
+    return folder
+
+
 def wait_until(condition: Callable[[], bool], what: str, seconds: float = 60) -> None:
     """Wait for something that a peer does in its own time."""
     end = time.monotonic() + seconds

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -16,7 +15,7 @@ import pytest
 from kbot.messages import Odometry
 from kbot.wire import decode_cdr
 
-from .conftest import node_programs, wait_until
+from .conftest import install_npm, node_programs, wait_until
 
 HERE = Path(__file__).parent
 PACKAGES = ("@foxglove/ws-protocol@0.8.0", "ws@8", "roslib@2")
@@ -25,18 +24,7 @@ PACKAGES = ("@foxglove/ws-protocol@0.8.0", "ws@8", "roslib@2")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the clients are installed, with our programs that use them."""
-    node, npm = node_programs()
-    found = tmp_path_factory.mktemp("npm")
-    done = subprocess.run(
-        [*npm, "install", "--prefix", str(found), "--no-audit", "--no-fund", *PACKAGES],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-        env={**os.environ, "PATH": f"{Path(node).parent}{os.pathsep}{os.environ['PATH']}"},
-    )
-    if done.returncode:
-        pytest.skip(f"npm installs nothing here: {done.stderr[-200:]}")
+    found = install_npm(tmp_path_factory.mktemp("npm"), PACKAGES)
     for program in HERE.glob("*.mjs"):
         shutil.copy(program, found)
     return found

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Ros, stop, wait_until
+from .conftest import Ros, has_master, stop, wait_until
 
 ROBOT = """<param name="robot_description" command="$(find xacro)/xacro $(dirname)/r.urdf"/>
 <node pkg="gazebo_ros" type="spawn_model" name="spawn" args="-urdf -param robot_description -model r"/>
@@ -56,7 +56,7 @@ def test_what_is_deleted_and_cleared_is_gone_and_all_else_stays(ros: Ros, packag
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     running = None
     try:
-        wait_until(lambda: _has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "a master")
         for name, value in BEFORE.items():
             ros.run("rosparam", "set", name, value)
         kbot = [sys.executable, "-m", "kbot", "launch", str(file)]
@@ -78,11 +78,3 @@ def _is_done(ros: Ros) -> bool:
         return parameters(ros) == AFTER
     except AssertionError:  # one that was listed went before it was asked for
         return False
-
-
-def _has_master(ros: Ros) -> bool:
-    try:
-        ros.run("rosparam", "list")
-    except AssertionError:
-        return False
-    return True

@@ -1,7 +1,6 @@
 """Our MCAP files, read by MCAP's own library for JavaScript."""
 
 import json
-import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -13,7 +12,7 @@ from kbot.record import Recorder, Recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
 
-from .conftest import node_programs
+from .conftest import install_npm, node_programs
 
 READER = Path(__file__).parent / "mcap_reader.mjs"
 PACKAGES = ("@mcap/core@2", "@mcap/nodejs@1", "fzstd@0.1")
@@ -21,18 +20,7 @@ PACKAGES = ("@mcap/core@2", "@mcap/nodejs@1", "fzstd@0.1")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    node, npm = node_programs()
-    found = tmp_path_factory.mktemp("mcap")
-    done = subprocess.run(
-        [*npm, "install", "--prefix", str(found), "--no-audit", "--no-fund", *PACKAGES],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-        env={**os.environ, "PATH": f"{Path(node).parent}{os.pathsep}{os.environ['PATH']}"},
-    )
-    if done.returncode:
-        pytest.skip(f"npm installs nothing here: {done.stderr[-200:]}")
+    found = install_npm(tmp_path_factory.mktemp("mcap"), PACKAGES)
     shutil.copy(READER, found)
     return found
 

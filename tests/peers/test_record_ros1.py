@@ -16,7 +16,7 @@ from kbot.record import Recorder, Recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
 
-from .conftest import Ros, stop, wait_until
+from .conftest import Ros, has_master, stop, wait_until
 
 READ = """
 import json, rosbag, sys
@@ -84,7 +84,7 @@ def test_a_bag_is_played_back_to_ros(ros: Ros, bag: Path) -> None:
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     player = None
     try:
-        wait_until(lambda: _has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "a master")
         player = ros.start("rosbag", "play", "--loop", "--quiet", str(bag))
         wait_until(lambda: "/odom" in ros.run("rostopic", "list"), "a player")
         assert "base_footprint" in ros.run("rostopic", "echo", "-n", "1", "/odom/child_frame_id")
@@ -93,14 +93,6 @@ def test_a_bag_is_played_back_to_ros(ros: Ros, bag: Path) -> None:
         for process in (player, core):
             if process is not None:
                 stop(process)
-
-
-def _has_master(ros: Ros) -> bool:
-    try:
-        ros.run("rosparam", "list")
-    except AssertionError:
-        return False
-    return True
 
 
 @pytest.mark.parametrize(
@@ -123,7 +115,7 @@ def test_a_launch_file_plays_the_same_under_roslaunch_and_kbot_launch(
     )
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     try:
-        wait_until(lambda: _has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "a master")
         theirs = _heard(ros, tmp_path / "theirs.txt", "roslaunch", str(file))
         ours = _heard(ros, tmp_path / "ours.txt", sys.executable, "-m", "kbot", "launch", str(file), "--ros1")
     finally:
@@ -156,7 +148,7 @@ def test_of_a_recording_that_was_killed_no_less_is_read_than_rosbag_reindex_save
     started = [core]
     bag = tmp_path / "killed.bag.active"
     try:
-        wait_until(lambda: _has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "a master")
         started.append(ros.start("rostopic", "pub", "-r", "200", "/chatter", "std_msgs/String", "x" * 5000))
         recorder = ros.start("rosbag", "record", "--chunksize=64", "-O", str(tmp_path / "killed"), "/chatter")
         started.append(recorder)
