@@ -142,6 +142,10 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     assert failed.err.startswith("/gazebo/delete_model failed: ")
     assert yaml.safe_load(failed.out)["status_message"] in failed.err
     assert "'ghost'" in failed.err
+    assert run(("service", "call", "/gazebo/get_model_state", "{model_name: ghost}")) == 1
+    told_of = yaml.safe_load(capsys.readouterr().out)
+    assert told_of.keys() == {"success", "status_message"}
+    assert told_of["success"] is False
     assert "did you mean '/gazebo/pause_physics'" in told(
         capsys, "service", "call", "/gazebo/pause_phsics", status=2
     )

@@ -4,12 +4,14 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 import kbot
 from kbot.cli.main import run
@@ -33,9 +35,33 @@ def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert "MCAP, 504 messages over 2.000 s" in text
     assert ["/odom", "100", "nav_msgs/msg/Odometry"] in [line.split() for line in text.splitlines()]
+    assert re.search(r"^  time +0\.000 s to 2\.000 s$", text, re.MULTILINE)
+    assert re.search(r"^  world +empty$", text, re.MULTILINE)
+    assert re.search(r"^  physics +steps of 0\.002 s, .*seed 0$", text, re.MULTILINE)
+    assert re.search(r"^  end +after 1000 steps, at 2 s", text, re.MULTILINE)
     assert run(["bag", "info", recording, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["topics"]["/odom"] == {"type": "nav_msgs/msg/Odometry", "messages": 100}
+
+
+def test_info_tells_the_day_and_the_facts_that_others_wrote(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """1.5e9 s after 1970 began it was the 14th of July 2017, 02:40 in Greenwich."""
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("std_msgs/msg/Bool", "ros2msg", b"bool data")
+        channel = writer.register_channel("/switch", "cdr", schema)
+        writer.add_message(channel, 1_500_000_000 * 10**9, b"\x00\x01\x00\x00\x01", 0)
+        writer.add_metadata("rosbag2", {"distro": "jazzy", "note": "two\nlines"})
+        writer.finish()
+    assert run(["bag", "info", str(path)]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert lines[2][1:4] == ["2017-07-14", "02:40:00", "UTC"]
+    assert ["rosbag2.distro", "jazzy"] in lines
+    assert ["rosbag2.note", "two", "lines"] in lines
 
 
 def test_info_of_a_broken_file_says_so(

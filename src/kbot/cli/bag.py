@@ -51,6 +51,7 @@ def _topics(function: click.decorators.FC) -> click.decorators.FC:
 @click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
 def info(recording: str, as_json: bool) -> int:
     """Say what is in a recording, and whether it is whole."""
+    from kbot.cli.bag_info import bag_text
     from kbot.record import Recording
 
     found = Recording(recording).summary()
@@ -69,16 +70,7 @@ def info(recording: str, as_json: bool) -> int:
             }
         )
         return int(bool(found.broken))
-    lines = [f"{recording}: {found.kind}, {found.count} messages over {found.seconds:.3f} s"]
-    width = max((len(name) for name in found.topics), default=0)
-    for name, topic in sorted(found.topics.items()):
-        lines.append(f"  {name:<{width}}  {topic.count:>8}  {topic.type_name}")
-    for name, values in found.notes.items():
-        lines.append(f"{name}: " + ", ".join(f"{key} {value}" for key, value in values.items()))
-    if found.broken:
-        until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
-        lines.append(f"It is not whole: {found.broken}. The {found.count} messages{until} can be read.")
-    click.echo("\n".join(lines))
+    click.echo(bag_text(recording, found))
     return int(bool(found.broken))
 
 

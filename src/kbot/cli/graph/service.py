@@ -18,6 +18,8 @@ from kbot.cli.graph.asking import (
 from kbot.cli.output import fail, print_json
 from kbot.text.suggest import did_you_mean
 
+_OUTCOME = ("success", "status_message", "message")
+
 
 @click.group(
     "service",
@@ -84,5 +86,7 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     if as_json:
         print_json(answer)
     elif answer:
-        click.echo(to_yaml(answer))
+        # what a failed call leaves at zero would be taken for an answer
+        told = {key: answer[key] for key in _OUTCOME if key in answer} if failed else answer
+        click.echo(to_yaml(told))
     return int(failed)
