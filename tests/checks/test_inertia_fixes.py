@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kbot.checks import Config, check_text
+from kbot.checks.facts.inertia_macros import find_macros
 from kbot.checks.fixes import fixed
-from kbot.checks.inertia_macros import find_macros
 from kbot.model import Inertial
 from kbot.model.load import load_robot_text
 from kbot.text import Diagnostic

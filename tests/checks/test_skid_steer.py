@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.checks.skid_steer import turn_share
+from kbot.checks.rules.skid_steer import turn_share
 
 
 @pytest.mark.parametrize(

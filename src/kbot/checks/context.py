@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from kbot.checks.bodies import Body, body_of, frame_of
 from kbot.checks.config import Config
-from kbot.checks.drivers import Driver, find_drivers
-from kbot.checks.fixing import copy_as_collision, insert_child, set_value
-from kbot.checks.folders import Folders
-from kbot.checks.rig import Rig, find_rig
-from kbot.checks.sources import SourceFile, in_order, read_sources
-from kbot.checks.spatial import Frame
-from kbot.checks.vocabulary import CHILDREN
+from kbot.checks.edits import copy_as_collision, insert_child, set_value
+from kbot.checks.facts.bodies import Body, body_of, frame_of
+from kbot.checks.facts.drivers import Driver, find_drivers
+from kbot.checks.facts.folders import Folders
+from kbot.checks.facts.mobile_base import MobileBase, find_mobile_base
+from kbot.checks.facts.sources import SourceFile, in_order, read_sources
+from kbot.checks.facts.spatial import Frame
+from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Source
 
@@ -72,7 +72,7 @@ class Context:
             case "robot":
                 return self._robot is not None
             case "drive":
-                return self._robot is not None and self.rig is not None
+                return self._robot is not None and self.mobile_base is not None
         return False
 
     @cached_property
@@ -225,19 +225,19 @@ class Context:
         return tuple(find_drivers(self.robot, self.packages))
 
     @cached_property
-    def rig(self) -> Rig | None:
+    def mobile_base(self) -> MobileBase | None:
         named: dict[str, str] = {}
         for driver in self.drivers:
             named.update({name.text: side for side, names in driver.sides.items() for name in names})
         named = {name: side for name, side in named.items() if name in self.robot.joints}
-        return find_rig(self.robot, self.frames, self.bodies, named)
+        return find_mobile_base(self.robot, self.frames, self.bodies, named)
 
     @property
-    def wheels(self) -> Rig:
-        """The rig; only rules that need a drive may ask."""
-        if self.rig is None:
+    def base(self) -> MobileBase:
+        """The mobile base; only rules that need a drive may ask."""
+        if self.mobile_base is None:
             raise LookupError("a rule asked for wheels without needing them")
-        return self.rig
+        return self.mobile_base
 
     @cached_property
     def sure_links(self) -> tuple[Link, ...]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from kbot.checks.below import improved
 from kbot.checks.config import Config
 from kbot.checks.context import Context
 from kbot.checks.merge import said_once
 from kbot.checks.registry import rules_by_need
+from kbot.checks.xml_fixes import improved
 from kbot.text import Diagnostic, Source, Span
 
 if TYPE_CHECKING:

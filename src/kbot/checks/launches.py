@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from kbot.checks.below import improved
 from kbot.checks.config import Config
-from kbot.checks.drivers import find_drivers
 from kbot.checks.examination import examine, findings
+from kbot.checks.facts.drivers import find_drivers
+from kbot.checks.xml_fixes import improved
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.plan import Description
 from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source

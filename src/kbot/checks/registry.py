@@ -78,7 +78,6 @@ class Rule:
 
 _RULES: dict[str, Rule] = {}
 _FAMILIES = (
-    "pages",
     "unused",
     "source",
     "structure",
@@ -126,8 +125,8 @@ def page(code: str, name: str, text: str, severity: Severity = Severity.ERROR, s
 def all_rules() -> dict[str, Rule]:
     """Every rule by code, the families imported on first use."""
     if "_loaded" not in globals():
-        for family in _FAMILIES:
-            import_module(f"kbot.checks.{family}")
+        for module in ("pages", *(f"rules.{family}" for family in _FAMILIES)):
+            import_module(f"kbot.checks.{module}")
         globals()["_loaded"] = True
     return _RULES
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from kbot.checks.fixing import with_line
+from kbot.checks.edits import with_line
 from kbot.checks.registry import Rule
 from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
 from kbot.text.suggest import did_you_mean

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
+from kbot.checks.facts.mobile_base import Caster, is_caster, lowest, movable_above
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import Caster, is_caster, lowest, movable_above
-from kbot.checks.wheels import at_both, pose_origin
+from kbot.checks.rules.wheels import at_both, pose_origin
 from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 
@@ -16,7 +16,7 @@ _SLIDES = 0.2
 
 
 def _ground(context: Context) -> float | None:
-    return context.wheels.ground
+    return context.base.ground
 
 
 def caster_place(caster: Caster) -> Origin:
@@ -39,13 +39,13 @@ def not_on_ground(context: Context) -> Found:
     ground = _ground(context)
     if ground is None:
         return
-    size = max(w.radius or 0.0 for w in context.wheels.wheels)
-    axle = context.wheels.pairs[0]
-    for wheel in context.wheels.wheels:
+    size = max(w.radius or 0.0 for w in context.base.wheels)
+    axle = context.base.pairs[0]
+    for wheel in context.base.wheels:
         if wheel.bottom is None or wheel.link in context.unsure:
             continue
         off = wheel.bottom - ground
-        if len(context.wheels.pairs) > 1 and abs(off) > max(1e-3, 0.02 * size):
+        if len(context.base.pairs) > 1 and abs(off) > max(1e-3, 0.02 * size):
             yield Finding(
                 wheel.joint.pose.origin or wheel.joint.origin,
                 f"{wheel.link}: its lowest point is {abs(off) * 1e3:.3g} mm "
@@ -53,8 +53,8 @@ def not_on_ground(context: Context) -> Found:
                 "the other wheels",
                 related=(Related("the wheel it is compared with", axle.left.joint.origin),),
             )
-    touching = [c for c in context.wheels.casters if abs(c.bottom - ground) <= max(1e-3, 0.03 * size)]
-    for caster in context.wheels.casters:
+    touching = [c for c in context.base.casters if abs(c.bottom - ground) <= max(1e-3, 0.03 * size)]
+    for caster in context.base.casters:
         if {caster.link, caster.joint.name} & context.unsure:
             continue
         off = caster.bottom - ground
@@ -102,7 +102,7 @@ def footprint_off_ground(context: Context) -> Found:
     if abs(off) > 1.5e-3:
         joint = next(iter(context.robot.child_joints["base_footprint"]), None)
         place = joint.pose.origin or joint.origin if joint else context.robot.links["base_footprint"].origin
-        wheel = context.wheels.pairs[0].left
+        wheel = context.base.pairs[0].left
         yield Finding(
             place,
             f"base_footprint lies {abs(off) * 1e3:.4g} mm {'above' if off > 0 else 'below'} the plane "
@@ -127,9 +127,9 @@ def base_off_axle(context: Context) -> Found:
 
     Fix: none.
     """
-    if len(context.wheels.pairs) != 1 or context.unsure & {w.link for w in context.wheels.wheels}:
+    if len(context.base.pairs) != 1 or context.unsure & {w.link for w in context.base.wheels}:
         return
-    pair = context.wheels.pairs[0]
+    pair = context.base.pairs[0]
     name = "base_footprint" if "base_footprint" in context.frames else "base_link"
     frame = context.frames.get(name)
     if frame is None or name in context.unsure:
@@ -168,7 +168,7 @@ def below_ground(context: Context) -> Found:
     ground = _ground(context)
     if ground is None:
         return
-    standing = {w.link for w in context.wheels.wheels} | {c.link for c in context.wheels.casters}
+    standing = {w.link for w in context.base.wheels} | {c.link for c in context.base.casters}
     for link in context.sure_links:
         if link.name in standing or link.name not in context.frames:
             continue
@@ -206,10 +206,10 @@ def caster_scrubs(context: Context) -> Found:
     speaks_of_friction = any(
         e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions
     )
-    axle_x = sum(w.center[0] for w in context.wheels.wheels) / len(context.wheels.wheels)
+    axle_x = sum(w.center[0] for w in context.base.wheels) / len(context.base.wheels)
     ground = _ground(context) or 0.0
     yield from _of_unknown_size(context)
-    for caster in context.wheels.casters:
+    for caster in context.base.casters:
         joint = caster.joint
         if {caster.link, joint.name} & context.unsure or abs(caster.bottom - ground) > 0.02:
             continue
@@ -245,7 +245,7 @@ def caster_scrubs(context: Context) -> Found:
 
 def _of_unknown_size(context: Context) -> Found:
     """Casters whose size or place could not be read: what their joint allows is known all the same."""
-    seen = {c.link for c in context.wheels.casters}
+    seen = {c.link for c in context.base.casters}
     for joint in context.robot.joints.values():
         link = joint.child
         if link in seen or link not in context.unsure or not joint.axis_origin or not joint.has_position:

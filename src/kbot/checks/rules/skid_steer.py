@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import hypot
 
 from kbot.checks.context import Context
+from kbot.checks.facts.mobile_base import Pair
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import Pair
 from kbot.text import Severity
 
 _WORTH_TELLING = 0.1
@@ -32,7 +32,7 @@ def turns_short(context: Context) -> Found:
     """
     for driver in context.drivers:
         named = {word.text for words in driver.sides.values() for word in words}
-        pairs = [p for p in context.wheels.pairs if {p.left.joint.name, p.right.joint.name} <= named]
+        pairs = [p for p in context.base.pairs if {p.left.joint.name, p.right.joint.name} <= named]
         wheels = {w.link for p in pairs for w in (p.left, p.right)}
         if len(pairs) < 2 or context.unsure & wheels or driver.separation_word is None:
             continue

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.fixing import rename_tag, replace_value
+from kbot.checks.edits import rename_tag, replace_value
+from kbot.checks.facts.sources import named
+from kbot.checks.facts.vocabulary import ATTRIBUTES
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.sources import named
-from kbot.checks.vocabulary import ATTRIBUTES
 from kbot.text import Comment, Element, Related, Severity, Text
 
 _TRUTHS = ("true", "True", "false", "False")

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from kbot.checks.meshfacts import mesh_facts
-from kbot.checks.spatial import (
+from kbot.checks.facts.mesh_files import mesh_facts
+from kbot.checks.facts.spatial import (
     IDENTITY,
     Frame,
     Matrix,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
-from kbot.checks.fixing import remove_attributes
+from kbot.checks.edits import remove_attributes
 from kbot.checks.registry import Finding, Found, rule
 from kbot.model import Joint, JointType
 from kbot.text import Severity

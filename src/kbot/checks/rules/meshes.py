@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kbot.checks.context import Context
-from kbot.checks.geometry import shape_name, shapes_of
-from kbot.checks.meshfacts import mesh_facts, unreadable
+from kbot.checks.facts.mesh_files import mesh_facts, unreadable
 from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.rules.geometry import shape_name, shapes_of
 from kbot.model import Collision, Link, Mesh, Visual
 from kbot.text import KbotError, Severity
 from kbot.text.files import check_regular

@@ -6,7 +6,7 @@ import math
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.wheels import level_pairs
+from kbot.checks.rules.wheels import level_pairs
 from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
 

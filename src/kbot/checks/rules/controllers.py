@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.drivers import Driver, Word
+from kbot.checks.facts.drivers import Driver, Word
 from kbot.checks.registry import Finding, Found, rule
 from kbot.model import JointType
 from kbot.text import Element, Related, Severity
@@ -220,7 +220,7 @@ def no_velocity_interface(context: Context) -> Found:
 
     Fix: none.
     """
-    wheels = {w.joint.name for w in context.wheels.wheels if w.joint.type is JointType.CONTINUOUS}
+    wheels = {w.joint.name for w in context.base.wheels if w.joint.type is JointType.CONTINUOUS}
     for extension in context.robot.extensions:
         if extension.tag != "ros2_control":
             continue

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from kbot.checks.bodies import axis_of
 from kbot.checks.context import Context
-from kbot.checks.geometry import overlap
-from kbot.checks.part_names import side_of
+from kbot.checks.facts.bodies import axis_of
+from kbot.checks.facts.mobile_base import Pair, Wheel
+from kbot.checks.facts.part_names import side_of
+from kbot.checks.facts.spatial import dot, unit
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import Pair, Wheel
-from kbot.checks.spatial import dot, unit
+from kbot.checks.rules.geometry import overlap
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
 
@@ -21,7 +21,7 @@ _SLOPE = math.radians(5.0)
 
 def level_pairs(context: Context) -> Iterator[Pair]:
     """Pairs of drive wheels with a left and a right that stand across from each other."""
-    for pair in context.wheels.pairs:
+    for pair in context.base.pairs:
         if {pair.left.joint.name, pair.right.joint.name, pair.left.link, pair.right.link} & context.unsure:
             continue
         between = [abs(a - b) for a, b in zip(pair.left.center, pair.right.center, strict=True)]
@@ -78,7 +78,7 @@ def wheels_exchanged(context: Context) -> Found:
 
 def _exchanged_by_drivers(context: Context) -> Found:
     """Drivers whose left joint stands on the right."""
-    wheels = {w.joint.name: w for w in context.wheels.wheels}
+    wheels = {w.joint.name: w for w in context.base.wheels}
     for driver in context.drivers:
         sides = (driver.sides.get("left", ()), driver.sides.get("right", ()))
         for word, other in zip(*sides, strict=False):
@@ -226,7 +226,7 @@ def wheels_not_mirrored(context: Context) -> Found:
 
     Fix: none.
     """
-    for pair in context.wheels.pairs:
+    for pair in context.base.pairs:
         left, right = pair.left, pair.right
         if math.dist(left.center, right.center) < 0.1 * (left.radius or 0.0):
             yield Finding(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from kbot.checks.context import Context
-from kbot.checks.fixing import remove_element
+from kbot.checks.edits import remove_element
+from kbot.checks.facts.sources import MacroText, SourceFile, named, parameters_of
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.sources import MacroText, SourceFile, named, parameters_of
 from kbot.text import Element, Origin, Severity, Span
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from kbot.checks.contact import caster_place
 from kbot.checks.context import Context
+from kbot.checks.facts.mobile_base import lowest
+from kbot.checks.facts.spatial import Vector
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import lowest
-from kbot.checks.spatial import Vector
+from kbot.checks.rules.contact import caster_place
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
@@ -32,13 +32,13 @@ def tips_over(context: Context) -> Found:
 
     Fix: none.
     """
-    ground = context.wheels.ground
+    ground = context.base.ground
     if ground is None or context.unsure:
         return
-    points: list[Point] = [(w.center[0], w.center[1]) for w in context.wheels.wheels]
+    points: list[Point] = [(w.center[0], w.center[1]) for w in context.base.wheels]
     points += [
         (c.center[0], c.center[1])
-        for c in context.wheels.casters
+        for c in context.base.casters
         if c.touches and abs(c.bottom - ground) < 0.01
     ]
     hull = convex_hull(points)
@@ -59,7 +59,7 @@ def tips_over(context: Context) -> Found:
             f"{direction}: the robot "
             "falls over standing still",
             "move the mass over the wheels and casters",
-            tuple(Related(f"'{c.link}' bears it", caster_place(c)) for c in context.wheels.casters[:2]),
+            tuple(Related(f"'{c.link}' bears it", caster_place(c)) for c in context.base.casters[:2]),
         )
     elif _GRAVITY * margin / height < 0.5:
         yield Finding(
@@ -142,23 +142,23 @@ def two_contacts(context: Context) -> Found:
 
     Fix: none.
     """
-    rig = context.wheels
-    if len(rig.pairs) != 1 or any(c.touches for c in rig.casters) or rig.ground is None or context.unsure:
+    base = context.base
+    if len(base.pairs) != 1 or any(c.touches for c in base.casters) or base.ground is None or context.unsure:
         return
     if not any(link.collisions for link in context.robot.links.values()):
         return
-    driving = {w.link for w in rig.wheels}
+    driving = {w.link for w in base.wheels}
     for name, link in context.robot.links.items():
         if name in driving or name not in context.frames:
             continue
         if any(isinstance(c.geometry, Mesh) for c in link.collisions):
             return  # what it touches the ground with is not known here
         for part in context.bodies[name].collisions:
-            if lowest(part, context.frames[name]) < rig.ground + 0.25 * max(
-                w.radius or 0.0 for w in rig.wheels
+            if lowest(part, context.frames[name]) < base.ground + 0.25 * max(
+                w.radius or 0.0 for w in base.wheels
             ):
                 return
-    pair = rig.pairs[0]
+    pair = base.pairs[0]
     yield Finding(
         pair.left.joint.origin,
         f"the robot stands on '{pair.left.link}' and '{pair.right.link}' alone: it falls over",

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from kbot.checks.bodies import Part
 from kbot.checks.context import Context
-from kbot.checks.rays import distance_along
-from kbot.checks.rig import held
-from kbot.checks.spatial import Frame, Vector, add, dot, norm, scale, subtract
+from kbot.checks.facts.bodies import Part
+from kbot.checks.facts.mobile_base import held
+from kbot.checks.facts.rays import distance_along
+from kbot.checks.facts.spatial import Frame, Vector, add, dot, norm, scale, subtract
 from kbot.text import Element, Origin
 
 _BEAMS = 360

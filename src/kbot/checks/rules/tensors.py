@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from kbot.checks.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
 from kbot.checks.context import Context
-from kbot.checks.inertia import is_finite, sound, weighed
-from kbot.checks.inertia_fixes import exchanging_fix, turning_fix
+from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
+from kbot.checks.facts.spatial import (
+    Matrix,
+    Vector,
+    dot,
+    eigenvalues,
+    norm,
+    rotate,
+    subtract,
+    tensor_in,
+    transpose,
+)
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.spatial import Matrix, Vector, dot, eigenvalues, norm, rotate, subtract, tensor_in, transpose
+from kbot.checks.rules.inertia import is_finite, sound, weighed
+from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
 from kbot.text import Related, Severity
 
@@ -141,7 +151,8 @@ def tensor_not_turned(context: Context) -> Found:
         due = inertial.mass * part.solid_diagonal()[2]
         if max(around) - min(around) <= 0.1 * max(around):
             continue
-        wheel = context.rig is not None and any(link.name == w.link for w in context.rig.wheels)
+        base = context.mobile_base
+        wheel = base is not None and any(link.name == w.link for w in base.wheels)
         # a tensor with an axis of its own that is not the cylinder's, as a cylinder's formula gives
         fits = all(
             abs(a - b * inertial.mass) < 0.05 * high

@@ -6,13 +6,13 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 
-from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
-from kbot.checks.geometry import shapes_of
-from kbot.checks.inertia_fixes import solid_fix, solid_hint
-from kbot.checks.masses import weight_below
+from kbot.checks.facts.bodies import tensor_of
+from kbot.checks.facts.spatial import eigenvalues
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.spatial import eigenvalues
+from kbot.checks.rules.geometry import shapes_of
+from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
+from kbot.checks.rules.masses import weight_below
 from kbot.model import Inertial, Link, Mesh
 from kbot.text import Related, Severity
 

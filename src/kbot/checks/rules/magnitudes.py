@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from kbot.checks.bodies import tensor_of
 from kbot.checks.context import Context
-from kbot.checks.inertia import sound, weighed
-from kbot.checks.inertia_fixes import solid_fix, solid_hint
+from kbot.checks.facts.bodies import tensor_of
+from kbot.checks.facts.spatial import eigenvalues
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.spatial import eigenvalues
-from kbot.checks.tensors import geometry_of
+from kbot.checks.rules.inertia import sound, weighed
+from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
+from kbot.checks.rules.tensors import geometry_of
 from kbot.model import Inertial, Link
 from kbot.text import Severity
 

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 
-from kbot.checks.spatial import Vector
+from kbot.checks.facts.spatial import Vector
 from kbot.text import KbotError
 
 

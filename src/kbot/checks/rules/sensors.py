@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
+from kbot.checks.facts.mobile_base import held
+from kbot.checks.facts.spatial import dot
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import held
-from kbot.checks.scan_plane import own_body
-from kbot.checks.spatial import dot
+from kbot.checks.rules.scan_plane import own_body
 from kbot.model import JointType
 from kbot.text import Element, Related, Severity
 from kbot.text.suggest import did_you_mean

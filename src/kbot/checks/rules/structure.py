@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 from kbot.checks.context import Context
-from kbot.checks.fixing import remove_attributes, rename_attribute, rename_tag
+from kbot.checks.edits import remove_attributes, rename_attribute, rename_tag
+from kbot.checks.facts.vocabulary import ATTRIBUTES, CHILDREN, FOREIGN_ATTRIBUTES, TOLERATED
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.vocabulary import ATTRIBUTES, CHILDREN, FOREIGN_ATTRIBUTES, TOLERATED
 from kbot.text import Severity
 from kbot.text.suggest import nearest
 

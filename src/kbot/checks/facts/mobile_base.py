@@ -11,9 +11,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from kbot.checks.bodies import Body, Part, axis_of
-from kbot.checks.part_names import CASTER, WHEEL, mirrored_name, side_of
-from kbot.checks.spatial import Frame, Vector, dot, subtract, unit
+from kbot.checks.facts.bodies import Body, Part, axis_of
+from kbot.checks.facts.part_names import CASTER, WHEEL, mirrored_name, side_of
+from kbot.checks.facts.spatial import Frame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
 
 
@@ -67,7 +67,7 @@ class Caster:
 
 
 @dataclass(frozen=True, slots=True)
-class Rig:
+class MobileBase:
     """The wheels that drive, in pairs front to rear; the casters; the height of the ground, m."""
 
     pairs: tuple[Pair, ...]
@@ -79,13 +79,13 @@ class Rig:
         return tuple(w for pair in self.pairs for w in (pair.left, pair.right))
 
 
-def find_rig(
+def find_mobile_base(
     robot: Robot,
     frames: Mapping[str, Frame],
     bodies: Mapping[str, Body],
     named: Mapping[str, str],
-) -> Rig | None:
-    """The rig of a robot with at least one pair of drive wheels, else None.
+) -> MobileBase | None:
+    """The base of a robot with at least one pair of drive wheels, else None.
 
     `named`: joints that a controller or plugin drives, each with its side ("left", "right" or "").
     """
@@ -105,7 +105,7 @@ def find_rig(
         size = max(w.radius or 0.0 for p in driven for w in (p.left, p.right))
         driving = {name for p in driven for w in (p.left, p.right) for name in held(robot, w.link)}
         casters = tuple(_casters(robot, frames, bodies, driving, ground, size))
-    return Rig(tuple(driven), casters, ground)
+    return MobileBase(tuple(driven), casters, ground)
 
 
 def held(robot: Robot, link: str) -> Iterator[str]:

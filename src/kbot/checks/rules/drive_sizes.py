@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
+from kbot.checks.facts.mobile_base import Pair
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rig import Pair
 from kbot.text import Origin, Related, Severity
 
 _SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
@@ -16,7 +16,7 @@ _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 
 
 def _level_pairs(context: Context) -> list[Pair]:
-    return [p for p in context.wheels.pairs if p.separation > abs(p.left.center[0] - p.right.center[0])]
+    return [p for p in context.base.pairs if p.separation > abs(p.left.center[0] - p.right.center[0])]
 
 
 def _conventions(pair: Pair) -> list[float]:
@@ -39,7 +39,7 @@ def separation_differs(context: Context) -> Found:
     Fix: none.
     """
     pairs = _level_pairs(context)
-    if not pairs or context.unsure & {w.link for w in context.wheels.wheels}:
+    if not pairs or context.unsure & {w.link for w in context.base.wheels}:
         return
     true = pairs[0].separation
     related = _joint_places(pairs[0])
@@ -105,7 +105,7 @@ def radius_differs(context: Context) -> Found:
 
     Fix: none.
     """
-    wheels = [w for w in context.wheels.wheels if w.radius]
+    wheels = [w for w in context.base.wheels if w.radius]
     if not wheels or context.unsure & {w.link for w in wheels}:
         return
     radii = [w.radius for w in wheels if w.radius]
