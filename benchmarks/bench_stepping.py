@@ -18,9 +18,9 @@ import mujoco
 
 import kbot
 from kbot.kinematics.differential_drive import find_drive
-from kbot.sim.compile import compile_model
+from kbot.sim.engine.compile import compile_model
+from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.recipe import Contacts
-from kbot.sim.robot_builder import RobotPlan
 from kbot.world import load_world
 
 REPEATS = 9

@@ -4,7 +4,7 @@ import pytest
 
 from kbot.model.load import load_robot
 from kbot.sim import Simulation
-from kbot.sim.bounds import DEEPEST
+from kbot.sim.engine.bounds import DEEPEST
 from kbot.text import DescriptionError
 
 LINK = (

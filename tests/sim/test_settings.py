@@ -9,9 +9,9 @@ from kbot.kinematics.differential_drive import find_drive
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import DriveLimits, Simulation
-from kbot.sim.drive_settings import drive_settings
-from kbot.sim.slope import Slope
-from kbot.sim.surfaces import link_surfaces
+from kbot.sim.drive.rate_limiter import RateLimiter
+from kbot.sim.drive.settings import drive_settings
+from kbot.sim.engine.surfaces import link_surfaces
 from kbot.world.findings import Findings
 
 
@@ -211,7 +211,7 @@ def test_tyres_without_grip_slip(plain):
 
 def test_jerk_is_limited_and_the_target_reached():
     """The acceleration changes by no more than jerk x period, and never passes its limit."""
-    slope, value, before = Slope(0.01, 1.0, jerk=5.0), 0.0, 0.0
+    slope, value, before = RateLimiter(0.01, 1.0, jerk=5.0), 0.0, 0.0
     values = []
     for _ in range(200):
         if value == 0.8:
@@ -229,7 +229,7 @@ def test_jerk_is_limited_and_the_target_reached():
 
 
 def test_slowing_down_has_its_own_limit():
-    slope = Slope(0.01, 1.0, deceleration=2.0)
+    slope = RateLimiter(0.01, 1.0, deceleration=2.0)
     assert slope.advance(0.5, 0.0)[0] == pytest.approx(0.48)
     assert slope.advance(0.0, 0.5)[0] == pytest.approx(0.01)
     assert slope.advance(-0.5, 0.5)[0] == pytest.approx(-0.48)

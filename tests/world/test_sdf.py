@@ -135,7 +135,7 @@ def test_shapes(world, text):
 )  # fmt: skip
 def test_shapes_made_of_triangles_have_their_volume(world, text, volume):
     """A cone of r^2 pi h / 3, and an L of three unit squares, 0.5 m high."""
-    from kbot.sim.world_builder import volume as volume_of
+    from kbot.sim.engine.world_builder import volume as volume_of
 
     collision = f"<collision name='c'><geometry>{text}</geometry></collision>"
     parts = world(static(link(collision))).bodies[0].parts

@@ -11,7 +11,7 @@ import numpy as np
 from kbot.messages.sensing import Bool
 from kbot.sensors.sensor import Sensor, Spec, own_geometries
 from kbot.sim import Simulation
-from kbot.sim.world_builder import owner
+from kbot.sim.engine.world_builder import owner
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Geometry, Mesh
 from kbot.model.meshes import load_mesh
 from kbot.sim import Simulation
-from kbot.sim.geometry import add_shape, mesh_name, wxyz
+from kbot.sim.engine.geometry import add_shape, mesh_name, wxyz
 from kbot.text import KbotError
 from kbot.world import Mesh as WorldMesh
 from kbot.world import Shape

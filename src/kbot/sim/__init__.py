@@ -1,6 +1,6 @@
 """Robot and world put into physics: step, drive, read where it is."""
 
-from kbot.sim.drive import DriveLimits
+from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import Contacts
 from kbot.sim.simulation import Simulation

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.sim.disturbed import Disturbed
-from kbot.sim.welds import STANDING, weld_as_it_stands
+from kbot.sim.engine.welds import STANDING, weld_as_it_stands
 from kbot.text import KbotError
 
 

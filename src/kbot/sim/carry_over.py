@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kbot.kinematics.transform import Transform
-from kbot.sim.assembly import Assembly
-from kbot.sim.joints import limits
+from kbot.sim.engine.assembly import Assembly
+from kbot.sim.engine.joints import limits
 from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot
 

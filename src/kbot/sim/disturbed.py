@@ -6,7 +6,9 @@ from math import inf
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
-from kbot.sim.drive import DriveLimits
+from kbot.sim.drive.twist_controller import DriveLimits
+from kbot.sim.engine.welds import STANDING
+from kbot.sim.engine.world_builder import PREFIX
 from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
@@ -14,8 +16,6 @@ from kbot.sim.population import Population
 from kbot.sim.pushes import Push, apply
 from kbot.sim.recipe import Contacts
 from kbot.sim.schedule import FOREVER, Placed, Schedule
-from kbot.sim.welds import STANDING
-from kbot.sim.world_builder import PREFIX
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World

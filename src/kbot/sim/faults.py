@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import mujoco
 import numpy as np
 
-from kbot.sim.bounds import HEAVIEST
-from kbot.sim.contacts import rank
+from kbot.sim.engine.bounds import HEAVIEST
+from kbot.sim.engine.contacts import rank
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.text import KbotError

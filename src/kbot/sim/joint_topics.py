@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
-from kbot.sim.controller_kinds import Input
-from kbot.sim.joint_controllers import JointController
+from kbot.sim.joint_control.controllers import JointController
+from kbot.sim.joint_control.kinds import Input
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
 

@@ -13,9 +13,9 @@ import numpy as np
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.sim.attached import Attached
+from kbot.sim.engine.world_builder import PREFIX, body_pose
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
-from kbot.sim.world_builder import PREFIX, body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.joints import Loop

@@ -13,22 +13,22 @@ from kbot.kinematics.steered_drive import find_base
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.model.writer import to_urdf
-from kbot.sim.assembly import Assembly, plan_of
-from kbot.sim.drive import DriveLimits
-from kbot.sim.drive_settings import DriveSettings, check_named_joints, drive_settings
-from kbot.sim.inertia import drive_with_masses
-from kbot.sim.joint_controllers import joint_control, spawned_for
-from kbot.sim.joint_orders import joint_command, trajectory_points
-from kbot.sim.joints import rest
+from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_settings
+from kbot.sim.drive.twist_controller import DriveLimits
+from kbot.sim.engine.assembly import Assembly, plan_of
+from kbot.sim.engine.inertia import drive_with_masses
+from kbot.sim.engine.joints import rest
+from kbot.sim.engine.robot_builder import RobotPlan
+from kbot.sim.engine.world_builder import moving_bodies
+from kbot.sim.joint_control.commands import joint_command, trajectory_points
+from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming, is_model_name
 from kbot.sim.numbers import FURTHEST, LONGEST, is_finite, positive, shortened, vector
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot, driving_joints
-from kbot.sim.robot_builder import RobotPlan
 from kbot.sim.running import Running
 from kbot.sim.topics import RobotTopics
 from kbot.sim.watch import ELSEWHERE
-from kbot.sim.world_builder import moving_bodies
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World

@@ -9,16 +9,16 @@ from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
-from kbot.sim.drive import TwistController
-from kbot.sim.drive_settings import DriveSettings
-from kbot.sim.joint_controllers import JointControl
+from kbot.sim.drive.settings import DriveSettings
+from kbot.sim.drive.steered_servos import SteeredServos
+from kbot.sim.drive.twist_controller import TwistController
+from kbot.sim.drive.wheel_servos import WheelServos
+from kbot.sim.engine.servo import speed_limit
+from kbot.sim.joint_control.controllers import JointControl
 from kbot.sim.motion import Motion, WheelOdometry
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_joints import NO_CONTROL, JointHost, RobotJoints
-from kbot.sim.servo import speed_limit
-from kbot.sim.steered_servos import SteeredServos
-from kbot.sim.wheel_servos import WheelServos
 from kbot.text import KbotError
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from kbot.model import Robot
-from kbot.sim.controller_kinds import Interface
-from kbot.sim.joint_controllers import JointControl
-from kbot.sim.joint_servos import JointServos
+from kbot.sim.joint_control.controllers import JointControl
+from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.joint_control.servos import JointServos
+from kbot.sim.joint_control.trajectory import Point
 from kbot.sim.robot_body import Frames, RobotBody
-from kbot.sim.trajectory import Point
 from kbot.text import KbotError
 
 NO_CONTROL = JointControl()

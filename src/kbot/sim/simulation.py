@@ -16,8 +16,9 @@ from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
 from kbot.sim.carry_over import make_room, put_as
-from kbot.sim.controller_kinds import Interface
-from kbot.sim.drive import DriveLimits
+from kbot.sim.drive.twist_controller import DriveLimits
+from kbot.sim.engine.world_builder import body_pose
+from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
 from kbot.sim.naming import PLAIN, Naming
@@ -25,7 +26,6 @@ from kbot.sim.numbers import shortened
 from kbot.sim.population import read_robot
 from kbot.sim.recipe import Contacts
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
-from kbot.sim.world_builder import body_pose
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world

@@ -9,8 +9,8 @@ from typing import Literal
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim import Simulation
-from kbot.sim.controller_kinds import Interface
 from kbot.sim.faults import BlockedJoint, Fault, LostCommands, Payload, SilentTopic, Slip
+from kbot.sim.joint_control.kinds import Interface
 from kbot.text import KbotError
 from kbot.workbench.protocol import (
     Action,

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from kbot.model import Robot
-from kbot.sim.controller_kinds import (
+from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
+from kbot.sim.joint_control.kinds import (
     JOINT_STATE,
     KINDS,
     Input,
@@ -15,8 +16,7 @@ from kbot.sim.controller_kinds import (
     Kind,
     is_done_elsewhere,
 )
-from kbot.sim.controllers_yaml import Parameters, controller_parameters
-from kbot.sim.transmissions import joint_interfaces
+from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean

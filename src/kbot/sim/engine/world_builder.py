@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.transform import Transform
-from kbot.sim import contacts as touch
-from kbot.sim.geometry import add_shape, wxyz
-from kbot.sim.world_joints import add_world_joint, stiffen
+from kbot.sim.engine import contacts as touch
+from kbot.sim.engine.geometry import add_shape, wxyz
+from kbot.sim.engine.world_joints import add_world_joint, stiffen
 from kbot.text import KbotError
 from kbot.world import world as w
 from kbot.world.findings import Findings

@@ -9,10 +9,10 @@ from typing import Any
 
 import mujoco
 
+from kbot.sim.engine.robot_builder import RobotPlan, add_robot
+from kbot.sim.engine.welds import Weld, add_weld
+from kbot.sim.engine.world_builder import add_world
 from kbot.sim.recipe import IMPRATIO
-from kbot.sim.robot_builder import RobotPlan, add_robot
-from kbot.sim.welds import Weld, add_weld
-from kbot.sim.world_builder import add_world
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity
 from kbot.world import World
 from kbot.world.findings import Findings

@@ -8,8 +8,8 @@ from typing import Any
 import mujoco
 
 from kbot.kinematics.transform import Transform
+from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.recipe import SOLIMP
-from kbot.sim.world_builder import body_pose
 
 STANDING = "world"
 """The engine's name of the body that all that stands still is part of."""

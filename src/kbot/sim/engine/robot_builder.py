@@ -11,14 +11,14 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, Robot
-from kbot.sim import contacts as touch
-from kbot.sim.bounds import check_bounds
-from kbot.sim.geometry import add_shape, wxyz
-from kbot.sim.inertia import check_masses, held_joints, is_fixed, set_inertial, total_mass
-from kbot.sim.joints import add_joint, add_mimics, held_pose, origin
+from kbot.sim.engine import contacts as touch
+from kbot.sim.engine.bounds import check_bounds
+from kbot.sim.engine.geometry import add_shape, wxyz
+from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_inertial, total_mass
+from kbot.sim.engine.joints import add_joint, add_mimics, held_pose, origin
+from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
+from kbot.sim.engine.surfaces import PLAIN, link_surfaces
 from kbot.sim.recipe import Contacts
-from kbot.sim.servo import add_drive_servos, add_joint_servos
-from kbot.sim.surfaces import PLAIN, link_surfaces
 from kbot.text import KbotError
 from kbot.world.findings import Findings
 

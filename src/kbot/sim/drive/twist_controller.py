@@ -7,9 +7,9 @@ from math import inf
 from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.sim.drive.rate_limiter import RateLimiter
 from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
-from kbot.sim.slope import Slope
 from kbot.text import KbotError
 
 Twist2 = tuple[float, float]
@@ -55,10 +55,10 @@ class TwistController:
         self._back = limits.linear_velocity if limits.reverse_velocity is None else limits.reverse_velocity
         self._half_track = drive.separation / 2.0
         self._radius = drive.radius
-        self._linear = Slope(
+        self._linear = RateLimiter(
             period, limits.linear_acceleration, limits.linear_deceleration, limits.linear_jerk
         )
-        self._angular = Slope(
+        self._angular = RateLimiter(
             period, limits.angular_acceleration, limits.angular_deceleration, limits.angular_jerk
         )
         self.reset()
@@ -114,7 +114,7 @@ class TwistController:
         """The left and right wheel speeds (rad/s, forwards positive) for the next period, and whether they
         hold from then on.
 
-        They are those of the mean twist: what is driven at the end of a period is what the slope of the
+        They are those of the mean twist: what is driven at the end of a period is what the ramp of the
         limits gives, however long the period is.
         """
         v, w = self.twist

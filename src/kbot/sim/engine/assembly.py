@@ -13,14 +13,14 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
-from kbot.sim.compile import compile_model
-from kbot.sim.contacts import GROUND
-from kbot.sim.drive_settings import DriveSettings
-from kbot.sim.placing import lowest_point, terrain_height
+from kbot.sim.drive.settings import DriveSettings
+from kbot.sim.engine.compile import compile_model
+from kbot.sim.engine.contacts import GROUND
+from kbot.sim.engine.placing import lowest_point, terrain_height
+from kbot.sim.engine.robot_builder import RobotPlan
+from kbot.sim.engine.welds import Weld
+from kbot.sim.engine.world_builder import PREFIX, owner
 from kbot.sim.recipe import Contacts
-from kbot.sim.robot_builder import RobotPlan
-from kbot.sim.welds import Weld
-from kbot.sim.world_builder import PREFIX, owner
 from kbot.text import Diagnostic, KbotError
 from kbot.world import World
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from kbot.kinematics.transform import Transform
 from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.meshes import load_mesh
-from kbot.sim.placing import TERRAIN_GROUP
+from kbot.sim.engine.placing import TERRAIN_GROUP
 from kbot.text import KbotError
 from kbot.world import world as w
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 
 from kbot.model import Robot
-from kbot.sim.controller_kinds import Interface
+from kbot.sim.joint_control.kinds import Interface
 from kbot.text import Element
 from kbot.text.numbers import to_float
 from kbot.world.findings import Findings

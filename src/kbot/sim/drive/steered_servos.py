@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import mujoco
 
 from kbot.kinematics.steered_drive import SteeredDrive
+from kbot.sim.drive.wheel_servos import slack
 from kbot.sim.numbers import numbers
-from kbot.sim.wheel_servos import slack
 
 FREQUENCY = 40.0
 """rad/s: how fast a wheel is turned aside."""

@@ -12,7 +12,7 @@ import mujoco
 
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
-from kbot.sim.inertia import total_mass
+from kbot.sim.engine.inertia import total_mass
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 GRAVITY = 9.81

@@ -10,7 +10,7 @@ import numpy as np
 from kbot.kinematics.frames import unit_axis
 from kbot.kinematics.transform import Transform, rotations_about
 from kbot.model import Joint, JointType, Robot
-from kbot.sim.world_joints import set_friction, stiffen
+from kbot.sim.engine.world_joints import set_friction, stiffen
 from kbot.world.findings import Findings
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE

@@ -16,10 +16,10 @@ from typing import Any
 import mujoco
 
 from kbot.model import Robot
-from kbot.sim.controller_kinds import Interface
-from kbot.sim.joint_bounds import JointBounds
+from kbot.sim.joint_control.bounds import JointBounds
+from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.joint_control.trajectory import Point, Trajectory
 from kbot.sim.numbers import FURTHEST, is_within, numbers, shortened
-from kbot.sim.trajectory import Point, Trajectory
 from kbot.text import KbotError
 
 FREQUENCY = 50.0

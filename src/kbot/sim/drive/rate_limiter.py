@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import copysign, inf, sqrt
 
 
-class Slope:
+class RateLimiter:
     """One speed's way, a period at a time. `acceleration` is what the last period ended with, where the
     jerk is limited."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import inf
 
 from kbot.model import Joint, JointType, SafetyController
-from kbot.sim.joints import limits
+from kbot.sim.engine.joints import limits
 
 
 @dataclass(frozen=True, slots=True)

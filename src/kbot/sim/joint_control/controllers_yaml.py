@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kbot.model import Robot
 from kbot.model.spawned import SpawnedController, spawned_controllers
-from kbot.sim.controller_kinds import DIFF_DRIVE, OTHERS_NEED
+from kbot.sim.joint_control.kinds import DIFF_DRIVE, OTHERS_NEED
 from kbot.text import DescriptionError, Element, Origin
 from kbot.text.files import read_source
 from kbot.text.suggest import did_you_mean

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from kbot.sim.controller_kinds import Interface
+from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.joint_control.trajectory import Point
 from kbot.sim.numbers import FURTHEST, is_within, shortened
-from kbot.sim.trajectory import Point
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 

@@ -11,8 +11,8 @@ from math import inf, isfinite
 from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_plugins
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
-from kbot.sim.controllers_yaml import Parameters, diff_drive_parameters
-from kbot.sim.drive import DriveLimits
+from kbot.sim.drive.twist_controller import DriveLimits
+from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
