@@ -140,6 +140,21 @@ def test_a_broken_robot_is_told_at_its_line_once(launch: Path, capsys: pytest.Ca
     assert said(capsys)[1].count("error: ") == 1
 
 
+def test_a_robot_that_is_no_xml_is_said_and_left_alike_by_every_verb(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = launch.parent / "r.xacro"
+    file.write_text('<robot>\n  <xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">\n</robot>\n')
+    said_of_it = []
+    for words in (["check", str(file)], ["launch", str(launch), "--dry-run"], ["expand", str(file)]):
+        assert run(words) == 2
+        out, err = said(capsys)
+        frame = (out + err).partition("error: ")[2].partition("  = fix")[0]
+        said_of_it.append(frame)
+    assert "the root element is broken in two" in said_of_it[0]
+    assert len(set(said_of_it)) == 1
+
+
 def test_programs_are_run_only_with_leave(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = f'"{sys.executable}" -c "print(42)"'.replace('"', "&quot;")
     launch.write_text(f'<launch><param name="answer" command="{command}"/></launch>')

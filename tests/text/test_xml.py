@@ -79,6 +79,26 @@ def test_what_is_wrong_is_one_diagnostic_at_its_place(text: str, code: str, line
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "mended"),
+    [
+        ('<robot>\n  <xmlns:xacro="u" name="r">\n</robot>', '<robot xmlns:xacro="u" name="r">\n</robot>'),
+        ('\n<?xml version="1.0"?>\n<robot name="r"/>', '<?xml version="1.0"?>\n<robot name="r"/>'),
+    ],
+)
+def test_a_known_slip_of_the_first_lines_has_its_hint_and_its_fix(text: str, mended: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        parse_xml(Source("f", text))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.hint
+    assert diagnostic.fix is not None
+    (edit,) = diagnostic.fix.edits
+    data = text.encode()
+    changed = data[: edit.span.start] + edit.replacement.encode() + data[edit.span.end :]
+    assert changed.decode() == mended
+    parse_xml(Source("f", mended))
+
+
 def test_a_prefix_declared_within_holds_only_there() -> None:
     parse_xml(Source("f", '<a><b xmlns:x="u"><x:c x:d="1"/></b></a>'))
     with pytest.raises(DescriptionError):

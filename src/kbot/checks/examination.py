@@ -9,7 +9,6 @@ from kbot.checks.config import Config
 from kbot.checks.context import Context
 from kbot.checks.merge import said_once
 from kbot.checks.registry import rules_by_need
-from kbot.checks.xml_fixes import improved
 from kbot.text import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def examine(source: Source, arguments: Mapping[str, str], packages: Packages, co
 
 def findings(context: Context) -> list[Diagnostic]:
     """What the floors below said and what the rules say; the same fault in a macro once."""
-    found = [improved(d) for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
+    found = [d for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
     for needs, rules in rules_by_need().items():
         for rule in rules if context.has(needs) else ():
             found += [rule.diagnostic(finding) for finding in rule.check(context)]

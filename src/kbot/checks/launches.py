@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from kbot.checks.config import Config
 from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
-from kbot.checks.xml_fixes import improved
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.plan import Description
 from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source
@@ -40,7 +39,7 @@ def check_launch(
         of_robots += findings(context)
         sources += [file.source for file in context.sources]
     said = {_key(d) for d in of_robots}
-    own = [improved(d) for d in (*own, *_two_publishers(plan, packages)) if _key(d) not in said]
+    own = [d for d in (*own, *_two_publishers(plan, packages)) if _key(d) not in said]
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 

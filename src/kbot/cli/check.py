@@ -19,7 +19,7 @@ from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
-from kbot.cli.output import fail, has_color, print_json, warn_of_others
+from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, KbotError, read_source, write_text
 from kbot.text.files import unsaved
@@ -246,8 +246,3 @@ def _summary(found: Sequence[Diagnostic]) -> str:
     if unsafe:
         parts.append(f"{unsafe} {'more' if safe else 'can be mended'} by --unsafe-fixes")
     return count(found) + (f"; {', '.join(parts)}" if parts else "")
-
-
-def is_unusable(diagnostic: Diagnostic) -> bool:
-    """Whether a finding says that a file cannot be read at all: it is not there, no text, or not XML."""
-    return diagnostic.is_error and diagnostic.code.startswith(("F", "P"))

@@ -53,6 +53,11 @@ def report_error(error: Exception) -> None:
     sys.stderr.flush()
 
 
+def is_unusable(diagnostic: Diagnostic) -> bool:
+    """Whether a finding says that a file cannot be read at all: it is not there, no text, or not XML."""
+    return diagnostic.is_error and diagnostic.code.startswith(("F", "P"))
+
+
 def warn_of_others(package: str, packages: Packages) -> None:
     """Name the package that is taken, where the working directory holds several of its name."""
     others = packages.others(package)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from xml.parsers import expat
 
 from kbot.text.errors import DescriptionError
@@ -65,20 +64,19 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
-        message = f"not well-formed XML: {reason}"
-        raise _error(source, "P001", message, parser.ErrorByteIndex, _nameless(source.data, parser)) from None
+        raise DescriptionError([_malformed(source, parser.ErrorByteIndex, reason)]) from None
     document.diagnostics = tuple(problems)
     return document
 
 
-def _nameless(data: bytes, parser: expat.XMLParserType) -> str:
-    """A hint for a tag that begins with an attribute, as where `<robot` and the rest came apart."""
-    tag = data.rfind(b"<", 0, parser.ErrorByteIndex + 1)
-    match = re.match(rb"<([\w:.-]+)\s*=", data[tag : tag + 200]) if tag >= 0 else None
-    if match is None:
-        return ""
-    name = match[1].decode("utf-8", "replace")
-    return f"'{name}' is an attribute, and no element: put it into the tag of the element before"
+def _malformed(source: Source, offset: int, reason: str) -> Diagnostic:
+    from dataclasses import replace
+
+    from kbot.text.malformed import advice
+
+    hint, fix = advice(source, offset, reason)
+    found = fault(source, "P001", f"not well-formed XML: {reason}", offset, offset + 1, hint)
+    return replace(found, fix=fix)
 
 
 def _error(source: Source, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:
