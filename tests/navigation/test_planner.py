@@ -94,6 +94,29 @@ def test_every_refusal_has_its_name_and_reason(goal, refusal):
     assert answer.reason
 
 
+def test_a_goal_outside_the_map_is_refused_with_the_maps_bounds():
+    grid = OccupancyGrid(np.zeros((40, 40), dtype=np.int8), 0.1, PlanarPose(-1.0, 2.0))
+    answer = GridPlanner(grid, 0.1).plan(PlanarPose(0.0, 3.0), PlanarPose(5.0, 3.0))
+    assert answer == NoPath(
+        Refusal.GOAL_OUTSIDE,
+        "the goal is outside the map (x from -1.00 to 3.00 m, y from 2.00 to 6.00 m)",
+    )
+
+
+def test_a_goal_beyond_closed_walls_is_refused_with_where_they_end():
+    grid = _grid()
+    grid.cells[2, 2:31] = grid.cells[30, 2:31] = grid.cells[2:31, 2] = grid.cells[2:31, 30] = 100
+    answer = GridPlanner(grid, 0.1).plan(START, PlanarPose(3.6, 1.0))
+    assert answer == NoPath(
+        Refusal.GOAL_OUTSIDE,
+        "the goal (3.60, 1.00) is outside all that stands on the map "
+        "(x from 0.20 to 3.10 m, y from 0.20 to 3.10 m): no way leads out",
+    )
+    grid.cells[2:31, 15] = 100
+    within = GridPlanner(grid, 0.1)
+    assert within.plan(START, PlanarPose(2.3, 1.0)).refusal is Refusal.UNREACHABLE
+
+
 def test_where_the_robot_stands_may_be_refused_too():
     grid = _grid()
     grid.cells[5, 5] = 100

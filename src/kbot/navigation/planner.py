@@ -104,8 +104,29 @@ class GridPlanner:
         found = self._plan(start, goal)
         if isinstance(found, NoPath) and found.refusal in _NARROW and self._finer is not None:
             finer = self._finer.plan(start, goal)
-            return found if isinstance(finer, NoPath) and finer.refusal not in _NARROW else finer
+            if not isinstance(finer, NoPath) or finer.refusal in _NARROW:
+                found = finer
+        if isinstance(found, NoPath) and found.refusal is Refusal.UNREACHABLE:
+            return self._leads_out(start, goal) or found
         return found
+
+    def _leads_out(self, start: PlanarPose, goal: PlanarPose) -> NoPath | None:
+        """The refusal of a goal outside the box around all that stands on the map, of a robot that is within;
+        None for others."""
+        rows, columns = np.nonzero(self.grid.cells >= FREE_BELOW)
+        if not len(rows):
+            return None
+        first, last = (rows.min(), columns.min()), (rows.max(), columns.max())
+
+        def is_within(pose: PlanarPose) -> bool:
+            row, column = self.grid.cell(pose.x, pose.y)
+            return bool(first[0] <= row <= last[0] and first[1] <= column <= last[1])
+
+        if is_within(goal) or not is_within(start):
+            return None
+        reach = _words_of_bounds(self.grid, first, last)
+        what = f"the goal {_words(goal)} is outside all that stands on the map ({reach}): no way leads out"
+        return NoPath(Refusal.GOAL_OUTSIDE, what)
 
     def _plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
         grid = self.grid
@@ -131,8 +152,8 @@ class GridPlanner:
     def _refuse(self, first: Cell, last: Cell) -> NoPath | None:
         grid = self.grid
         if not grid.contains(*last):
-            w, h = grid.size
-            return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map of {w:.2f} x {h:.2f} m")
+            reach = _words_of_bounds(grid, (0, 0), (grid.rows - 1, grid.columns - 1))
+            return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map ({reach})")
         if not grid.contains(*first):
             return NoPath(Refusal.START_OUTSIDE, "the robot stands outside the map")
         if self._blocked[last]:
@@ -185,3 +206,11 @@ def _nearest(free: Cells, cell: Cell, most: float) -> Cell | None:
 
 def _words(pose: PlanarPose) -> str:
     return f"({pose.x:.2f}, {pose.y:.2f})"
+
+
+def _words_of_bounds(grid: OccupancyGrid, first: Cell, last: Cell) -> str:
+    """From where to where cells reach, their outer edges, in the grid's frame."""
+    rows, columns = (first[0] - 0.5, last[0] + 0.5), (first[1] - 0.5, last[1] + 0.5)
+    corners = grid.centers([(row, column) for row in rows for column in columns])
+    (west, south), (east, north) = corners.min(axis=0), corners.max(axis=0)
+    return f"x from {west:.2f} to {east:.2f} m, y from {south:.2f} to {north:.2f} m"
