@@ -111,6 +111,26 @@ def test_the_picture_is_behind_the_scene_over_it_or_both(show: Show) -> None:
     until(lambda: np.abs(colours()[0] - GREEN).max() < 3)
 
 
+def test_a_camera_sees_the_displays_that_are_chosen(show: Show) -> None:
+    take(show)
+    until(lambda: np.isfinite(ball(show)).all())
+    show.row("Camera").get_by_text("Visibility").click()
+    seen = show.row("Camera").get_by_label("PointStamped of Camera")
+    seen.uncheck()
+    until(lambda: np.isnan(ball(show)).all())
+    # it is there yet in the picture itself
+    show.look((0.0, -1.0, 3.0), SEEN)
+    until(lambda: show.mask((255, 0, 0), 90).any())
+    head = show.row("PointStamped").locator(".head")
+    head.press("F2")
+    show.page.get_by_label("Name of PointStamped").fill("Ball")
+    show.page.keyboard.press("Enter")
+    row = show.row("Camera").get_by_label("Ball of Camera")
+    until(lambda: row.count() == 1 and not row.is_checked())
+    row.check()
+    until(lambda: np.isfinite(ball(show)).all())
+
+
 def test_a_camera_without_intrinsics_says_so(show: Show) -> None:
     picture = Image(WORLD, 2, 2, "rgb8", 0, 6, bytes(12))
 

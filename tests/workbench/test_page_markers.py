@@ -54,10 +54,10 @@ def red_at(show: Show, places: list[tuple[float, float]]) -> np.ndarray:
 def test_markers_of_every_shape(open_page: OpenPage) -> None:
     with showing(open_page, {"/marks": MarkerArray}) as show:
         show.page.evaluate("kbot.look([0, -0.001, 9], [0, 0, 0])")
-        show.add("Marker", "/marks")
+        show.add("MarkerArray", "/marks")
         for one, on, beside in MARKERS.values():
             clear = Marker(action=DELETE_ALL)
-            show.hear("Marker", "/marks", MarkerArray((clear, one)))
+            show.hear("MarkerArray", "/marks", MarkerArray((clear, one)))
             # the one before may still be there
             until(lambda on=on, beside=beside: red_at(show, on).all() and not red_at(show, beside).any())
 

@@ -40,6 +40,13 @@ LIDAR = Settings(
         Display("Twist", "Speed", True, {"topic": "/v"}),
     ),
 )
+MARKS = Settings(
+    {},
+    (
+        Display("Marker", "One", True, {"topic": "/mark"}),
+        Display("MarkerArray", "Many", True, {"topic": "/marks"}),
+    ),
+)
 
 
 @pytest.mark.parametrize("package", TOPICS)
@@ -53,7 +60,9 @@ def test_a_camera_is_read_and_written(package: str) -> None:
         "rendering": "background",
         "alpha": 0.25,
         "zoom": 2.0,
+        "Grid/show": False,
     }
+    assert not any("Visibility" in note for note in found.notes)
     changed = Settings(
         {}, (Display("Camera", "Eye", True, {**camera.properties, "rendering": "overlay"}, 0),)
     )
@@ -64,6 +73,27 @@ def test_a_camera_is_read_and_written(package: str) -> None:
         assert entry["Image Topic"] == "/eye/image"
     else:
         assert entry["Topic"] == {"Value": "/eye/image", "Depth": 5}
+
+
+def test_a_camera_sees_the_displays_that_its_visibility_says() -> None:
+    """In a group, which may be unseen as a whole, too."""
+    visibility = (
+        "{Grid: true, Robot: {TF: false, RobotModel: true, Value: true}, Group: {Map: true, Value: false}}"
+    )
+    text = CAMERA.format(package="rviz", topic=TOPICS["rviz"]).replace(
+        "Visibility:\n        Grid: false", f"Visibility: {visibility}"
+    )
+    found = read_rviz(text, "eye.rviz")
+    (camera, _) = found.settings.displays
+    assert {n: v for n, v in camera.properties.items() if "/" in n and n != "topic"} == {
+        "TF/show": False,
+        "Map/show": False,
+    }
+    shown = {**camera.properties, "TF/show": True, "Scan/show": False}
+    changed = Settings({}, (Display("Camera", "Eye", True, shown, 0),))
+    (entry,) = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
+    assert entry["Visibility"]["Robot"] == {"TF": True, "RobotModel": True, "Value": True}
+    assert entry["Visibility"]["Scan"] is False
 
 
 def copied(
@@ -88,6 +118,22 @@ def test_a_copy_is_for_the_rviz_that_is_asked_for() -> None:
         goal = next(tool["Topic"] for tool in manager["Tools"] if tool["Class"].endswith("/SetGoal"))
         assert goal == ("/move_base_simple/goal" if kind == "rviz1" else {"Value": "/goal_pose"})
         assert any("Speed (Twist) is left out: rviz 1" in note for note in notes) == (kind == "rviz1")
+
+
+@pytest.mark.parametrize(("kind", "package"), [("rviz1", "rviz"), ("rviz2", "rviz_default_plugins")])
+def test_markers_and_arrays_of_them_have_a_display_each(kind: str, package: str) -> None:
+    document, notes = copied(DisplayFile(), kind, MARKS)
+    displays = document["Visualization Manager"]["Displays"]
+    assert [entry["Class"] for entry in displays] == [f"{package}/Marker", f"{package}/MarkerArray"]
+    assert notes == ()
+    topics = [entry.get("Topic", entry.get("Marker Topic")) for entry in displays]
+    names = ["/mark", "/marks"]
+    assert topics == (names if kind == "rviz1" else [{"Value": name} for name in names])
+    read = read_rviz(yaml.safe_dump(document), "again.rviz").settings
+    assert [(one.kind, one.properties["topic"]) for one in read.displays[:2]] == [
+        ("Marker", "/mark"),
+        ("MarkerArray", "/marks"),
+    ]
 
 
 @pytest.mark.parametrize("package", TOPICS)

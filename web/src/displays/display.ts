@@ -24,13 +24,15 @@ export interface Picture {
   /** Size in m, at a distance of 1 m or without perspective anywhere, of a CSS pixel. */
   readonly perPixel: number;
   invalidate(): void;
-  /** Draws the scene onto a canvas as another eye sees it, with a picture behind it instead of the floor where one is given. */
-  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void;
+  /** Draws the scene onto a canvas as another eye sees it, with a picture behind it instead of the floor where one is given, without the displays whose names are left out. */
+  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null, isSeen: (display: string) => boolean): void;
 }
 
 /** A display that is on show. Its group lies in the world; what is not implemented does not concern it. */
 export interface Display {
   readonly group: Object3D;
+  /** What the picture itself draws for it, beside its group. */
+  readonly beside?: Object3D | undefined;
   /** Takes on its settings; called first. `shown` is whether it is enabled. */
   configure(values: Values, shown: boolean): void;
   /** The robot or the world is another one, or the theme: what was built of them is built anew. */

@@ -1,4 +1,4 @@
-import { Group } from "three";
+import { Group, type Object3D } from "three";
 
 import type { App } from "../app";
 import type { Scene, State, TopicMessage } from "../protocol";
@@ -52,6 +52,12 @@ export class LiveDisplays {
     const shown = [...this.live.values()].filter(({ config }) => config.enabled);
     for (const { display } of shown) display?.frame?.();
     for (const { display } of shown) display?.look?.();
+  }
+
+  /** What is drawn of the displays with these names. */
+  objects(isAsked: (name: string) => boolean): Object3D[] {
+    const asked = [...this.live.values()].filter(({ config }) => isAsked(config.name));
+    return asked.flatMap(({ holder, display }) => (display?.beside === undefined ? [holder] : [holder, display.beside]));
   }
 
   private each(action: (display: Display) => void): void {

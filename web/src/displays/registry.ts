@@ -23,6 +23,7 @@ export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
   Twist: async () => (await import("./twist")).twist,
   Map: async () => (await import("./map")).map,
   Marker: async () => (await import("./markers")).markers,
+  MarkerArray: async () => (await import("./markers")).markers,
   Contacts: async () => (await import("./markers")).contacts,
   Image: async () => (await import("./image")).image,
   Camera: async () => (await import("./camera")).camera,

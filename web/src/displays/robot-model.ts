@@ -27,6 +27,9 @@ export const robotModel: Make = (picture) => {
   };
   return {
     group: axes.group,
+    get beside() {
+      return picture.robot?.group;
+    },
     configure(values, shown) {
       set = values;
       isShown = shown;

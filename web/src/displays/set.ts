@@ -101,8 +101,9 @@ export class DisplaySet {
   }
 
   rename(id: number, name: string): void {
-    const trimmed = name.trim();
-    if (trimmed !== "") this.change(id, { name: trimmed });
+    const [before, after] = [this.all.value.find((one) => one.id === id)?.name, name.trim()];
+    if (before === undefined || after === "" || after === before) return;
+    this.all.set(this.all.value.map((one) => ({ ...one, properties: renamed(one, before, after), name: one.id === id ? after : one.name })));
   }
 
   /** Moves a display up (-1) or down (1) in the list. */
@@ -171,6 +172,12 @@ export class DisplaySet {
 
 function plain({ kind, name, enabled, properties, source }: Saved): Saved {
   return { kind, name, enabled, properties, source: source ?? -1 };
+}
+
+/** A display's values once another is called otherwise. */
+function renamed({ kind, properties }: DisplayConfig, before: string, after: string): Values {
+  const names = new Map(kindOf(kind).per_display.map(({ name }) => [`${before}/${name}`, `${after}/${name}`]));
+  return Object.fromEntries(Object.entries(properties).map(([name, value]) => [names.get(name) ?? name, value]));
 }
 
 /** Whether what a browser remembered are settings: an older page may have written something else. */

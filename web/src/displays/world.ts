@@ -10,6 +10,9 @@ export const world: Make = (picture) => {
   };
   return {
     group: new Group(),
+    get beside() {
+      return picture.bodies?.group;
+    },
     configure(_, shown) {
       isShown = shown;
       show(shown);

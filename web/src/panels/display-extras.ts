@@ -42,6 +42,22 @@ function perLink(app: App): Extra {
   );
 }
 
+/** Each other display: whether a camera sees it. */
+function perDisplay(app: App): Extra {
+  return folded("Visibility", (config) =>
+    app.displays.all.value
+      .filter((other) => other.id !== config.id)
+      .flatMap((other) =>
+        kindOf(config.kind).per_display.map((property) => {
+          const own = { ...property, name: `${other.name}/${property.name}`, label: other.name };
+          const field = propertyField(app, config, own, (value) => app.displays.set(config.id, own.name, value));
+          field.show(valueOf(config, own));
+          return field.element;
+        }),
+      ),
+  );
+}
+
 /** All frames, each beneath the one it hangs on. */
 function frameTree(app: App): Extra {
   return folded("Tree", () => {
@@ -61,5 +77,6 @@ function frameTree(app: App): Extra {
 
 /** What belongs to a kind of display. */
 export function extras(app: App, kind: string): Extra[] {
-  return [...(kindOf(kind).per_link.length > 0 ? [perLink(app)] : []), ...(kind === "TF" ? [frameTree(app)] : [])];
+  const { per_link, per_display } = kindOf(kind);
+  return [...(per_link.length > 0 ? [perLink(app)] : []), ...(per_display.length > 0 ? [perDisplay(app)] : []), ...(kind === "TF" ? [frameTree(app)] : [])];
 }

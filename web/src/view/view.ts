@@ -87,12 +87,12 @@ export class View implements Picture {
     this.stage.invalidate();
   }
 
-  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void {
-    const { floor } = this.ground;
-    const { visible } = floor;
-    if (behind !== null) floor.visible = false; // it is in the picture
+  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null, isSeen: (display: string) => boolean): void {
+    const floor = behind === null ? [] : [this.ground.floor]; // it is in the picture behind
+    const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter((one) => one.visible);
+    for (const one of hidden) one.visible = false;
     this.stage.drawAs(eye, onto, behind);
-    floor.visible = visible;
+    for (const one of hidden) one.visible = true;
   }
 
   /** The picture as a PNG, seen as it is on screen. */

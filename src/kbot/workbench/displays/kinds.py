@@ -203,10 +203,17 @@ KINDS = (
     ),
     DisplayKind(
         "Marker",
+        "A thing that a program draws",
+        (TOPIC, text("namespaces", "Namespaces")),
+        topics=("visualization_msgs/msg/Marker",),
+        rviz=("Marker",),
+    ),
+    DisplayKind(
+        "MarkerArray",
         "Things that a program draws",
         (TOPIC, text("namespaces", "Namespaces")),
-        topics=("visualization_msgs/msg/Marker", "visualization_msgs/msg/MarkerArray"),
-        rviz=("Marker", "MarkerArray"),
+        topics=("visualization_msgs/msg/MarkerArray",),
+        rviz=("MarkerArray",),
     ),
     DisplayKind(
         "Contacts",
@@ -243,6 +250,7 @@ KINDS = (
             number("far", "Farthest", 100.0, 0.1, 1e4, "m", "Far Plane Distance"),
         ),
         topics=("sensor_msgs/msg/Image",),
+        per_display=(switch("show", "Show", True, "Visibility"),),
         rviz=("Camera",),
     ),
     DisplayKind(

@@ -15,6 +15,7 @@ from kbot.text import KbotError
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
+from kbot.workbench.displays.rviz_parts import hidden, read_links, show
 from kbot.workbench.displays.rviz_standard import (
     NOT_IN_RVIZ_1,
     PACKAGES,
@@ -35,7 +36,12 @@ NOTHING = object()
 BY_CLASS = {name: kind for kind in KINDS for name in kind.rviz}
 OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Frames", "Tree", "Namespaces"})
 """Fields of a display that are no settings of how it looks, or that are read otherwise."""
-TOPIC_NAMES = {"Image": "Image Topic", "Camera": "Image Topic", "Marker": "Marker Topic"}
+TOPIC_NAMES = {
+    "Image": "Image Topic",
+    "Camera": "Image Topic",
+    "Marker": "Marker Topic",
+    "MarkerArray": "Marker Topic",
+}
 """What rviz 1 calls the topic where it is not `Topic`."""
 
 
@@ -178,7 +184,10 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
         if value is not NOTHING:
             values[property.name] = value
     values.update(_special(kind, fields, read))
-    values.update(_links(kind, fields.get("Links")))
+    values.update(read_links(kind, fields.get("Links")))
+    if kind.per_display and "Visibility" in fields:
+        read.add("Visibility")
+        values.update({f"{name}/show": False for name in hidden(fields["Visibility"].plain)})
     ignored = sorted(name for name in fields.keys() - OWN - read if not is_the_robot(name, fields[name]))
     if ignored:
         notes.append(f"{name} ({kind.name}), line {entry.line}: not used: {', '.join(ignored)}")
@@ -250,16 +259,6 @@ def _special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]) ->
     return {}
 
 
-def _links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
-    found: dict[str, Value] = {}
-    for link, entry in links.value.items() if links is not None and isinstance(links.value, dict) else ():
-        for property in kind.per_link if isinstance(entry.value, dict) else ():
-            value = _get(entry, property.rviz)
-            if value is not None and value.value != property.initial:
-                found[f"{link}/{property.name}"] = value.value
-    return found
-
-
 def _write_display(display: Display, entry: dict[str, Any], package: str) -> None:
     kind = next(kind for kind in KINDS if kind.name == display.kind)
     entry["Name"] = display.name
@@ -267,9 +266,12 @@ def _write_display(display: Display, entry: dict[str, Any], package: str) -> Non
     properties = properties_of(kind, display.properties)
     for name, value in display.properties.items():
         property = properties[name]
-        link = name.rpartition("/")[0]
-        if link:
-            _put(entry, f"Links/{link}/{property.rviz}", value)
+        part = name.rpartition("/")[0]
+        if part and kind.per_display:
+            show(entry, part, value is True)
+            continue
+        if part:
+            _put(entry, f"Links/{part}/{property.rviz}", value)
             continue
         labels = _labels(property, kind)
         if package == ROS1:

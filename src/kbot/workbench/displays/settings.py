@@ -148,13 +148,13 @@ def checked_value(property: Property, value: object) -> Value:
 
 
 def properties_of(kind: DisplayKind, names: Iterable[str]) -> dict[str, Property]:
-    """A kind's properties by name, with those of the links that `names` speak of."""
+    """A kind's properties by name, with those of the links and the displays that `names` speak of."""
     found = {property.name: property for property in kind.properties}
-    per_link = {property.name: property for property in kind.per_link}
+    per_part = {property.name: property for property in (*kind.per_link, *kind.per_display)}
     for name in names:
-        link, _, own = name.rpartition("/")
-        if link and own in per_link:
-            found[name] = per_link[own]
+        part, _, own = name.rpartition("/")
+        if part and own in per_part:
+            found[name] = per_part[own]
     return found
 
 
