@@ -6,7 +6,7 @@ export interface WorldParameter {
   is_whole: boolean;
 }
 
-/** A built-in world and what its parameters are when not given. */
+/** A built-in world and what its parameters are: those of the present world, or what they are when not given. */
 export interface WorldChoice {
   name: string;
   parameters: readonly WorldParameter[];

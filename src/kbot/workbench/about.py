@@ -18,11 +18,13 @@ Mode: TypeAlias = Literal["view", "sim", "play"]
 @dataclass(frozen=True, slots=True)
 class Offers:
     """What pages may ask for. `cannot_drive` says why a robot cannot drive, or nothing; `limits` its greatest
-    speed in m/s and turning speed in rad/s; `things` are what can be spawned."""
+    speed in m/s and turning speed in rad/s; `worlds` are those to choose from, with the parameters that the
+    name of the present one, `named`, gives; `things` are what can be spawned."""
 
     cannot_drive: Callable[[Robot], str] = lambda robot: ""
     limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0)
-    worlds: tuple[WorldChoice, ...] = ()
+    worlds: Callable[[str], tuple[WorldChoice, ...]] = lambda named: ()
+    named: str = ""
     things: tuple[str, ...] = ()
 
 
@@ -38,7 +40,7 @@ def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, seed: i
         linear_limit=linear,
         angular_limit=angular,
         files=shown.files,
-        worlds=offers.worlds,
+        worlds=offers.worlds(offers.named),
         things=offers.things,
         seed=seed,
         client=client,

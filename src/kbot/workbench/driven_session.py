@@ -38,15 +38,20 @@ def driven_session(
         "sim",
         lambda robot: Driving(robot, setup),
         setup.world,
-        Offers(why_not, limits, world_choices(), SPAWNED),
+        Offers(why_not, limits, world_choices, world, SPAWNED),
     )
 
 
-def world_choices() -> tuple[WorldChoice, ...]:
-    """The built-in worlds."""
+def world_choices(named: str) -> tuple[WorldChoice, ...]:
+    """The built-in worlds; `named` is the present one, as in `boxes:count=20`."""
+    present = named.partition(":")[0].replace("-", "_")
     return tuple(
         WorldChoice(
-            name, tuple(WorldParameter(k, float(v), isinstance(v, int)) for k, v in parameters(name).items())
+            name,
+            tuple(
+                WorldParameter(key, float(value), isinstance(value, int))
+                for key, value in parameters(named if name == present else name).items()
+            ),
         )
         for name in BUILDERS
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from kbot.model import Robot
 from kbot.workbench.about import Mode, Offers, about
@@ -262,6 +263,7 @@ class Session:
 
     def _enter(self, name: str, seed: int) -> None:
         self._motion, self._stage.world = self._motion.enter(name, seed)
+        self._offers = replace(self._offers, named=name)
         self.recording.end()
         self.topics.attach(self._motion.bus)
         self._resets += 1

@@ -28,6 +28,22 @@ def build_world(text: str) -> World:
     Raises:
         KbotError: no such world or parameter (the nearest names are said), or no such value.
     """
+    builder, values = _read(text)
+    return builder(**values)
+
+
+def parameters(text: str) -> dict[str, int | float]:
+    """A world's parameters: as `text` gives them, as for `build_world`, or what they are when not given.
+
+    Raises:
+        KbotError: as `build_world`.
+    """
+    builder, values = _read(text)
+    return {key: p.default for key, p in inspect.signature(builder).parameters.items()} | values
+
+
+def _read(text: str) -> tuple[Callable[..., World], dict[str, int | float]]:
+    """A world's builder and the parameters that are given."""
     name, _, written = text.partition(":")
     builder = BUILDERS.get(name.replace("-", "_"))
     if builder is None:
@@ -44,12 +60,7 @@ def build_world(text: str) -> World:
         if key in values:
             raise KbotError(f"world '{name}': {key} is given twice")
         values[key] = _number(name, key, value.strip(), types[key])
-    return builder(**values)
-
-
-def parameters(name: str) -> dict[str, int | float]:
-    """A world's parameters and what they are when not given."""
-    return {key: p.default for key, p in inspect.signature(BUILDERS[name]).parameters.items()}
+    return builder, values
 
 
 def _number(world: str, key: str, value: str, kind: type) -> int | float:

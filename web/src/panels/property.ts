@@ -96,6 +96,7 @@ function list(label: string, entries: () => [string, string][], change: (value: 
         field.replaceChildren(...all.map(([one, text]) => h("option", { value: one }, text)));
       }
       field.value = String(value);
+      field.title = field.selectedOptions[0]?.text ?? "";
     },
   ];
 }

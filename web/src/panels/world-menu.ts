@@ -29,13 +29,15 @@ function parametersOf(app: App, done: () => void): HTMLElement {
   const seed = h("input", { type: "number", min: 0, max: 2 ** 53 - 1, step: 1, value: 0, required: true, title: "Of whatever is random in a run, as noise is" });
   const title = h("h2", {});
   let shown = "";
+  let filled = "";
   let told = -1;
   app.about.watch((about) => {
     const choice = about?.worlds.find(({ name }) => name === about.world);
     if (about === null) return;
     if (told !== about.seed) seed.value = String((told = about.seed)); // what is being written stays
-    if (shown === about.world) return;
-    shown = about.world;
+    const values = JSON.stringify(choice?.parameters);
+    if (shown === about.world && filled === values) return;
+    [shown, filled] = [about.world, values];
     title.textContent = shown.replaceAll("_", " ");
     fields.replaceChildren(
       ...(choice?.parameters ?? []).map(({ name, value, is_whole }) => h("label", {}, name, h("input", { type: "number", name, value, step: is_whole ? 1 : "any", required: true }))),

@@ -17,7 +17,8 @@ class WorldParameter:
 
 @dataclass(frozen=True, slots=True)
 class WorldChoice:
-    """A built-in world and what its parameters are when not given."""
+    """A built-in world and what its parameters are: those of the present world, or what they are when not
+    given."""
 
     name: str
     parameters: tuple[WorldParameter, ...]
