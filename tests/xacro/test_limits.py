@@ -5,9 +5,9 @@ import contextlib
 import pytest
 
 from kbot.xacro import Limits, expand_text
-from kbot.xacro.expressions import compiled
+from kbot.xacro.expressions.compiler import compiled
+from kbot.xacro.expressions.operations import InvalidExpression
 from kbot.xacro.faults import Fault
-from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.packages import Packages
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope

@@ -74,14 +74,15 @@ def command(
             keep_sources(path, [robot_path(file), *expansion.dependencies])
     if output and source_map and os.path.realpath(output) == os.path.realpath(source_map):
         fail(f"-o and --source-map both write {output}: name two files")
+    text = expansion.plain_text if plain else expansion.text
     if source_map:
         from kbot.xacro.source_map import SourceMap
 
-        _write(source_map, SourceMap(expansion, plain=plain).to_json())
+        _write(source_map, SourceMap(expansion.document, text).to_json())
     if deps:
         _write(output, " ".join(expansion.dependencies))
     else:
-        _write(output, expansion.plain_text if plain else expansion.text)
+        _write(output, text)
 
 
 def robot_path(file: str) -> str:

@@ -14,9 +14,9 @@ from kbot.text.errors import KbotError
 from kbot.text.span import Span
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import Packages, expand
+from kbot.xacro.binding import Binding
 from kbot.xacro.definitions import Definition, definitions
 from kbot.xacro.result import Expansion
-from kbot.xacro.scope import Binding
 from kbot.xacro.source_map import Trace, expressions
 
 _PLACE = re.compile(r"(\d+)(?::(\d+))?")

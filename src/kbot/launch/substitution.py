@@ -12,10 +12,10 @@ from kbot.launch.known import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
-from kbot.xacro.expressions import compiled
+from kbot.xacro.expressions.compiler import compiled
+from kbot.xacro.expressions.operations import InvalidExpression
 from kbot.xacro.faults import Fault as ExpressionFault
 from kbot.xacro.limits import DEFAULT
-from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.packages import PackageNotFound, Packages
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")

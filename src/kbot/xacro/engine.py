@@ -10,13 +10,16 @@ from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Document, Element
-from kbot.xacro import expressions, files, templates
+from kbot.xacro import files, templates
+from kbot.xacro.binding import READY, Binding
 from kbot.xacro.expander import Expander
+from kbot.xacro.expressions import compiler
 from kbot.xacro.faults import LimitFault, Problem
 from kbot.xacro.limits import DEFAULT, Limits
 from kbot.xacro.result import Expansion
 from kbot.xacro.run import Log, Run
-from kbot.xacro.scope import READY, Binding, Scope
+from kbot.xacro.scope import Scope
+from kbot.xacro.tags import TAGS, call_macro
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
@@ -79,14 +82,14 @@ def clear_cache() -> None:
     from kbot.xacro import yaml
 
     files.clear_cache()
-    expressions.clear_cache()
+    compiler.clear_cache()
     templates.clear_cache()
     yaml.clear_cache()
 
 
 def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]) -> Expansion:
     root, document = None, None
-    scope, expander = Scope(run), Expander(run, dict(properties))
+    scope, expander = Scope(run), Expander(run, TAGS, call_macro, dict(properties))
     stopped: tuple[Diagnostic, ...] = ()
     collecting = gc.isenabled()
     gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
@@ -112,7 +115,7 @@ def _walk(document: Document, expander: Expander, scope: Scope, properties: Mapp
     for name, value in properties.items():
         scope.values[name] = Binding(name, value, READY, None, "", None)
     root = expander.root(document.root, scope)
-    expander.run.point_at_later_definitions(scope)
+    expander.run.point_at_later_definitions(scope.find)
     _warn_of_unknown(expander.run, properties, expander.overridden)
     return root
 

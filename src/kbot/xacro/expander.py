@@ -3,46 +3,47 @@
 Nothing of the tree that goes in is changed, so that parsed files can be kept and used again.
 Every node of the result knows where it was written and which calls brought it. What is wrong with
 one tag or attribute is reported, and the walk goes on with the next. What xacro's own tags do
-stands in the modules that `HANDLERS` names.
+stands in `kbot.xacro.tags`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from kbot.text.span import Call
 from kbot.text.xml import Comment, Element, Text
-from kbot.xacro import blocks, calls, conditions, includes, properties
+from kbot.xacro.binding import FAILED, Binding
 from kbot.xacro.comments import Gap
 from kbot.xacro.faults import Fault, Problem
 from kbot.xacro.macros import MacroTable
-from kbot.xacro.place import Handler, Node, Place
+from kbot.xacro.place import Node, Place
 from kbot.xacro.run import Run
-from kbot.xacro.scope import FAILED, Binding, Scope
+from kbot.xacro.scope import Scope
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value, truth
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-HANDLERS: dict[str, Handler] = {
-    "xacro:if": conditions.condition,
-    "xacro:unless": conditions.condition,
-    "xacro:property": properties.define_property,
-    "xacro:arg": properties.declare_argument,
-    "xacro:macro": calls.define_macro,
-    "xacro:call": calls.call_by_name,
-    "xacro:include": includes.include,
-    "xacro:insert_block": blocks.insert_block,
-    "xacro:element": blocks.make_element,
-    "xacro:attribute": blocks.set_attribute,
-}
+Handler = Callable[["Expander", Element, Place, bool], None]
+"""What does a tag: the expander, the tag, the place, and whether anything follows the tag."""
 
 
 class Expander:
-    """Expands trees within one run. `overrides` take the place of top-level properties."""
+    """Expands trees within one run.
 
-    def __init__(self, run: Run, overrides: dict[str, Value]) -> None:
+    tags        what xacro's own tags do, by name
+    call_macro  what any other tag of xacro's prefix does
+    overrides   values that take the place of top-level properties
+    """
+
+    def __init__(
+        self, run: Run, tags: Mapping[str, Handler], call_macro: Handler, overrides: dict[str, Value]
+    ) -> None:
         self.run = run
+        self.tags = tags
+        self._call_macro = call_macro
         self.gap = Gap()
         self.overrides = overrides
         self.overridden: set[str] = set()
@@ -140,7 +141,7 @@ class Expander:
         run.depth += 1
         if run.nodes < 0 or run.depth > run.limits.nesting:
             self._exceeded(node, place)
-        HANDLERS.get(node.tag, calls.call_macro)(self, node, place, has_next)
+        self.tags.get(node.tag, self._call_macro)(self, node, place, has_next)
         run.depth -= 1
 
     def _exceeded(self, node: Element, place: Place) -> None:

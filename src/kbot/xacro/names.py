@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from kbot.xacro.run import Run
 
+    Evaluate = Callable[[str], Value]
+
 _DIRECT: dict[str, Any] = {
     kind.__name__: kind for kind in (list, dict, map, len, str, float, int, bool, min, max, round)
 } | {"True": True, "False": False}
@@ -101,25 +103,27 @@ GLOBAL: dict[str, Value] = {**_DIRECT, **_MATH, "math": _MATH_NAMES, "python": _
 """What names mean before any property is defined, but for those that need to know of the run."""
 
 
-def run_name(run: Run, name: str) -> Value:
-    """The meaning of a name that depends on the run.
+def run_name(run: Run, name: str, constant: Evaluate) -> Value:
+    """The meaning of a name that depends on the run; `constant` evaluates an expression in YAML.
 
     Raises:
         KeyError: it has none.
     """
     if name == "xacro":
-        return _xacro(run)
+        return _xacro(run, constant)
     if name in FALLBACK:
         return FALLBACK[name]
     space = _DEPRECATED[name]
-    return _deprecated(run, name, space, (_PYTHON if space == "python" else _xacro(run).table)[name])
+    return _deprecated(
+        run, name, space, (_PYTHON if space == "python" else _xacro(run, constant).table)[name]
+    )
 
 
-def _xacro(run: Run) -> Names:
+def _xacro(run: Run, constant: Evaluate) -> Names:
     return Names(
         "xacro",
         {
-            "load_yaml": run.load_yaml,
+            "load_yaml": lambda filename: run.load_yaml(filename, constant),
             "abs_filename": run.absolute,
             "dotify": YamlDict,
             "arg": run.argument,
@@ -140,7 +144,7 @@ FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
 def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value]) -> Callable[..., Value]:
     def call(*args: Value, **named: Value) -> Value:
         run.warn("X202", f"{name}() without a prefix is deprecated", hint=f"write {space}.{name}()")
-        from kbot.xacro.functions import call as bounded
+        from kbot.xacro.expressions.functions import call as bounded
 
         return bounded(run.budget, function, list(args), named)
 

@@ -1,17 +1,11 @@
-"""Where the walk over a description is, and what the tags' modules are given."""
+"""Where the walk over a description is."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 from kbot.text.span import Call
 from kbot.text.xml import Element, Text
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.scope import Scope
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
 
 Node = Element | Text
 
@@ -44,7 +38,3 @@ class Place:
     def within(self, attributes: dict[str, str], out: list[Node]) -> Place:
         """The same place with a result of its own, as within a xacro tag."""
         return Place(self.scope, self.macros, self.call, attributes, out)
-
-
-Handler = Callable[["Expander", Element, Place, bool], None]
-"""What does a tag: the expander, the tag, the place, and whether anything follows the tag."""

@@ -78,7 +78,7 @@ class Expansion:
         """Where every line, element and attribute of `text` was written."""
         from kbot.xacro.source_map import SourceMap
 
-        return SourceMap(self)
+        return SourceMap(self.document, self.text)
 
     @property
     def nodes(self) -> list[Element | Text]:

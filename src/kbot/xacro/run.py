@@ -19,9 +19,9 @@ from kbot.xacro.values import Value
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.text.diagnostic import Diagnostic
+    from kbot.xacro.binding import Binding
     from kbot.xacro.limits import Limits
     from kbot.xacro.packages import Packages
-    from kbot.xacro.scope import Binding, Scope
 
 Log = Callable[[str, Value, str, Value], None]
 """Told of `set` or `use`, the scope, the name and the value."""
@@ -117,8 +117,8 @@ class Run:
         self.declared.add(name)
         return value
 
-    def load_yaml(self, filename: str) -> Value:
-        """`xacro.load_yaml`."""
+    def load_yaml(self, filename: str, constant: Callable[[str], Value]) -> Value:
+        """`xacro.load_yaml`; `constant` evaluates the expression that a unit stands before."""
         from kbot.xacro import yaml
 
         name = self.absolute(str(filename))
@@ -131,21 +131,9 @@ class Run:
             raise fault from None
         self.files.append(name)
         try:
-            return yaml.load(source, self._unit_value)
+            return yaml.load(source, constant)
         finally:
             self.files.pop()
-
-    def _unit_value(self, text: str) -> Value:
-        from kbot.xacro.scope import Scope
-        from kbot.xacro.templates import expression
-
-        return expression(text, Scope(self))
-
-    def substitute(self, content: str, scope: Scope) -> str:
-        """What `$(content)` stands for."""
-        from kbot.xacro.substitution import substitute
-
-        return substitute(content, self)
 
     # --- what is wrong -----------------------------------------------------------------------
 
@@ -235,11 +223,11 @@ class Run:
         """The files being read, innermost first."""
         return "when processing file: " + "\nincluded from: ".join(reversed(self.files))
 
-    def point_at_later_definitions(self, scope: Scope) -> None:
-        """Say of undefined properties that they are defined too late, where they are at the end."""
+    def point_at_later_definitions(self, find: Callable[[str], Binding | None]) -> None:
+        """Say of undefined properties that they are defined too late, where they are found at the end."""
         for key, problem in self._known.items():
             if isinstance(key, tuple) and key[0] == "undefined":
-                binding = scope.find(key[1])
+                binding = find(key[1])
                 origin = binding.origin if binding else None
                 if origin is not None:
                     problem.hint = "it is defined only further on: define it before it is used"

@@ -2,52 +2,18 @@
 
 from __future__ import annotations
 
-from kbot.text.span import Call, Origin
 from kbot.text.suggest import nearest
-from kbot.text.xml import Element
+from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
-from kbot.xacro.faults import Fault, Problem, consequence
+from kbot.xacro.faults import Fault, consequence
 from kbot.xacro.names import GLOBAL, KNOWN, run_name
-from kbot.xacro.templates import evaluate
+from kbot.xacro.substitution import substitute
+from kbot.xacro.templates import evaluate, expression
 from kbot.xacro.values import Value, literal
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.run import Run
-
-READY, LAZY, BUSY, FAILED = range(4)
-
-
-class Binding:
-    """A name's value in a scope, and where it was written.
-
-    `node` and `attribute` say where: the element, and which of its attributes; `call` brought it.
-    `fed` holds the bindings that the value was computed from.
-    """
-
-    __slots__ = ("attribute", "call", "fed", "name", "node", "problem", "state", "value")
-
-    def __init__(
-        self, name: str, value: Value, state: int, node: Element | None, attribute: str, call: Call | None
-    ) -> None:
-        self.name = name
-        self.value = value
-        self.state = state
-        self.node = node
-        self.attribute = attribute
-        self.call = call
-        self.fed: tuple[Binding, ...] = ()
-        self.problem: Problem | None = None
-
-    def __repr__(self) -> str:
-        return f"<{self.name} = {self.value!r}>"
-
-    @property
-    def origin(self) -> Origin | None:
-        """Where the value was written."""
-        if self.node is None:
-            return None
-        return Origin(self.node.attribute_origin(self.attribute).span, self.call)
 
 
 class Scope:
@@ -76,9 +42,17 @@ class Scope:
                 return binding.value if binding.state == READY else scope._resolve(binding)
             scope = scope.parent
         try:
-            return GLOBAL[name] if name in GLOBAL else run_name(self.run, name)
+            return GLOBAL[name] if name in GLOBAL else run_name(self.run, name, self._constant)
         except KeyError:
             raise self._undefined(name) from None
+
+    def substitute(self, content: str) -> str:
+        """What `$(content)` stands for."""
+        return substitute(content, self.run)
+
+    def _constant(self, text: str) -> Value:
+        """The value of an expression in which no property is known."""
+        return expression(text, Scope(self.run))
 
     def assign(self, name: str, value: Value) -> None:
         """Define a property from within an expression."""

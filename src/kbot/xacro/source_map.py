@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any
 
-    from kbot.xacro.result import Expansion
-    from kbot.xacro.scope import Binding
+    from kbot.xacro.binding import Binding
 
 VERSION = 1
 
@@ -56,18 +55,18 @@ class Trace:
 class SourceMap:
     """Traces of an expansion, by place in the result and by name."""
 
-    def __init__(self, expansion: Expansion, *, plain: bool = False) -> None:
-        self._expansion = expansion
-        self._text = Source("", expansion.plain_text if plain else expansion.text)
+    def __init__(self, document: Element | None, text: str) -> None:
+        """`text` is the document as it is written."""
+        self._text = Source("", text)
         self._pairs: list[tuple[Element, Element]] = []
-        if expansion.document is not None:
+        if document is not None:
             try:
                 written = parse_document(self._text).root
             except DescriptionError:
                 return
             self._pairs = [
-                (expansion.document, written),
-                *zip(expansion.document.descendants(), written.descendants(), strict=True),
+                (document, written),
+                *zip(document.descendants(), written.descendants(), strict=True),
             ]
         self._starts = [written.start for _, written in self._pairs]
 

@@ -7,9 +7,9 @@ import os
 from collections.abc import Callable
 
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.expressions import compiled
+from kbot.xacro.expressions.compiler import compiled
+from kbot.xacro.expressions.operations import Frame, InvalidExpression
 from kbot.xacro.faults import Fault
-from kbot.xacro.operations import Frame, InvalidExpression
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False

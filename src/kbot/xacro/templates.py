@@ -5,14 +5,23 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from kbot.xacro.expressions import compiled
+from kbot.xacro.expressions.compiler import compiled
+from kbot.xacro.expressions.operations import InvalidExpression
 from kbot.xacro.faults import Fault, LimitFault
-from kbot.xacro.operations import InvalidExpression
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.xacro.scope import Scope
+    from typing import Protocol
+
+    from kbot.xacro.expressions.operations import Environment
+
+    class Names(Environment, Protocol):
+        """Where a text is evaluated: a scope."""
+
+        def substitute(self, content: str) -> str:
+            """What `$(content)` stands for."""
+
 
 _PIECE = re.compile(
     r"""(?P<escaped>\$\$+[{(])          # several dollars before a bracket: one is taken away
@@ -86,7 +95,7 @@ def _unclosed(text: str, at: int) -> Fault:
     return fault
 
 
-Evaluator = Callable[["Scope"], Value]
+Evaluator = Callable[["Names"], Value]
 
 
 class Template:
@@ -99,7 +108,7 @@ class Template:
         evaluators = self._evaluators = [_evaluator(piece) for piece in pieces(text)]
         self._single = evaluators[0] if len(evaluators) == 1 else None
 
-    def value(self, scope: Scope) -> Value:
+    def value(self, scope: Names) -> Value:
         """The value: of its own type where the text is one expression, a text otherwise.
 
         Raises:
@@ -131,7 +140,7 @@ def clear_cache() -> None:
     _cache.clear()
 
 
-def evaluate(text: str, scope: Scope) -> Value:
+def evaluate(text: str, scope: Names) -> Value:
     """The value of a text in a scope.
 
     Raises:
@@ -152,7 +161,7 @@ def _evaluator(piece: Piece) -> Evaluator:
     if kind == "text":
         return lambda scope: content
     if kind == "command":
-        return lambda scope: scope.run.substitute(_text(content, scope), scope)
+        return lambda scope: scope.substitute(_text(content, scope))
     if "$" in content:
         return lambda scope: expression(_text(content, scope), scope)
     try:
@@ -163,7 +172,7 @@ def _evaluator(piece: Piece) -> Evaluator:
         fault.part = (piece.start, piece.end)
         raise
 
-    def guarded(scope: Scope) -> Value:
+    def guarded(scope: Names) -> Value:
         try:
             return closure(scope)
         except EXPRESSION_ERRORS as error:
@@ -172,7 +181,7 @@ def _evaluator(piece: Piece) -> Evaluator:
     return guarded
 
 
-def _text(content: str, scope: Scope) -> str:
+def _text(content: str, scope: Names) -> str:
     try:
         value = evaluate(content, scope)
     except Fault as fault:
@@ -189,7 +198,7 @@ def invalid(error: InvalidExpression, piece: Piece | None = None) -> Fault:
     return fault
 
 
-def expression(content: str, scope: Scope) -> Value:
+def expression(content: str, scope: Names) -> Value:
     """The value of what stands within `${…}`.
 
     Raises:
@@ -202,7 +211,7 @@ def expression(content: str, scope: Scope) -> Value:
     return _guarded(closure, content, scope)
 
 
-def _guarded(closure: Evaluator, content: str, scope: Scope) -> Value:
+def _guarded(closure: Evaluator, content: str, scope: Names) -> Value:
     try:
         return closure(scope)
     except EXPRESSION_ERRORS as error:

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from kbot.text.xml import Element
-from kbot.xacro.attributes import check_attributes
+from kbot.xacro.expander import Expander
 from kbot.xacro.faults import Fault, Problem
 from kbot.xacro.macros import Macro
 from kbot.xacro.place import Node, Place
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
+from kbot.xacro.tags.attributes import check_attributes
 
 
 def condition(walk: Expander, node: Element, place: Place, has_next: bool) -> None:

@@ -5,19 +5,17 @@ from __future__ import annotations
 from kbot.text.span import Call, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
-from kbot.xacro.attributes import check_attributes
+from kbot.xacro.binding import FAILED, READY, Binding
+from kbot.xacro.expander import Expander
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate, name_span
 from kbot.xacro.macros import Macro, MacroTable, Parameter, parse_parameters
 from kbot.xacro.place import Node, Place
-from kbot.xacro.properties import compute
-from kbot.xacro.scope import FAILED, READY, Binding, Scope
+from kbot.xacro.scope import Scope
+from kbot.xacro.tags.attributes import check_attributes
+from kbot.xacro.tags.properties import compute
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
 
 
 def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
@@ -104,18 +102,16 @@ def _find(walk: Expander, node: Element, place: Place) -> tuple[Macro, MacroTabl
         for space in spaces:
             table, binding = macros.find(space), scope.find(space)
             if not isinstance(table, MacroTable) or binding is None or not isinstance(binding.value, Scope):
-                raise _unknown(name, place)
+                raise _unknown(walk, name, place)
             macros, scope = table, binding.value
         found = macros.find(last)
     if not isinstance(found, Macro):
-        raise _unknown(name, place)
+        raise _unknown(walk, name, place)
     return found, macros, scope
 
 
-def _unknown(name: str, place: Place) -> Fault:
-    from kbot.xacro.expander import HANDLERS
-
-    near = did_you_mean(name, [*place.macros.names(), *(tag[6:] for tag in HANDLERS)])
+def _unknown(walk: Expander, name: str, place: Place) -> Fault:
+    near = did_you_mean(name, [*place.macros.names(), *(tag[6:] for tag in walk.tags)])
     hint = near or f'define it before: <xacro:macro name="{name}">, or include the file that does'
     fault = Fault("X121", f"there is no macro '{name}'", hint, key=("macro", name))
     fault.near = bool(near)

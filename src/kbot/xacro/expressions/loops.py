@@ -5,18 +5,18 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
-from kbot.xacro.operations import Closure, Frame, InvalidExpression
+from kbot.xacro.expressions.operations import Closure, Frame, InvalidExpression
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from kbot.xacro.operations import Environment
+    from kbot.xacro.expressions.operations import Environment
 
 
 def _closure(node: ast.expr) -> Closure:
-    from kbot.xacro.closures import closure_of
+    from kbot.xacro.expressions.closures import closure_of
 
     return closure_of(node)
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
-from kbot.xacro import loops
-from kbot.xacro.functions import call
-from kbot.xacro.operations import (
+from kbot.xacro.expressions import loops
+from kbot.xacro.expressions.functions import call
+from kbot.xacro.expressions.operations import (
     Closure,
     InvalidExpression,
     comparison,
@@ -22,15 +22,15 @@ from kbot.xacro.operations import (
     operation,
     refuse_private,
 )
-from kbot.xacro.operators import COMPARE
-from kbot.xacro.text_methods import format_value
+from kbot.xacro.expressions.operators import COMPARE
+from kbot.xacro.expressions.text_methods import format_value
 from kbot.xacro.values import Value, attribute, public_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from kbot.xacro.operations import Environment
+    from kbot.xacro.expressions.operations import Environment
 
 
 def closure_of(node: ast.expr) -> Closure:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from kbot.xacro import operators
+from kbot.xacro.expressions import operators
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value
 

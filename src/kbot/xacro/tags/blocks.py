@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
-from kbot.xacro.attributes import check_attributes
+from kbot.xacro.binding import FAILED
+from kbot.xacro.expander import Expander
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate
 from kbot.xacro.place import Node, Place
-from kbot.xacro.scope import FAILED, Scope
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
+from kbot.xacro.scope import Scope
+from kbot.xacro.tags.attributes import check_attributes
 
 
 def insert_block(walk: Expander, node: Element, place: Place, has_next: bool) -> None:

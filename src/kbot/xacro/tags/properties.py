@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from kbot.text.xml import Element
-from kbot.xacro.attributes import check_attributes
-from kbot.xacro.expressions import is_identifier
+from kbot.xacro.binding import FAILED, LAZY, READY, Binding
+from kbot.xacro.expander import Expander
+from kbot.xacro.expressions.compiler import is_identifier
 from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate, name_span
 from kbot.xacro.place import Place
-from kbot.xacro.scope import FAILED, LAZY, READY, Binding, Scope
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
+from kbot.xacro.scope import Scope
+from kbot.xacro.tags.attributes import check_attributes
 
 _OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
 

@@ -8,17 +8,15 @@ import re
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Span
 from kbot.text.xml import Element
-from kbot.xacro.attributes import check_attributes
+from kbot.xacro.binding import READY, Binding
+from kbot.xacro.expander import Expander
 from kbot.xacro.faults import Fault
 from kbot.xacro.files import parsed
 from kbot.xacro.location import locate
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.place import Node, Place
-from kbot.xacro.scope import READY, Binding, Scope
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from kbot.xacro.expander import Expander
+from kbot.xacro.scope import Scope
+from kbot.xacro.tags.attributes import check_attributes
 
 _PATTERN = re.compile(r"[*[?]")
 

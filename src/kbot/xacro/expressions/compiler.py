@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 
-from kbot.xacro import operations
-from kbot.xacro.operations import Closure, InvalidExpression
+from kbot.xacro.expressions import operations
+from kbot.xacro.expressions.operations import Closure, InvalidExpression
 from kbot.xacro.values import Value, YamlDict, wrap
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.xacro.operations import Environment
+    from kbot.xacro.expressions.operations import Environment
 
 MAX_CHARACTERS = 20_000
 
@@ -113,7 +113,7 @@ def _compile(expression: str) -> Closure:
         raise InvalidExpression(f"the expression is longer than {MAX_CHARACTERS:,} characters")
     import ast
 
-    from kbot.xacro.closures import closure_of
+    from kbot.xacro.expressions.closures import closure_of
 
     try:
         if _MAY_WARN.search(source):

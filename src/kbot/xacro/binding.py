@@ -1,0 +1,42 @@
+"""A name's value, computed or yet to be, and where it was written."""
+
+from __future__ import annotations
+
+from kbot.text.span import Call, Origin
+from kbot.text.xml import Element
+from kbot.xacro.faults import Problem
+from kbot.xacro.values import Value
+
+READY, LAZY, BUSY, FAILED = range(4)
+
+
+class Binding:
+    """A name's value in a scope, and where it was written.
+
+    `node` and `attribute` say where: the element, and which of its attributes; `call` brought it.
+    `fed` holds the bindings that the value was computed from.
+    """
+
+    __slots__ = ("attribute", "call", "fed", "name", "node", "problem", "state", "value")
+
+    def __init__(
+        self, name: str, value: Value, state: int, node: Element | None, attribute: str, call: Call | None
+    ) -> None:
+        self.name = name
+        self.value = value
+        self.state = state
+        self.node = node
+        self.attribute = attribute
+        self.call = call
+        self.fed: tuple[Binding, ...] = ()
+        self.problem: Problem | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name} = {self.value!r}>"
+
+    @property
+    def origin(self) -> Origin | None:
+        """Where the value was written."""
+        if self.node is None:
+            return None
+        return Origin(self.node.attribute_origin(self.attribute).span, self.call)

@@ -1,0 +1,1 @@
+"""The language of `${…}`: Python's expressions, bounded, that compute and do nothing more."""
