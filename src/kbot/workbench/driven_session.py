@@ -14,7 +14,7 @@ from kbot.workbench.session import Session
 from kbot.workbench.source.shown import Reader
 from kbot.workbench.world_actions import SPAWNED
 from kbot.world import BUILDERS, load_world
-from kbot.world.registry import parameters
+from kbot.world.builtin.registry import parameters
 
 
 def driven_session(

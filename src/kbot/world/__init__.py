@@ -1,7 +1,7 @@
 """Floors, walls and things: what a robot drives on and runs into."""
 
+from kbot.world.builtin.registry import BUILDERS, parameters
 from kbot.world.load import load_world
-from kbot.world.registry import BUILDERS, parameters
 from kbot.world.world import (
     Body,
     Box,

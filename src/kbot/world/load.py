@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world.registry import BUILDERS, build_world
+from kbot.world.builtin.registry import BUILDERS, build_world
 from kbot.world.world import World
 
 SDF_SUFFIXES = (".world", ".sdf")

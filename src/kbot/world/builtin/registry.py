@@ -9,11 +9,11 @@ from typing import get_type_hints
 
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world.buildings import corridor, rooms
-from kbot.world.maze import maze
-from kbot.world.simple import boxes, empty
-from kbot.world.terrain import obstacle_course, ramp, stairs
-from kbot.world.track import track
+from kbot.world.builtin.buildings import corridor, rooms
+from kbot.world.builtin.maze import maze
+from kbot.world.builtin.simple import boxes, empty
+from kbot.world.builtin.terrain import obstacle_course, ramp, stairs
+from kbot.world.builtin.track import track
 from kbot.world.world import World
 
 BUILDERS: dict[str, Callable[..., World]] = {
