@@ -10,6 +10,7 @@ from kbot.model.load import load_robot, load_robot_text
 from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, LogicalCamera, Range
 from kbot.sensors.declared import declared_sensors, mount_declared, mount_on_others
 from kbot.sim import Simulation
+from kbot.sim.naming import Naming
 from kbot.text import DescriptionError
 
 CLASSIC = """
@@ -94,14 +95,14 @@ def test_what_gazebo_classic_declares():
     scan, imu, infrared, sonar, bumper = declared.specs
     assert isinstance(scan, Lidar)
     assert (scan.samples, scan.rate, scan.range_min, scan.range_max) == (720, 40.0, 0.1, 30.0)
-    assert (scan.topic, scan.frame, scan.noise.stddev) == ("laser/scan", "base_link", 0.01)
+    assert (scan.topic, scan.frame, scan.noise.stddev) == ("/laser/scan", "base_link", 0.01)
     assert scan.pose.translation.tolist() == [0.0, 0.0, 0.1]
     assert scan.increment == pytest.approx(math.pi / 719, rel=1e-6)
     assert isinstance(imu, Imu)
     assert (imu.rate, imu.gyroscope.stddev, imu.gyroscope.bias_stddev) == (100.0, 0.02, 0.001)
     assert imu.accelerometer.stddev == 0.3
     assert isinstance(infrared, Range)
-    assert (infrared.infrared, infrared.range_max, infrared.topic) == (True, 0.4, "ir")
+    assert (infrared.infrared, infrared.range_max, infrared.topic) == (True, 0.4, "/ir")
     assert isinstance(sonar, Range)
     assert sonar.field_of_view == pytest.approx(2 * math.atan(0.15))
     assert isinstance(bumper, Contact)
@@ -114,7 +115,7 @@ def test_what_gz_and_ros2_control_declare():
     assert (lidar.rows, lidar.samples, lidar.topic, lidar.range_max) == (16, 640, "scan", 1e6)
     assert isinstance(gps, Gps)
     assert gps.rate == 1.0
-    assert (remapped.topic, remapped.frame) == ("front/scan", "base_link")
+    assert (remapped.topic, remapped.frame) == ("/front/scan", "base_link")
     assert isinstance(imu, Imu)
     assert imu.link == "base_link"
     assert isinstance(distance, Range)
@@ -125,6 +126,90 @@ def test_what_gz_and_ros2_control_declare():
     assert [d.code for d in declared.diagnostics] == ["W140", "W140"]
     assert "no joint holds" in declared.diagnostics[0].message
     assert "humidity" in declared.diagnostics[1].message
+
+
+LASER = """<gazebo reference="base_link"><sensor type="ray" name="front"><update_rate>10</update_rate>
+  <ray><range><min>0.1</min><max>9</max></range></ray>
+  <plugin name="laser" filename="libgazebo_ros_{kind}.so">{inside}</plugin></sensor></gazebo>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "inside", "at_root", "in_fleet"),
+    [
+        # ROS 1: spawn_model gives its namespace to plugins that have none; an absolute name stays
+        ("laser", "<topicName>scan</topicName>", "/scan", "/fleet/scan"),
+        ("laser", "<topicName>/scan</topicName>", "/scan", "/scan"),
+        (
+            "laser",
+            "<robotNamespace>/bot/</robotNamespace><topicName>scan</topicName>",
+            "/bot/scan",
+            "/bot/scan",
+        ),
+        ("laser", "<robotNamespace>/</robotNamespace><topicName>scan</topicName>", "/scan", "/scan"),
+        ("laser", "<robotNamespace/><topicName>scan</topicName>", "/rover/scan", "/rover/scan"),
+        # ROS 2: `~` is the plugin's name; spawn_entity sets its namespace over that of the plugin
+        ("ray_sensor", "<ros/>", "/laser/out", "/fleet/laser/out"),
+        ("ray_sensor", "<ros><namespace>bot</namespace></ros>", "/bot/laser/out", "/fleet/laser/out"),
+        (
+            "ray_sensor",
+            "<ros><namespace>/bot</namespace><remapping>~/out:=scan</remapping></ros>",
+            "/bot/scan",
+            "/fleet/scan",
+        ),
+        ("ray_sensor", "<ros><remapping>~/out:=/scan</remapping></ros>", "/scan", "/scan"),
+        ("ray_sensor", "<ros><argument>~/out:=scan</argument></ros>", "/scan", "/fleet/scan"),
+    ],
+)
+def test_a_topic_is_called_as_gazebo_s_plugin_calls_it(kind, inside, at_root, in_fleet):
+    robot = _robot(LASER.format(kind=kind, inside=inside))
+    for naming, topic in ((Naming("rover"), at_root), (Naming("rover", "fleet"), in_fleet)):
+        simulation = Simulation(robot, naming=naming)
+        mount_declared(simulation)
+        assert topic in simulation.bus.topics
+
+
+CAMERA = """<gazebo reference="base_link"><sensor type="{kind}" name="eye"><update_rate>10</update_rate>
+  {topic}<camera><clip><near>0.1</near><far>9</far></clip></camera>
+  <plugin name="eyes" filename="{plugin}">{inside}</plugin></sensor></gazebo>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "topic", "plugin", "inside", "topics"),
+    [
+        (
+            "camera", "", "libgazebo_ros_camera.so",
+            "<cameraName>rgb</cameraName><imageTopicName>picture</imageTopicName>"
+            "<cameraInfoTopicName>about</cameraInfoTopicName>",
+            ("/rgb/picture", "/rgb/about", None),
+        ),
+        (
+            "depth", "", "libgazebo_ros_openni_kinect.so",
+            "<robotNamespace>bot</robotNamespace><cameraName>cam</cameraName>"
+            "<imageTopicName>/cam/rgb/image_raw</imageTopicName>"
+            "<depthImageTopicName>depth/raw</depthImageTopicName>",
+            ("/cam/rgb/image_raw", "/bot/cam/camera_info", "/bot/cam/depth/raw"),
+        ),
+        (
+            "depth", "", "libgazebo_ros_camera.so",
+            "<ros><namespace>bot</namespace><remapping>cam/image_raw:=rgb/image</remapping></ros>"
+            "<camera_name>cam</camera_name>",
+            ("/bot/rgb/image", "/bot/cam/camera_info", "/bot/cam/depth/image_raw"),
+        ),
+        ("camera", "", "libgazebo_ros_camera.so", "<ros/>", ("/eye/image_raw", "/eye/camera_info", None)),
+        ("camera", "<topic>front/see</topic>", "other", "", ("front/see", "front/camera_info", None)),
+        ("rgbd_camera", "<topic>cam</topic>", "other", "", ("cam/image", None, "cam/depth_image")),
+        ("depth_camera", "<topic>cam</topic>", "other", "", ("cam/image", "camera_info", "cam")),
+    ],
+)  # fmt: skip
+def test_pictures_are_called_as_gazebo_s_plugin_calls_them(kind, topic, plugin, inside, topics):
+    (camera,) = declared_sensors(
+        _robot(CAMERA.format(kind=kind, topic=topic, plugin=plugin, inside=inside))
+    ).specs
+    image, info, depth = topics
+    assert camera.topic == image
+    assert info is None or camera.info_topic == info
+    assert depth is None or camera.depth_topic == depth
+    assert camera.depth is (depth is not None)
 
 
 ARM = """
@@ -253,7 +338,7 @@ def test_mounting_twice_hands_out_the_same_sensors():
 
 
 def test_the_sensors_of_a_robot_go_with_it_and_come_with_the_next_of_its_name():
-    robot = _robot(CLASSIC.format(link="base_link"))
+    robot = _robot(CLASSIC.format(link="base_link").replace("/laser/scan", "laser/scan"))
     simulation = Simulation(robot)
     simulation.spawn_model(robot, "other", x=2.0)
     mount_on_others(simulation)

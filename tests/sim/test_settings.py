@@ -12,6 +12,7 @@ from kbot.sim import DriveLimits, Simulation
 from kbot.sim.drive.rate_limiter import RateLimiter
 from kbot.sim.drive.settings import drive_settings
 from kbot.sim.engine.surfaces import link_surfaces
+from kbot.sim.naming import Naming
 from kbot.world.findings import Findings
 
 
@@ -63,7 +64,7 @@ def test_a_classic_plugin_is_read(with_extension):
     assert (settings.radius, settings.separation, settings.torque) == (0.035, 0.174, 0.3)
     assert settings.limits.linear_acceleration == 0.5
     assert settings.limits.angular_acceleration == pytest.approx(0.5 / 0.087)
-    assert (settings.command_topic, settings.odometry_topic) == ("drive/cmd", "wheels")
+    assert (settings.command_topic, settings.odometry_topic) == ("/drive/cmd", "/wheels")
     assert settings.odometry_frame == "start"
 
 
@@ -180,6 +181,27 @@ def test_the_plugins_topics_are_used(with_extension):
     sim.bus.publish("/go", Twist(Vector3(0.2, 0.0, 0.0)))
     sim.run(0.4)
     assert heard[-1].twist.twist.linear.x > 0.1
+
+
+@pytest.mark.parametrize(
+    ("inside", "command", "odometry"),
+    [
+        ("", "/fleet/cmd_vel", "/fleet/odom"),
+        ("<robotNamespace>/bot</robotNamespace><odometryTopic>/o</odometryTopic>", "/bot/cmd_vel", "/o"),
+        ("<ros><namespace>bot</namespace><remapping>odom:=o</remapping></ros>", "/fleet/cmd_vel", "/fleet/o"),
+        (
+            "<ros><remapping>drive:=/go</remapping></ros><command_topic>drive</command_topic>",
+            "/go",
+            "/fleet/odom",
+        ),
+    ],
+)
+def test_the_plugins_topics_stand_in_its_namespace(with_extension, inside, command, odometry):
+    """As gazebo_ros names them for a robot that was spawned in `fleet`."""
+    sim = Simulation(with_extension(classic(JOINTS + inside)), naming=Naming("rover", "fleet"))
+    assert command in sim.bus.inputs
+    assert sim.bus.topics[odometry] is Odometry
+    assert not {"/fleet/cmd_vel", "/fleet/odom"} & (sim.bus.topics.keys() - {command, odometry})
 
 
 def test_friction_of_a_link_is_read(with_extension):

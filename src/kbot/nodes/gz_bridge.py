@@ -116,6 +116,7 @@ def _own_name(simulation: Simulation, gz: str) -> str | None:
 
 def _sensor_topic(simulation: Simulation, robot: SimulatedRobot, sensor: str, what: str) -> str | None:
     """A sensor without a `<topic>` has its label for one here, and in gz the path to it."""
-    parts = (f"{sensor}/image_raw" if what == "image" else f"{sensor}/{what}", sensor)
+    ours = {"image": "image_raw", "depth_image": "depth/image_raw"}.get(what, what)
+    parts = (f"{sensor}/{ours}", f"{sensor}/{what}", sensor)
     candidates = (robot.naming.topic(part) for part in parts)
     return next((name for name in candidates if name in simulation.bus.topics), None)

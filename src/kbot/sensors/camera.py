@@ -22,8 +22,8 @@ from kbot.text import KbotError
 class Camera(Spec):
     """Looks along x of `pose`, z up; `fov` is the horizontal field of view in rad; `near` and `far` in m
     bound what is seen. `noise` is added to colours of 0 to 1. `topic` is that of the pictures; the intrinsics
-    are said on `camera_info` beside it, and with `depth` the distances on `depth/` beside it. `frame` should
-    name an optical frame (REP 103)."""
+    are said on `info_topic`, else `camera_info` beside it, and with `depth` the distances on `depth_topic`,
+    else `depth/` beside it. `frame` should name an optical frame (REP 103)."""
 
     kind: ClassVar[str] = "camera"
     width: int = 640
@@ -33,6 +33,8 @@ class Camera(Spec):
     far: float = 50.0
     depth: bool = False
     noise: Noise = NONE
+    info_topic: str = ""
+    depth_topic: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -66,8 +68,9 @@ class CameraSensor(Sensor[Image]):
         bus = simulation.bus
         beside, _, leaf = self.topic.rpartition("/")
         beside = f"{beside}/" if beside else ""
-        self._infos = bus.advertise(f"{beside}camera_info", CameraInfo)
-        self._depths = bus.advertise(f"{beside}depth/{leaf}", Image) if spec.depth else None
+        self._infos = bus.advertise(self._beside(spec.info_topic, f"{beside}camera_info"), CameraInfo)
+        depths = self._beside(spec.depth_topic, f"{beside}depth/{leaf}")
+        self._depths = bus.advertise(depths, Image) if spec.depth else None
         self._noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/colour", spec.width * spec.height * 3, self._period
         )
@@ -84,6 +87,9 @@ class CameraSensor(Sensor[Image]):
     @property
     def _default_topic(self) -> str:
         return f"{self.spec.label}/image_raw"
+
+    def _beside(self, own: str, default: str) -> str:
+        return self.simulation.named(self.owner).naming.topic(own) if own else default
 
     @property
     def is_heard(self) -> bool:

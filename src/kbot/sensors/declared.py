@@ -18,6 +18,7 @@ from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
+from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
 from kbot.text.suggest import did_you_mean
@@ -36,8 +37,9 @@ class Declared:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def declared_sensors(robot: Robot) -> Declared:
-    """What a robot's description declares. Never raises: what cannot be used is in the diagnostics."""
+def declared_sensors(robot: Robot, naming: Naming = PLAIN) -> Declared:
+    """What the description of a robot declares that the simulation calls `naming`. Never raises: what cannot
+    be used is in the diagnostics."""
     diagnostics: list[Diagnostic] = []
     specs: list[Spec] = []
     for link, element in _elements(robot):
@@ -49,7 +51,7 @@ def declared_sensors(robot: Robot) -> Declared:
             values.error(f"there is no {what} '{link}'{': ' + hint if hint else ''}", element)
             continue
         before = sum(d.is_error for d in diagnostics)
-        spec = read_sensor(values, link)
+        spec = read_sensor(values, link, naming)
         if spec is not None and sum(d.is_error for d in diagnostics) == before:
             specs.append(spec)
     specs += ros2_control_sensors(robot, diagnostics)
@@ -68,7 +70,7 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     if _KEY in simulation.attached:
         found: Mounted = simulation.attached[_KEY]
         return found
-    declared = declared_sensors(simulation.robot)
+    declared = declared_sensors(simulation.robot, simulation.named().naming)
     if strict and any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
     mounted: dict[str, Sensor[Any]] = {}
@@ -92,7 +94,7 @@ def mount_on_others(simulation: Simulation) -> None:
         if done.get(name) is robot:
             continue
         done[name] = robot
-        for spec in declared_sensors(robot.robot).specs:
+        for spec in declared_sensors(robot.robot, robot.naming).specs:
             with suppress(KbotError):
                 sensor = replace(spec, robot=name).mount(simulation)
                 sensor.only_when_heard = isinstance(spec, Camera)

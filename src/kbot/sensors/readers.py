@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from kbot.sensors.camera import Camera
@@ -17,6 +17,8 @@ from kbot.sensors.position import Gps
 from kbot.sensors.proximity import Range
 from kbot.sensors.sdf_values import Values
 from kbot.sensors.sensor import Spec
+from kbot.sensors.topic_names import sensor_topics
+from kbot.sim.naming import PLAIN, Naming
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -25,9 +27,9 @@ Read = Callable[[Values, dict[str, Any]], Spec]
 _RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
 
 
-def read_sensor(values: Values, link: str) -> Spec | None:
-    """The sensor of an element that sits on a link (or, for force_torque, in a joint); None, with a finding,
-    where it is none that is simulated."""
+def read_sensor(values: Values, link: str, naming: Naming = PLAIN) -> Spec | None:
+    """The sensor of an element that sits on a link (or, for force_torque, in a joint), of the robot that the
+    simulation calls `naming`; None, with a finding, where it is none that is simulated."""
     element = values.element
     kind = element.attributes.get("type", "")
     read = READERS.get(kind)
@@ -39,9 +41,9 @@ def read_sensor(values: Values, link: str) -> Spec | None:
         "link": link,
         "name": element.attributes.get("name", ""),
         "pose": values.pose(),
-        "topic": _topic(values),
         "frame": _frame(values),
         "origin": element.origin,
+        **sensor_topics(values, naming, has_pictures=read is _camera),
     }
     rate = values.number(0.0, *_RATES)
     if rate:
@@ -57,26 +59,6 @@ def read_sensor(values: Values, link: str) -> Spec | None:
             f"a rate of 0 is that of the physics in Gazebo; here it measures at {spec.rate:g} Hz", endless
         )
     return spec
-
-
-def _topic(values: Values) -> str:
-    """gz's `<topic>`, Classic's `<topicName>`, or what a ROS 2 plugin remaps `~/out` to."""
-    named = values.text("topic", "plugin/topicName", "plugin/topic_name", "plugin/bumperTopicName")
-    if named:
-        return named.strip("/") or named
-    for remapping in _remappings(values):
-        inner, arrow, outer = remapping.partition(":=")
-        if arrow and inner.strip().startswith("~/out"):
-            return outer.strip().strip("/")
-    return ""
-
-
-def _remappings(values: Values) -> Iterator[str]:
-    ros = values.find("plugin/ros")
-    if ros is not None:
-        for tag in ("remapping", "argument"):
-            for element in ros.elements(tag):
-                yield element.text
 
 
 def _frame(values: Values) -> str:
@@ -163,11 +145,7 @@ def _sonar(values: Values, common: dict[str, Any]) -> Spec:
 def _camera(values: Values, common: dict[str, Any]) -> Spec:
     """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
     kind = values.element.attributes["type"]
-    topic = common.pop("topic") or values.text("plugin/imageTopicName").strip("/")
     frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
-    name = common["name"] or "camera"
-    if topic and not topic.endswith(("image", "image_raw", "color")):
-        topic = f"{topic}/image"
     return Camera(
         width=values.whole(320, "camera/image/width"),
         height=values.whole(240, "camera/image/height"),
@@ -176,7 +154,6 @@ def _camera(values: Values, common: dict[str, Any]) -> Spec:
         far=values.number(100.0, "camera/clip/far"),
         depth=kind != "camera",
         noise=values.noise("camera/noise"),
-        topic=topic or f"{name}/image_raw",
         frame=frame,
         **common,
     )

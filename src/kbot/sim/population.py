@@ -215,7 +215,7 @@ class Population(Running):
         check_named_joints(robot, findings)
         settings: DriveSettings | None = None
         if isinstance(drive, DifferentialDrive):
-            settings = drive_settings(robot, drive, findings)
+            settings = drive_settings(robot, drive, findings, naming)
             if limits is not None:
                 settings = dataclasses.replace(settings, limits=limits)
         driven = driving_joints(drive)

@@ -13,6 +13,8 @@ from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
+from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
@@ -64,12 +66,23 @@ class DriveSettings:
         return dataclasses.replace(drive, radius=self.radius, separation=self.separation)
 
 
-def drive_settings(robot: Robot, drive: DifferentialDrive, findings: Findings) -> DriveSettings:
-    """Read the robot's own settings; what it does not say is taken from its shapes and the defaults."""
+def drive_settings(
+    robot: Robot, drive: DifferentialDrive, findings: Findings, naming: Naming = PLAIN
+) -> DriveSettings:
+    """Read the robot's own settings; what it does not say is taken from its shapes and the defaults. `naming`
+    is what the simulation calls it."""
     plugin = next(chain(drive_plugins(robot), steering_plugins(robot)), None)
     if plugin is not None:
         values = _PluginValues(plugin, findings)
-        return _from_plugin(values, drive)
+        settings = _from_plugin(values, drive)
+        if not is_of_gazebo_ros(plugin):
+            return settings
+        names = PluginNames(plugin, naming)
+        return dataclasses.replace(
+            settings,
+            command_topic=names.topic(settings.command_topic),
+            odometry_topic=names.topic(settings.odometry_topic),
+        )
     found = diff_drive_parameters(robot, findings)
     if found is not None:
         return _from_controller(found, drive, findings)
