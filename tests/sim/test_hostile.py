@@ -100,6 +100,6 @@ def test_a_fault_of_anything_is_refused_or_acts(running, data):
 
 
 @pytest.mark.parametrize("what", ["robot", "world", "seed", "timestep", "contacts", "limits", "start"])
-@pytest.mark.parametrize("value", HOSTILE, ids=repr)
+@pytest.mark.parametrize("value", HOSTILE, ids="{!r:.12}".format)
 def test_a_simulation_is_made_or_refused(kbot_robot, what, value):
     is_refused(lambda: Simulation(**{"robot": kbot_robot, what: value}).step())

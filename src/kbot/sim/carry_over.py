@@ -18,7 +18,7 @@ def put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before:
     for joint in new.robot.movable_joints:
         lower, upper = limits(joint)
         if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
-            new.set_position(joint.name, held[joint.name])
+            new._set_position(joint.name, held[joint.name])
     if new.root_qpos >= 0 and old.root_qpos >= 0:
         higher = simulation._assembly.height(new.root_qpos) - before.height(old.root_qpos)
         stood = old.link_pose(old.robot.root)

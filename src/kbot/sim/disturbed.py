@@ -15,7 +15,8 @@ from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, pos
 from kbot.sim.population import Population
 from kbot.sim.pushes import Push, apply
 from kbot.sim.recipe import Contacts
-from kbot.sim.schedule import FOREVER, Placed, Schedule
+from kbot.sim.running import FOREVER
+from kbot.sim.schedule import Placed, Schedule
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World
@@ -48,7 +49,7 @@ class Disturbed(Population):
         linear = vector("a speed in m/s", linear, FASTEST)
         angular = vector("a turning speed in rad/s", angular, FASTEST)
         moved = self.named(robot)
-        moved.set_twist(linear, angular)
+        moved._set_twist(linear, angular)
         self.frames_are_old()
         self._note("set_twist", robot=moved.name, linear=linear, angular=angular)
 

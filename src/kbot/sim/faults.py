@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, is_dataclass
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import mujoco
 import numpy as np
@@ -15,11 +15,9 @@ import numpy as np
 from kbot.sim.engine.bounds import HEAVIEST
 from kbot.sim.engine.contacts import rank
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
+from kbot.sim.population import Population
 from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.text import KbotError
-
-if TYPE_CHECKING:
-    from kbot.sim.disturbed import Disturbed
 
 End = Callable[[], None]
 STUCK = 1e6
@@ -30,7 +28,7 @@ ROUGHEST = 1e3
 
 @runtime_checkable
 class Fault(Protocol):
-    def begin(self, simulation: Disturbed) -> End | None:
+    def begin(self, simulation: Population) -> End | None:
         """Start to act; what ends it again, None where there is nothing to end.
 
         Raises:
@@ -46,7 +44,7 @@ class BlockedJoint:
     joint: str
     robot: str | None = None
 
-    def begin(self, simulation: Disturbed) -> End:
+    def begin(self, simulation: Population) -> End:
         robot = simulation.named(self.robot)
         dof = robot.dof(self.joint)
         # friction that is as stiff as a contact; the engine's own lets a servo creep on
@@ -71,7 +69,7 @@ class Slip:
             raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
         _keep(self, friction=float(self.friction))
 
-    def begin(self, simulation: Disturbed) -> End:
+    def begin(self, simulation: Population) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
@@ -96,7 +94,7 @@ class Payload:
         mass = positive("the mass of a payload in kg", self.mass, HEAVIEST)
         _keep(self, mass=mass, at=vector("the place of a payload in m", self.at, FURTHEST))
 
-    def begin(self, simulation: Disturbed) -> End:
+    def begin(self, simulation: Population) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
@@ -139,7 +137,7 @@ class LostCommands:
             raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
         _keep(self, share=float(self.share))
 
-    def begin(self, simulation: Disturbed) -> End:
+    def begin(self, simulation: Population) -> End:
         before, simulation.lost_commands = simulation.lost_commands, self.share
 
         def end() -> None:
@@ -158,7 +156,7 @@ class SilentTopic:
         if not isinstance(self.topic, str):
             raise KbotError(f"a topic is spoken of by its name, not {shortened(self.topic)}")
 
-    def begin(self, simulation: Disturbed) -> End:
+    def begin(self, simulation: Population) -> End:
         simulation.bus.require(self.topic)
         before = simulation.bus.mute(self.topic)
 
@@ -180,8 +178,8 @@ class Kick:
         linear = vector("a speed in m/s", self.linear, FASTEST)
         _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
 
-    def begin(self, simulation: Disturbed) -> None:
-        simulation.named(self.robot).set_twist(self.linear, self.angular)
+    def begin(self, simulation: Population) -> None:
+        simulation.named(self.robot)._set_twist(self.linear, self.angular)
         simulation.frames_are_old()
 
 
@@ -212,7 +210,7 @@ def _keep(fault: object, **values: float | Vector) -> None:
         object.__setattr__(fault, name, value)
 
 
-def _changed(simulation: Disturbed, name: str, places: list[Any], value: float) -> End:
+def _changed(simulation: Population, name: str, places: list[Any], value: float) -> End:
     """Set entries of one of the model's arrays; how to set them back."""
     model, _ = simulation.engine()
     array = getattr(model, name)

@@ -92,11 +92,13 @@ class Models(Attached):
 
         Raises:
             DescriptionError: the model cannot be used; every reason at its line.
-            KbotError: the name is taken or is none, or a robot stands there.
+            KbotError: the name is taken or is none, the pose is none, or a robot stands there.
         """
         if not isinstance(sdf, str):
             raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
-        vector("a place in m", pose.translation.tolist(), FURTHEST)
+        if not isinstance(is_confined, bool):
+            raise KbotError(f"a model is confined or not, True or False, not {shortened(is_confined)}")
+        _translation(pose)
         bodies, loops = model_of_sdf(sdf, name, pose, Reach() if is_confined else None)
         self._require_free(bodies[0].belongs_to)
         self._add(bodies, loops, bodies[0].belongs_to)
@@ -182,9 +184,7 @@ class Models(Attached):
         Raises:
             KbotError: there is no such model, it cannot move, or a number is beyond reason.
         """
-        if not isinstance(pose, Transform):
-            raise KbotError(f"a pose is a Transform, as Transform.from_xyz_rpy makes, not {shortened(pose)}")
-        x, y, z = vector("a place in m", pose.translation.tolist(), FURTHEST)
+        x, y, z = _translation(pose)
         linear = vector("a speed in m/s", linear, FASTEST)
         angular = vector("a turning speed in rad/s", angular, FASTEST)
         _, position, speed = self._place_of(model)
@@ -193,7 +193,7 @@ class Models(Attached):
         if model in self.robots:
             robot = self.robots[model]
             base = pose @ robot.base_from_root.inverse()
-            robot.stand_at(float(base.translation[0]), float(base.translation[1]), base.yaw, z)
+            robot._stand_at(float(base.translation[0]), float(base.translation[1]), base.yaw, z)
         qx, qy, qz, qw = pose.quaternion_xyzw
         self._data.qpos[position : position + 7] = (x, y, z, qw, qx, qy, qz)
         self._data.qvel[speed : speed + 3] = linear
@@ -212,7 +212,7 @@ class Models(Attached):
         """
         x, y, yaw = vector("a pose", (x, y, yaw), FURTHEST)
         moved = self.named(robot)
-        moved.stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
+        moved._stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
         self._fresh = -1
         self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
 
@@ -235,7 +235,7 @@ class Models(Attached):
                 told = f"up to {FURTHEST:g}, not {shortened(position)}"
                 raise KbotError(f"a joint's position is a finite number {told}")
         for joint, position in wanted.items():
-            self._robot.set_position(joint, position)
+            self._robot._set_position(joint, position)
         if self._robot.root_qpos >= 0:
             self.set_pose(x, y, yaw)
         self._robot.restart_odometry()
@@ -265,6 +265,12 @@ class Models(Attached):
 
 def _is_ground(body: Body) -> bool:
     return any(isinstance(part.shape, Plane | HeightField) for part in body.parts)
+
+
+def _translation(pose: object) -> Vector:
+    if not isinstance(pose, Transform):
+        raise KbotError(f"a pose is a Transform, as Transform.from_xyz_rpy makes, not {shortened(pose)}")
+    return vector("a place in m", pose.translation.tolist(), FURTHEST)
 
 
 def _edges(size: Any) -> tuple[float, float, float]:

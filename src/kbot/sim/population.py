@@ -242,7 +242,7 @@ class Population(Running):
         """At 0, or at the end of a range that leaves it out which is nearest."""
         for joint in robot.robot.movable_joints:
             if joint.name not in robot.held:
-                robot.set_position(joint.name, rest(joint))
+                robot._set_position(joint.name, rest(joint))
 
 
 def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:

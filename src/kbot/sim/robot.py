@@ -189,9 +189,9 @@ class SimulatedRobot(RobotJoints):
         pose = self.odometry.pose
         return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw)) @ self.base_from_root
 
-    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """See `RobotBody.stand_at`; commands go on."""
-        super().stand_at(x, y, yaw, height)
+    def _stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+        """See `RobotBody._stand_at`; commands go on."""
+        super()._stand_at(x, y, yaw, height)
         if self._servos is not None:
             self._servos.settle()
 

@@ -132,9 +132,9 @@ class RobotBody:
         self._require_joint(joint)
         return self._joints[joint][1]
 
-    # what can be set
+    # how the simulation moves it, and writes that in its journal
 
-    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+    def _stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
         """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
         `height`. The engine's frames must be up to date."""
         self.require_free()
@@ -148,12 +148,12 @@ class RobotBody:
             self._qvel[self._root_dof + index] = 0.0
         self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
 
-    def set_position(self, joint: str, position: float) -> None:
+    def _set_position(self, joint: str, position: float) -> None:
         """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
         self._require_joint(joint)
         self._qpos[self._joints[joint][0]] = position
 
-    def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
+    def _set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
         """See `Simulation.set_twist`."""
         self.require_free()
         turn = self.link_pose(self.robot.root).rotation.T

@@ -96,7 +96,7 @@ class RobotJoints(RobotBody):
         self.joint_servos.follow(joints, points, step)
         self._joint_host.serve(self)
 
-    def release(self, joint: str) -> None:
+    def _release(self, joint: str) -> None:
         """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
         self._require_joint(joint)
         self.joint_servos.release(joint)
@@ -112,7 +112,7 @@ class RobotJoints(RobotBody):
         self.joint_servos.release_all()
         for joint, position in self.control.starts.items():
             if joint in self.joint_servos.joints:
-                self.set_position(joint, position)
+                self._set_position(joint, position)
         held = [joint for joint in self.joint_servos.joints if joint in self.control.holds]
         here = self.joint_positions
         self.joint_servos.command({joint: here[joint] for joint in held}, Interface.POSITION)

@@ -14,7 +14,6 @@ from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
 from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_finite, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
-from kbot.sim.schedule import FOREVER
 from kbot.sim.topics import RobotTopics
 from kbot.sim.watch import SimulationDiverged, diverged
 from kbot.text import KbotError
@@ -23,6 +22,8 @@ from kbot.world import World
 COMINGS = frozenset({"delete_model", "spawn_model", "spawn_sdf", "spawn_thing"})
 _WHOLE = (int, np.integer)
 _MOST_STEPS = 10**14
+FOREVER = 1 << 62
+"""A step that never comes."""
 
 
 class Running:

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from kbot.sim.faults import End, Fault
-
-if TYPE_CHECKING:
-    from kbot.sim.disturbed import Disturbed
-
-FOREVER = 1 << 62
+from kbot.sim.population import Population
+from kbot.sim.running import FOREVER
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +43,7 @@ class Schedule:
         self.entries.append(_Entry(self.placed, fault, start, stop))
         return self.placed
 
-    def take_out(self, simulation: Disturbed, number: int) -> bool:
+    def take_out(self, simulation: Population, number: int) -> bool:
         """End a fault, and let it not come again; whether there is one of that number."""
         entry = next((one for one in self.entries if one.number == number), None)
         if entry is None:
@@ -56,7 +52,7 @@ class Schedule:
         self.entries.remove(entry)
         return True
 
-    def forget(self, simulation: Disturbed, robot: str) -> None:
+    def forget(self, simulation: Population, robot: str) -> None:
         """Take out the faults of a robot that goes."""
         gone = [entry for entry in self.entries if getattr(entry.fault, "robot", None) == robot]
         self._end(simulation, gone)
@@ -67,7 +63,7 @@ class Schedule:
         times = [time for e in self.entries for time in (e.start, e.stop) if time > step]
         return min(times, default=FOREVER)
 
-    def bring_to(self, simulation: Disturbed, step: int) -> None:
+    def bring_to(self, simulation: Population, step: int) -> None:
         """End what is over at this step, begin what is due."""
         self._end(simulation, [entry for entry in self.acting if not entry.start <= step < entry.stop])
         for entry in self.entries:
@@ -75,25 +71,25 @@ class Schedule:
                 entry.done = True
                 self._begin(simulation, entry)
 
-    def jump_to(self, simulation: Disturbed, step: int) -> None:
+    def jump_to(self, simulation: Population, step: int) -> None:
         """After a jump in time: what acts at that step acts."""
         self._end(simulation, list(self.acting))
         for entry in self.entries:
             entry.done = False
         self.bring_to(simulation, step)
 
-    def begin_again(self, simulation: Disturbed) -> None:
+    def begin_again(self, simulation: Population) -> None:
         """After the engine's model was built anew: what lasts acts in the new one too."""
         lasting, self.acting = self.acting, []
         for entry in lasting:
             self._begin(simulation, entry)
 
-    def _begin(self, simulation: Disturbed, entry: _Entry) -> None:
+    def _begin(self, simulation: Population, entry: _Entry) -> None:
         entry.end = entry.fault.begin(simulation)
         if entry.end is not None:
             self.acting.append(entry)
 
-    def _end(self, simulation: Disturbed, over: list[_Entry]) -> None:
+    def _end(self, simulation: Population, over: list[_Entry]) -> None:
         """End some. Each puts back what it found: those that began later end first, and begin again."""
         first = min((self.acting.index(entry) for entry in over if entry in self.acting), default=None)
         if first is None:

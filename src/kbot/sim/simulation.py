@@ -154,7 +154,7 @@ class Simulation(Models):
 
     def release_joint(self, joint: str, robot: str | None = None) -> None:
         """Let a held joint move freely again. Raises KbotError for an unknown robot or joint."""
-        self.named(robot).release(joint)
+        self.named(robot)._release(joint)
         self._note("release_joint", joint=joint, robot=robot)
 
     # what can be read
