@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from kbot.kinematics import PlanarPose
+from kbot.kinematics.transform import Transform
 from kbot.messages import Header, String, Twist, Vector3
 from kbot.messages.navigation import GoalID, OccupancyGrid, Path, PoseWithCovarianceStamped
 from kbot.messages.types import PoseWithCovariance
@@ -273,3 +274,44 @@ def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch):
     goals = Goals(simulation)
     goals.go(PlanarPose(1.0, 0.0))
     assert str(goals.status) == "refused: no map: a bug"
+
+
+def _throw_over(simulation, roll):
+    pose = Transform.from_xyz_rpy((0.0, 0.0, 0.3), (roll, 0.0, 0.0))
+    simulation.set_model_state(simulation.named().name, pose)
+
+
+def test_a_robot_that_lies_on_its_back_refuses_a_goal_at_once(robot):
+    """It says how it lies and what is to be done; set upright, it goes."""
+    simulation = Simulation(robot)
+    goals = Goals(simulation)
+    _throw_over(simulation, math.pi)
+    simulation.run(1.0)
+    goals.go(PlanarPose(0.3, 0.0))
+    assert goals.status.state is GoalState.REFUSED
+    assert "the robot lies on its back (roll " in goals.status.reason
+    assert "reset the simulation" in goals.status.reason
+    assert not goals.is_driving
+    goals.place(PlanarPose(0.1, 0.0))
+    goals.go(PlanarPose(0.3, 0.0))
+    simulation.run(6.0)
+    assert goals.status.state is GoalState.REACHED
+
+
+@pytest.mark.parametrize("another", [False, True])
+def test_a_robot_that_is_thrown_over_on_its_way_gives_up_at_once(robot, another):
+    """And refuses a goal in place of the one that it had."""
+    simulation = Simulation(robot)
+    goals = Goals(simulation)
+    goals.go(PlanarPose(2.0, 0.0))
+    simulation.run(1.0)
+    assert goals.status.state is GoalState.DRIVING
+    _throw_over(simulation, math.pi / 2)
+    if another:
+        goals.go(PlanarPose(0.0, 2.0))
+    else:
+        simulation.run(0.04)
+    assert goals.status.state is (GoalState.REFUSED if another else GoalState.STUCK)
+    assert "lies on its side (roll 90°, pitch 0°)" in goals.status.reason
+    assert not goals.is_driving
+    assert simulation.named().controller.wanted == (0.0, 0.0)

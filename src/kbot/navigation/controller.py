@@ -29,7 +29,8 @@ class Observation:
     """What a controller is told: the time in s, the base's pose in the map and its twist in its own frame.
 
     `obstacles` (n, 2) are points in m in the base's frame that a lidar saw `obstacles_age` seconds ago;
-    None where there is no lidar, or it has not said anything yet.
+    None where there is no lidar, or it has not said anything yet. `lies` says how the robot lies that does
+    not stand on its wheels, and is empty where it does.
     """
 
     time: float
@@ -37,6 +38,7 @@ class Observation:
     twist: PlanarTwist = AT_REST
     obstacles: NDArray[np.float64] | None = None
     obstacles_age: float = math.inf
+    lies: str = ""
 
     def in_base(self, x: float, y: float) -> tuple[float, float]:
         """A point of the map in the base's frame; m."""

@@ -15,7 +15,7 @@ from kbot.navigation.goal import GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, require_turning, robot_planner
+from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, lies, require_turning, robot_planner
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -86,7 +86,8 @@ class Goals:
         self._watchers.remove(changed)
 
     def go(self, goal: PlanarPose, timeout: float | None = None) -> None:
-        """Take a goal (in the world) in place of any other; `timeout` in s bounds it.
+        """Take a goal (in the world) in place of any other; `timeout` in s bounds it. A robot that lies on
+        its side or its back refuses it.
 
         Raises:
             KbotError: a number is not finite, the goal too far off, the timeout not above 0, or the robot
@@ -95,6 +96,10 @@ class Goals:
         self._wake()
         self._navigator.go(goal, timeout)
         self._time = self._simulation.time
+        if how := lies(self._simulation):
+            self._navigator.refuse(how)
+            self._stand_still()
+            return
         if self._pilot is None:
             self._pilot = Pilot(self._simulation, self, seen=self._seen)
         self._tell()
@@ -102,9 +107,14 @@ class Goals:
 
     def cancel(self, reason: str = "cancelled by its sender") -> None:
         """Give up the goal and stand still; without one nothing happens."""
+        self._navigator.cancel(reason)
+        self._stand_still()
+
+    def _stand_still(self) -> None:
+        """Drive no more, where a goal was driven to."""
         if self._pilot is not None:
-            self.give_way(reason)
             self._simulation.cmd_vel(0.0, 0.0)
+        self._let_go()
 
     def give_way(self, reason: str) -> None:
         """Give up the goal and leave the wheels to somebody else; without one nothing happens."""

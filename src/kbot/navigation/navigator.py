@@ -137,6 +137,8 @@ class Navigator:
             return STILL
         if math.isnan(run.begun):
             run.begun = observation.time
+        if observation.lies:
+            return self._end(GoalState.STUCK, observation.lies)
         if observation.time < run.backing_until:
             return self._guarded(observation, twist(-_BACKWARDS, 0.0))
         if run.follower is None and not self._plan(run, observation):

@@ -40,6 +40,8 @@ FINE = 0.005
 MOST_FINE_CELLS = 4_000_000
 """Metres a cell, and how many, where a way is too narrow for the usual ones."""
 LEVEL = math.cos(math.radians(5.0))
+STANDS = math.cos(math.radians(60.0))
+"""Upward part of the root link's z axis below which a robot lies: no ramp that is driven is as steep."""
 
 
 def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]]) -> GridPlanner:
@@ -78,6 +80,20 @@ def level_lidar(simulation: Simulation) -> LidarSensor | None:
             if abs(up) >= LEVEL * abs(base_up):
                 return sensor
     return None
+
+
+def lies(simulation: Simulation) -> str:
+    """How the robot lies, and what is to be done, where it does not stand on its wheels; else empty."""
+    pose = simulation.link_pose(simulation.robot.root)
+    up = float(pose.rotation[2, 2])
+    if up >= STANDS:
+        return ""
+    roll, pitch, _ = (round(math.degrees(angle)) for angle in pose.rpy)
+    where = "back" if up < -STANDS else "side"
+    return (
+        f"the robot lies on its {where} (roll {roll}°, pitch {pitch}°): reset the simulation, or put "
+        "the robot somewhere (a pose estimate does it), which sets it upright"
+    )
 
 
 class LidarPoints:
@@ -135,7 +151,7 @@ class Pilot:
         else:
             motion = sim.odometry
             pose = self.start @ motion.pose
-        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at)
+        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at, lies(sim))
 
     def tick(self) -> None:
         """Ask the controller once and command what it says."""
