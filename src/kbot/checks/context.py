@@ -63,6 +63,10 @@ class Context:
             raise LookupError("a rule asked for a document without needing one")
         return self.document
 
+    def says(self, code: str, origin: Origin) -> bool:
+        """Whether findings of a code are wanted at a place: what it says there need not be said by others."""
+        return self.config.wants(code, origin.span.file)
+
     def has(self, needs: str) -> bool:
         match needs:
             case "source":

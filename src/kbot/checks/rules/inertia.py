@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import tensor_of
-from kbot.checks.facts.spatial import eigenvalues
+from kbot.checks.facts.spatial import Vector, eigenvalues
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.geometry import shapes_of
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
@@ -32,6 +32,12 @@ def is_finite(inertial: Inertial) -> bool:
 def sound(inertial: Inertial) -> bool:
     """A finite positive mass and a positive definite tensor."""
     return is_finite(inertial) and inertial.mass > 0.0 and eigenvalues(tensor_of(inertial))[0] > 0.0
+
+
+def breaks_triangle(moments: Vector) -> bool:
+    """Whether the largest of three principal moments is more than the others together."""
+    low, middle, high = sorted(moments)
+    return low > 1e-9 * high and high > (low + middle) * 1.01
 
 
 @rule("I102", "mass-not-positive", Severity.ERROR, "robot")
@@ -127,7 +133,8 @@ def triangle_inequality(context: Context) -> Found:
     """Principal moments of which one is larger than the other two together.
 
     Why: no distribution of mass has them: a moment is made of the same squared distances as the
-    other two. MuJoCo refuses the robot; elsewhere it tumbles as no body can.
+    other two. MuJoCo refuses the robot; elsewhere it tumbles as no body can. What follows from
+    that one moment (I107, I108, I111) is not said again.
 
     Example: `ixx="0.001" iyy="0.001" izz="0.01"`
 
@@ -138,8 +145,8 @@ def triangle_inequality(context: Context) -> Found:
     for link, inertial in weighed(context):
         if not is_finite(inertial):
             continue
-        low, middle, high = eigenvalues(tensor_of(inertial))
-        if low > 1e-9 * high and high > (low + middle) * 1.01:
+        low, middle, high = moments = eigenvalues(tensor_of(inertial))
+        if breaks_triangle(moments):
             yield Finding(
                 inertial.inertia_origin,
                 f"{link.name}: principal moments {low:.4g}, {middle:.4g}, {high:.4g} kg m^2: the largest is "

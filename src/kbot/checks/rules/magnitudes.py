@@ -5,23 +5,72 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import tensor_of
+from kbot.checks.facts.bodies import Solid, tensor_of
 from kbot.checks.facts.spatial import eigenvalues
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import sound, weighed
+from kbot.checks.rules.inertia import breaks_triangle, sound, weighed
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
-from kbot.checks.rules.tensors import geometry_of
+from kbot.checks.rules.tensors import about_axle, geometry_of
 from kbot.model import Inertial, Link
 from kbot.text import Severity
 
 _SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
-_AXES = "xyz"
+_FOAM, _HEAVIEST = 50.0, 20_000.0  # kg/m^3: of the lightest and the heaviest that robots are made of
+_TOO_SMALL = 100.0
 
 
 def _reach(context: Context, link: Link, inertial: Inertial) -> float:
     """How far the link's shapes reach from its centre of mass, m; 0 when a shape is not known."""
     body = context.bodies[link.name]
     return body.reach(inertial.pose.xyz) if body.parts and body.complete else 0.0
+
+
+def _gyration(context: Context, link: Link, inertial: Inertial, reach: float) -> float:
+    """Radius of gyration about the axis of the largest moment, m.
+
+    Where that one moment alone is at odds with the others and with the shape, which I105 and I111 say, it
+    is that of the second: what is found of it then is a fault of the whole tensor.
+    """
+    moments = eigenvalues(tensor_of(inertial))
+    gyration = math.sqrt(moments[2] / inertial.mass)
+    if gyration <= reach:
+        return gyration
+    place = inertial.inertia_origin
+    is_said = (context.says("I105", place) and breaks_triangle(moments)) or (
+        context.says("I111", place) and about_axle(context, link, inertial) is not None
+    )
+    return math.sqrt(moments[1] / inertial.mass) if is_said else gyration
+
+
+def _times_too_small(solid: Solid, inertial: Inertial) -> float:
+    """How many times smaller a tensor is than that of a solid of its mass."""
+    own = sum(eigenvalues(tensor_of(inertial)))
+    return inertial.mass * _unit_trace(solid) / own
+
+
+def _unit_trace(solid: Solid) -> float:
+    return sum(solid.unit_tensor[i][i] for i in range(3))
+
+
+def _is_solid(density: float) -> bool:
+    return _FOAM * 0.99 <= density <= _HEAVIEST * 1.01
+
+
+def _meant_mass(context: Context, link: Link, inertial: Inertial) -> float:
+    """The mass in kg that a link's tensor belongs to, where it is the mass that is wrong (I117), and else 0:
+    no material has its density, one has that of the tensor, and neither the one nor the other is near."""
+    solid = context.bodies[link.name].solid
+    if solid is None or not sound(inertial) or _is_solid(inertial.mass / solid.volume):
+        return 0.0
+    if not context.says("I117", inertial.mass_origin):
+        return 0.0
+    reach = _reach(context, link, inertial)
+    small = _times_too_small(solid, inertial)
+    is_large = 0.0 < 1.05 * reach < _gyration(context, link, inertial, reach)
+    if not is_large and small <= _TOO_SMALL:
+        return 0.0
+    meant = inertial.mass / small
+    return meant if _is_solid(meant / solid.volume) else 0.0
 
 
 @rule("I107", "gyration-too-large", Severity.WARNING, "robot")
@@ -42,8 +91,10 @@ def gyration_too_large(context: Context) -> Found:
         if not sound(inertial):
             continue
         reach = _reach(context, link, inertial)
-        gyration = math.sqrt(eigenvalues(tensor_of(inertial))[2] / inertial.mass)
+        gyration = _gyration(context, link, inertial, reach)
         if 1.05 * reach < gyration <= 3.0 * reach and gyration - reach > _SMALL:
+            if _meant_mass(context, link, inertial):
+                continue
             yield Finding(
                 inertial.inertia_origin,
                 f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, yet its shape ends "
@@ -74,8 +125,10 @@ def tensor_units(context: Context) -> Found:
         if not sound(inertial):
             continue
         reach = _reach(context, link, inertial)
-        gyration = math.sqrt(eigenvalues(tensor_of(inertial))[2] / inertial.mass)
+        gyration = _gyration(context, link, inertial, reach)
         if 0.0 < 3.0 * reach < gyration and gyration > 2.0 * _SMALL:
+            if _meant_mass(context, link, inertial):
+                continue
             yield Finding(
                 inertial.inertia_origin,
                 f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, {gyration / reach:.3g} "
@@ -104,12 +157,11 @@ def tensor_too_small(context: Context) -> Found:
         solid = context.bodies[link.name].solid
         if solid is None or not sound(inertial):
             continue
-        own = sum(eigenvalues(tensor_of(inertial)))
-        due = inertial.mass * sum(solid.unit_tensor[i][i] for i in range(3))
-        if own < due / 100.0:
+        small = _times_too_small(solid, inertial)
+        if small > _TOO_SMALL and not _meant_mass(context, link, inertial):
             yield Finding(
                 inertial.inertia_origin,
-                f"{link.name}: the tensor is {due / own:.3g} times smaller than that of a solid of its "
+                f"{link.name}: the tensor is {small:.3g} times smaller than that of a solid of its "
                 "shape and "
                 f"{inertial.mass:g} kg",
                 solid_hint(context, link, inertial),
@@ -123,7 +175,8 @@ def density(context: Context) -> Found:
     """A mass that no material gives the link's shape: less than 50 or more than 20,000 kg/m^3.
 
     Why: foam has 50, water 1000, steel 7850, gold 19,300 kg/m^3. A wheel of 10 kg in 19 cm^3 makes the robot
-    so heavy that its motors, its caster and its slopes behave as no real one.
+    so heavy that its motors, its caster and its slopes behave as no real one. A tensor that is right for
+    a mass that some material gives the shape is not found fault with beside it (I107 to I109).
 
     Example: `<mass value="20"/>` on a cube of 1 mm: 2e10 kg/m^3.
 
@@ -138,19 +191,22 @@ def density(context: Context) -> Found:
         found = inertial.mass / solid.volume
         if not 0.0 < found < math.inf:
             continue
-        if 49.5 <= found <= 20_200.0:
+        if _is_solid(found):
             continue
-        if found < 50.0:
-            like = f"{50.0 / found:.3g} times lighter than foam"
+        if found < _FOAM:
+            like = f"{_FOAM / found:.3g} times lighter than foam"
         else:
             like = f"{found / 7850.0:.3g} times steel"
+        meant = _meant_mass(context, link, inertial)
+        if meant:
+            like += f"; its tensor is that of {meant:.3g} kg"
         yield Finding(
             inertial.mass_origin,
             f"{link.name}: {inertial.mass:g} kg in {_volume(solid.volume)} is {found:.3g} kg/m^3, {like}",
             "compute the mass from volume and material",
             geometry_of(context.bodies[link.name]),
             # a collision that is a little roomy makes a light part lighter still
-            severity=Severity.INFO if 5.0 <= found < 50.0 else None,
+            severity=Severity.INFO if 5.0 <= found < _FOAM and not meant else None,
         )
 
 

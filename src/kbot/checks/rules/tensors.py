@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
 from kbot.checks.facts.spatial import (
@@ -16,7 +18,7 @@ from kbot.checks.facts.spatial import (
     transpose,
 )
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import is_finite, sound, weighed
+from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
 from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
 from kbot.text import Related, Severity
@@ -138,46 +140,79 @@ def tensor_not_turned(context: Context) -> Found:
     Fix: unsafe: those angles are written into the inertial, or into the call of the macro that makes it.
     """
     for link, inertial in weighed(context):
-        body = context.bodies[link.name]
-        part = _only_round(body)
-        axis = axis_of(part) if part else None
-        solid = body.solid
-        if part is None or axis is None or solid is None or not sound(inertial):
+        about = about_axle(context, link, inertial)
+        if about is None:
             continue
-        tensor = link_tensor(inertial)
-        along = dot(axis, rotate(tensor, axis))
-        low, middle, high = eigenvalues(tensor)
-        around = _moments_across(tensor, axis, along)
-        due = inertial.mass * part.solid_diagonal()[2]
-        if max(around) - min(around) <= 0.1 * max(around):
+        if about.is_one_of_an_impossible_three and context.says("I105", inertial.inertia_origin):
             continue
-        base = context.mobile_base
-        wheel = base is not None and any(link.name == w.link for w in base.wheels)
-        # a tensor with an axis of its own that is not the cylinder's, as a cylinder's formula gives
-        fits = all(
-            abs(a - b * inertial.mass) < 0.05 * high
-            for a, b in zip((low, middle, high), sorted(part.solid_diagonal()), strict=True)
-        )
-        own_axis = fits and min(abs(middle - low), abs(high - middle)) < 0.01 * high
-        if not (own_axis or wheel):
-            continue
-        moved = link.name in context.robot.parent_joint and context.robot.parent_joint[link.name].is_movable
-        name = "axle" if wheel or moved else "cylinder's axis"
-        rpy = part_rpy(context, link)
-        hint = f'give the inertial the origin its geometry has: rpy="{rpy}"' if own_axis and rpy else ""
+        rpy = part_rpy(context, link) if about.is_cylinders else ""
+        if about.is_cylinders:
+            what = "the inertial frame is not turned with the geometry"
+        else:
+            one, other = about.across
+            what = f"across it {one:.4g} and {other:.4g}, which a round body has equal"
         yield Finding(
             inertial.inertia_origin,
-            f"{link.name}: the moment about its {name} is {along:.4g} kg m^2, its cylinder has {due:.4g} "
-            f"({(along / due - 1.0) * 100.0:+.0f} %): "
-            + (
-                "the inertial frame is not turned with the geometry"
-                if own_axis
-                else f"across it {min(around):.4g} and {max(around):.4g}, which a round body has equal"
-            ),
-            hint,
-            geometry_of(body),
-            fix=turning_fix(context, link, inertial) if own_axis and rpy else None,
+            f"{link.name}: the moment about its {about.name} is {about.along:.4g} kg m^2, its cylinder has "
+            f"{about.due:.4g} ({(about.along / about.due - 1.0) * 100.0:+.0f} %): {what}",
+            f'give the inertial the origin its geometry has: rpy="{rpy}"' if rpy else "",
+            geometry_of(context.bodies[link.name]),
+            fix=turning_fix(context, link, inertial) if rpy else None,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class AboutAxle:
+    """A tensor that is uneven about the axis of its round body; moments in kg m^2.
+
+    `due` is what the body has about its axis. `is_cylinders`: the moments are those of the cylinder,
+    about another axis than its own.
+    """
+
+    name: str
+    along: float
+    across: tuple[float, float]
+    due: float
+    is_cylinders: bool
+
+    @property
+    def is_one_of_an_impossible_three(self) -> bool:
+        """Whether one moment across the axis is what makes all three impossible (I105), which is said there:
+        with the other one in its place a body could have them, and an even one."""
+        one, other = sorted(self.across)
+        return (
+            not self.is_cylinders
+            and breaks_triangle((one, other, self.along))
+            and not breaks_triangle((other, other, self.along))
+        )
+
+
+def about_axle(context: Context, link: Link, inertial: Inertial) -> AboutAxle | None:
+    """How a tensor lies about the axis of its link's one round shape; None where it does as it should."""
+    body = context.bodies[link.name]
+    part = _only_round(body)
+    axis = axis_of(part) if part else None
+    if part is None or axis is None or body.solid is None or not sound(inertial):
+        return None
+    tensor = link_tensor(inertial)
+    along = dot(axis, rotate(tensor, axis))
+    low, middle, high = eigenvalues(tensor)
+    across = _moments_across(tensor, axis, along)
+    if max(across) - min(across) <= 0.1 * max(across):
+        return None
+    base = context.mobile_base
+    wheel = base is not None and any(link.name == w.link for w in base.wheels)
+    # a tensor with an axis of its own that is not the cylinder's, as a cylinder's formula gives
+    fits = all(
+        abs(a - b * inertial.mass) < 0.05 * high
+        for a, b in zip((low, middle, high), sorted(part.solid_diagonal()), strict=True)
+    )
+    own_axis = fits and min(abs(middle - low), abs(high - middle)) < 0.01 * high
+    if not (own_axis or wheel):
+        return None
+    moved = link.name in context.robot.parent_joint and context.robot.parent_joint[link.name].is_movable
+    name = "axle" if wheel or moved else "cylinder's axis"
+    return AboutAxle(name, along, across, inertial.mass * part.solid_diagonal()[2], own_axis)
 
 
 def part_rpy(context: Context, link: Link) -> str:
