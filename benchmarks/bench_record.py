@@ -24,8 +24,8 @@ from kbot.messages.sensing import LaserScan
 from kbot.record import open_writer
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
-from kbot.wire import Packet
-from kbot.wire.types import ros2_types, ros_name
+from kbot.wire import Packet, ros_name
+from kbot.wire.types import ros2_types
 
 STAMP = msg.Header(msg.Time(1, 2), "odom")
 MESSAGES = {

@@ -7,7 +7,8 @@ from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.services import definition, service_type
+from kbot.wire.definitions import definition
+from kbot.wire.services import service_type
 
 from .conftest import Running
 

@@ -8,7 +8,7 @@ import pytest
 
 from kbot.text import DescriptionError
 from kbot.world import load_world
-from kbot.world.sdf.files import LIBRARY
+from kbot.world.sdf.model_paths import LIBRARY
 
 VERSIONS = ("1.4", "1.5", "1.6", "1.7", "1.8", "1.9")
 """Those of libsdformat 12."""

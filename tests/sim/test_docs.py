@@ -6,7 +6,7 @@ from pathlib import Path
 
 from kbot.sim import Simulation
 from kbot.world import BUILDERS, parameters
-from kbot.world.sdf.files import LIBRARY
+from kbot.world.sdf.model_paths import LIBRARY
 
 TEXT = (Path(__file__).parents[2] / "docs" / "simulation.md").read_text()
 

@@ -18,8 +18,7 @@ from kbot.record import Recorder, mcap_index
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed, Packet
-from kbot.wire.types import ros2_definition, ros_name
+from kbot.wire import Feed, Packet, ros2_definition, ros_name
 from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session import Session

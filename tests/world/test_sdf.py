@@ -7,7 +7,7 @@ import pytest
 
 from kbot.text import DescriptionError
 from kbot.world import Box, Cylinder, Mesh, Plane, Sphere, load_world
-from kbot.world.sdf.files import LIBRARY
+from kbot.world.sdf.model_paths import LIBRARY
 
 BOX = "<geometry><box><size>1 2 0.1</size></box></geometry>"
 COLLISION = f"<collision name='c'>{BOX}</collision>"

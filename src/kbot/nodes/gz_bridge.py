@@ -12,7 +12,7 @@ from kbot.sim import Simulation
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import Diagnostic, KbotError, Severity
 from kbot.text.suggest import did_you_mean
-from kbot.wire.types import ros_name
+from kbot.wire import ros_name
 
 LOOK_RATE = 10.0
 """Hz at which it looks who listens."""

@@ -2,7 +2,8 @@
 
 from kbot.wire.encoding import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.wire.feed import Feed, Packet
-from kbot.wire.types import known_type, ros1_definition, ros2_definition, ros_name
+from kbot.wire.names import ros_name
+from kbot.wire.types import known_type, ros1_definition, ros2_definition
 
 __all__ = [
     "Feed",

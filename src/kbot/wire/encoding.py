@@ -9,7 +9,8 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from kbot.text import KbotError
-from kbot.wire.types import known_type, ros1_types, ros2_types, ros_name
+from kbot.wire.names import ros_name
+from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,9 +9,10 @@ from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
 from kbot.wire.plain import to_plain
-from kbot.wire.types import ros1_definition, ros2_definition, ros_name
+from kbot.wire.types import ros1_definition, ros2_definition
 
 _finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
+from kbot.wire.names import ros_name
 
 
 class Packet:

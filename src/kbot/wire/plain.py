@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kbot.messages.types import Time
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.wire.types import ros_name
+from kbot.wire.names import ros_name
 
 Plain = Any
 ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}

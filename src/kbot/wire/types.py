@@ -1,4 +1,4 @@
-"""Which ROS type each message is, and how ROS 1 and ROS 2 define it."""
+"""How ROS 1 and ROS 2 define the types of messages, and which class each of them is here."""
 
 from __future__ import annotations
 
@@ -7,41 +7,19 @@ from typing import TYPE_CHECKING
 
 from kbot.messages import control, navigation, sensing, visualization
 from kbot.messages import types as messages
-from kbot.text import KbotError
-from kbot.wire.services import PARTS, own_definitions
+from kbot.wire.definitions import own_definitions
+from kbot.wire.names import PARTS, ros_name, shipped_types
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-PACKAGES = (
-    "std_msgs",
-    "geometry_msgs",
-    "nav_msgs",
-    "sensor_msgs",
-    "trajectory_msgs",
-    "tf2_msgs",
-    "rosgraph_msgs",
-    "actionlib_msgs",
-    "visualization_msgs",
-    "builtin_interfaces",
-)
-"""Where a message's namesake is looked for."""
-
-OTHER_NAMES = {"ClockMessage": "Clock"}
 TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 
 
 @cache
 def ros2_types() -> Typestore:
     """The message types of ROS 2, and those of the services that are offered."""
-    return _with_own(_shipped())
-
-
-@cache
-def _shipped() -> Typestore:
-    from rosbags.typesys import Stores, get_typestore
-
-    return get_typestore(Stores.ROS2_JAZZY)
+    return _with_own(shipped_types())
 
 
 @cache
@@ -62,23 +40,6 @@ def _with_own(store: Typestore) -> Typestore:
         types.update(get_types_from_msg(text, name))
     store.register(types)
     return store
-
-
-@cache
-def ros_name(message_type: type) -> str:
-    """Name of a message's type as ROS 2 writes it: `nav_msgs/msg/Odometry`.
-
-    Raises:
-        KbotError: ROS has no such message.
-    """
-    if message_type in PARTS:
-        return PARTS[message_type]
-    name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
-    known = _shipped().fielddefs
-    found = next((full for package in PACKAGES if (full := f"{package}/msg/{name}") in known), None)
-    if found is None:
-        raise KbotError(f"ROS has no message {name}, so it can neither be recorded nor sent")
-    return found
 
 
 @cache

@@ -12,7 +12,8 @@ from kbot.text.suggest import did_you_mean
 from kbot.world.builders import WOOD
 from kbot.world.joints import Loop
 from kbot.world.sdf import read_sdf
-from kbot.world.sdf.files import LIBRARY, read_xml
+from kbot.world.sdf.files import read_xml
+from kbot.world.sdf.model_paths import LIBRARY
 from kbot.world.sdf.reach import Reach
 from kbot.world.world import Body, Box, Part
 

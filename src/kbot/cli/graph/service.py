@@ -50,7 +50,8 @@ def list_(show_types: bool, as_json: bool, at: str) -> None:
 @at_option
 def type_(service: str, at: str) -> None:
     """Print the type of a service, and what it is asked and answers."""
-    from kbot.wire.services import definition, service_type
+    from kbot.wire.definitions import definition
+    from kbot.wire.services import service_type
 
     with ask(at) as graph:
         name = full_name(service)

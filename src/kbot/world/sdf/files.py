@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from kbot.text import DescriptionError, Element, KbotError, read_source
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import MAX_READ_NESTING, parse_document
+from kbot.world.sdf.model_paths import LIBRARY, fuel_stores, model_paths
+from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.values import Values
 from kbot.xacro import Packages
 
-if TYPE_CHECKING:
-    from kbot.world.sdf.reach import Reach
-
-LIBRARY = Path(__file__).parents[1] / "models"
-"""The models that ship with KBot."""
-
-PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
-FUEL_STORES = (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobotics.org")
 NOT_IN_REACH = "{} is not found among the models and packages here"
 """What is said of a file that a peer names: the same whether it is elsewhere or nowhere."""
 
@@ -139,17 +131,6 @@ class Files:
         return [
             entry.name for root in roots for entry in root.iterdir() if (entry / "model.config").is_file()
         ]
-
-
-def model_paths() -> Iterator[Path]:
-    """The folders that Gazebo's variables name."""
-    for variable in PATH_VARIABLES:
-        yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
-
-
-def fuel_stores() -> Iterator[Path]:
-    """Where Gazebo keeps what it fetched from Fuel."""
-    return (Path.home() / store for store in FUEL_STORES)
 
 
 def fuel_model(text: str) -> tuple[str, str] | None:

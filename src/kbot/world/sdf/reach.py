@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from kbot.world.sdf.files import LIBRARY, fuel_stores, model_paths
+from kbot.world.sdf.model_paths import LIBRARY, fuel_stores, model_paths
 from kbot.xacro import Packages
 from kbot.xacro.package_roots import lies_in_package
 

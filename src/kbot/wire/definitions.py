@@ -1,0 +1,50 @@
+"""Types of services, and the messages that only they have, defined as ROS writes them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Annotated, get_args, get_origin, get_type_hints
+
+from kbot.messages.services import SERVICES
+from kbot.wire.names import PARTS, ros_name
+
+BASES = {str: "string", bool: "bool", float: "float64"}
+ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
+
+
+def own_definitions() -> Iterator[tuple[str, str]]:
+    """Names and texts of the types that are added to those ROS ships, in the order they need each other."""
+    for cls, name in PARTS.items():
+        yield name, definition(cls)
+    for service, (request, response) in SERVICES.items():
+        yield part_name(service, "Request"), definition(request)
+        yield part_name(service, "Response"), definition(response)
+
+
+def definition(cls: type, *, ros1: bool = False) -> str:
+    """The fields of a message as ROS writes them."""
+    return "\n".join(f"{kind} {name}" for name, kind in fields(cls, ros1))
+
+
+def part_name(service: str, part: str) -> str:
+    """The name of the type of a service's `Request` or `Response`."""
+    return f"{service.replace('/', '/msg/')}_{part}"
+
+
+def fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
+    """The name and the type of each."""
+    hints = get_type_hints(cls, include_extras=True)
+    for field in dataclasses.fields(cls):
+        yield field.name, _kind(hints[field.name], ros1)
+
+
+def _kind(hint: object, ros1: bool) -> str:
+    if get_origin(hint) is Annotated:  # an int, and which one
+        return str(get_args(hint)[1])
+    if get_origin(hint) is tuple:
+        return f"{_kind(get_args(hint)[0], ros1)}[]"
+    if hint in BASES:
+        return BASES[hint]
+    name = ros_name(hint).replace("/msg/", "/")
+    return ROS1_TIMES.get(name, name) if ros1 else name

@@ -1,0 +1,24 @@
+"""Folders of models: those that ship with KBot, Gazebo's own, and what it keeps of Fuel."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+LIBRARY = Path(__file__).parents[1] / "models"
+"""The models that ship with KBot."""
+
+PATH_VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH")
+FUEL_STORES = (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobotics.org")
+
+
+def model_paths() -> Iterator[Path]:
+    """The folders that Gazebo's variables name."""
+    for variable in PATH_VARIABLES:
+        yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
+
+
+def fuel_stores() -> Iterator[Path]:
+    """Where Gazebo keeps what it fetched from Fuel."""
+    return (Path.home() / store for store in FUEL_STORES)
