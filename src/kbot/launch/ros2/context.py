@@ -5,16 +5,24 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from kbot.launch import commands
+from kbot.launch.known import STAND_IN_PACKAGES, share_of
 from kbot.launch.plan import Description
-from kbot.launch.ros2.substitutions import find_share, performed
 from kbot.launch.substitution import Fault, evaluated
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
-from kbot.xacro.packages import Packages
+from kbot.xacro.packages import PackageNotFound, Packages
+
+
+class Performed(Protocol):
+    """A substitution."""
+
+    def perform(self, context: Context) -> str:
+        """Its text, now."""
+        ...
 
 
 @dataclass
@@ -34,13 +42,22 @@ class Context:
     parameters: dict[str, Any] = field(default_factory=dict)
     descriptions: dict[str, Description] = field(default_factory=dict)
 
-    def perform_substitution(self, substitution: object) -> str:
+    def perform_substitution(self, substitution: Performed) -> str:
         """The text of a substitution, as launch files ask for it."""
-        return performed(substitution, self)
+        return substitution.perform(self)
 
     def share(self, package: str) -> str:
-        """A package's share folder."""
-        return find_share(self.packages.beside(self.file), package)
+        """A package's share folder, or that which stands in for a package KBot knows.
+
+        Raises:
+            Fault: L012, no such package.
+        """
+        try:
+            return str(self.packages.beside(self.file).find(package))
+        except PackageNotFound as error:
+            if package in STAND_IN_PACKAGES:
+                return share_of(package)
+            raise Fault("L012", f"the package '{package}' is not found", error.hint, package) from None
 
     def command(self, text: str, origin: Origin | None) -> str:
         """What a command prints, where KBot stands in for it."""

@@ -8,15 +8,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import here
 from kbot.launch.substitution import Fault
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.packages import PackageNotFound
-
-if TYPE_CHECKING:
-    from kbot.launch.ros2.context import Context
 
 
 class Substitution:
@@ -266,19 +262,3 @@ class LaunchConfigurationEquals(Condition):
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
     def evaluate(self, context: Context) -> bool:
         return not self._is(context)
-
-
-def find_share(packages: Any, name: str) -> str:
-    """A package's share folder, or that which stands in for a package KBot knows.
-
-    Raises:
-        Fault: L012, no such package.
-    """
-    from kbot.launch.known import STAND_IN_PACKAGES, share_of
-
-    try:
-        return str(packages.find(name))
-    except PackageNotFound as error:
-        if name in STAND_IN_PACKAGES:
-            return share_of(name)
-        raise Fault("L012", f"the package '{name}' is not found", error.hint, name) from None
