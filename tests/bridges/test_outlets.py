@@ -1,7 +1,9 @@
 """From the simulation's thread to the loop: opened once for all who want it, handed out to each."""
 
-from kbot.bridges.loop import Batch, later, loop, wait_for
+from kbot.bridges.loop import Batch, later, wait_for
+from kbot.bridges.outlets import Flush, Sink
 from kbot.messages import types as msg
+from kbot.messages.sensing import LaserScan
 from kbot.wire import Packet
 
 from .conftest import Running, wait_until
@@ -54,17 +56,36 @@ def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running
 def test_a_batch_is_handed_on_once_for_all_that_came_in_one_go() -> None:
     batches = list[list[int]]()
     batch = Batch(batches.append)
-
-    def add() -> None:
+    for _ in range(2):
         for number in range(3):
             batch.add(number)
-
-    later(add)
-    wait_until(lambda: batches)
-    later(add)
-    wait_until(lambda: len(batches) == 2)
+        batch.flush()
+        batch.flush()
     assert batches == [[0, 1, 2], [0, 1, 2]]
-    assert loop() is loop()
+
+
+def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(running: Running) -> None:
+    outlets, given = running.link.outlets, list[str]()
+    running.stop()
+    bus = running.simulation.bus
+    scan, clock = bus.advertise("/scan", LaserScan), bus.advertise("/clock", msg.ClockMessage)
+
+    def peer(name: str) -> tuple[Sink, Flush]:
+        return (lambda packet: given.append(f"{name} {packet.topic}")), (lambda: given.append(f"{name} sent"))
+
+    for sink, flush in map(peer, ("first", "second")):
+        for topic in ("/scan", "/clock"):
+            later(lambda topic=topic, sink=sink, flush=flush: outlets.want(topic, sink, flush))
+    wait_for(_nothing())
+    running.simulation.run(0.1)
+    wait_for(_nothing())
+    given.clear()
+    scan.publish(LaserScan())
+    clock.publish(msg.ClockMessage())
+    running.simulation.step(1)
+    wait_until(lambda: len(given) == 6)
+    assert given[:3] == ["first /clock", "first /scan", "first sent"]
+    assert given[3:] == ["second /clock", "second /scan", "second sent"]
 
 
 async def _nothing() -> None:

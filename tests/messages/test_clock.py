@@ -77,3 +77,18 @@ def test_afterwards_is_once_and_after_all_that_was_due() -> None:
     clock.advance_to(200_000_000)
     clock.advance_to(300_000_000)
     assert called == ["due", "due", "afterwards", "due"]
+
+
+def test_a_moment_that_has_begun_goes_on_until_time_has_advanced_to_it() -> None:
+    clock, called = Clock(), list[str]()
+
+    def due() -> None:
+        called.append("due")
+        clock.afterwards(lambda: called.append("afterwards"))
+
+    clock.every(10.0, due)
+    clock.begin_moment(100_000_000)
+    assert (clock.nanoseconds, called) == (100_000_000, ["due"])
+    called.append("more")
+    clock.advance_to(100_000_000)
+    assert called == ["due", "more", "afterwards"]

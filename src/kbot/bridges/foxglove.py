@@ -85,7 +85,7 @@ class _Talk(JsonTalk):
         self._services = FoxgloveServices(bridge, wire)
         self._told_parameters = dict(bridge.link.parameters)
         self._watched: set[str] = set()
-        bridge.link.outlets.want("/clock", self._tell_time)
+        bridge.link.outlets.want("/clock", self._tell_time, wire.send)
 
     def close(self) -> None:
         self._bridge.link.outlets.leave("/clock", self._tell_time)
@@ -127,11 +127,11 @@ class _Talk(JsonTalk):
                 raise KbotError(f"subscription {number} cannot be made")
             sink = self._sink(number)
             self._sinks[number] = topic, sink
-            self._bridge.link.outlets.want(topic, sink)
+            self._bridge.link.outlets.want(topic, sink, self._wire.send)
 
     def _sink(self, number: int) -> Callable[[Packet], None]:
         def send(packet: Packet) -> None:
-            self._wire.put(struct.pack("<BIQ", MESSAGE_DATA, number, packet.nanoseconds) + packet.cdr)
+            self._wire.add(struct.pack("<BIQ", MESSAGE_DATA, number, packet.nanoseconds) + packet.cdr)
 
         return send
 
@@ -210,7 +210,7 @@ class _Talk(JsonTalk):
         self._wire.put(json.dumps({"op": "parameterValues", "parameters": found, **answer}))
 
     def _tell_time(self, packet: Packet) -> None:
-        self._wire.put(struct.pack("<BQ", TIME, packet.nanoseconds))
+        self._wire.add(struct.pack("<BQ", TIME, packet.nanoseconds))
 
     def _channel(self, topic: Topic) -> dict[str, Any]:
         return {

@@ -32,8 +32,8 @@ def wait_for(work: Coroutine[Any, Any, T]) -> T:
 
 
 class Batch(Generic[S]):
-    """Collects, on the loop, what comes in one go, and hands it on together: systems and libraries take many
-    small things at once for little more than one."""
+    """Collects what is said at one moment, and hands it on together: systems and libraries take many small
+    things at once for little more than one."""
 
     def __init__(self, send: Callable[[list[S]], None]) -> None:
         self._send = send
@@ -41,9 +41,8 @@ class Batch(Generic[S]):
 
     def add(self, item: S) -> None:
         self._items.append(item)
-        if len(self._items) == 1:
-            loop().call_soon(self._flush)
 
-    def _flush(self) -> None:
-        items, self._items = self._items, []
-        self._send(items)
+    def flush(self) -> None:
+        if self._items:
+            items, self._items = self._items, []
+            self._send(items)

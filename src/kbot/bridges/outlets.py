@@ -14,7 +14,12 @@ if TYPE_CHECKING:
     from kbot.bridges.link import Link
 
 Sink = Callable[[Packet], None]
+Flush = Callable[[], None]
 WAITING = 1000
+
+
+def _at_once() -> None:
+    """Of sinks that keep nothing back."""
 
 
 class Outlets:
@@ -23,28 +28,39 @@ class Outlets:
 
     def __init__(self, link: Link) -> None:
         self._link = link
-        self._sinks: dict[str, list[Sink]] = {}
+        self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
+        """The sinks of each topic, by what sends on what they collect."""
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
         self._is_stirred = False
 
-    def want(self, topic: str, sink: Sink) -> None:
-        """Hear a topic; what is latched comes at once."""
-        sinks = self._sinks.setdefault(topic, [])
-        sinks.append(sink)
-        if len(sinks) == 1:
+    def want(self, topic: str, sink: Sink, flush: Flush = _at_once) -> None:
+        """Hear a topic; what is latched comes at once. `flush` is called when the sinks that have it in
+        common were given all that was said at one moment."""
+        is_first = not any(topic in sinks for sinks in self._peers.values())
+        self._peers.setdefault(flush, {}).setdefault(topic, []).append(sink)
+        if is_first:
             self._link.open(topic, self._receive)
         elif topic in self._last:
             sink(self._last[topic])
+            flush()
 
     def leave(self, topic: str, sink: Sink) -> None:
         """Hear it no more."""
-        sinks = self._sinks.get(topic, [])
-        if sink in sinks:
-            sinks.remove(sink)
-            if not sinks:
-                self._link.close(topic, self._receive)
-                self._last.pop(topic, None)
+        for flush, topics in self._peers.items():
+            sinks = topics.get(topic, [])
+            if sink in sinks:
+                sinks.remove(sink)
+                if not sinks:
+                    del topics[topic]
+                if not topics and flush is not _at_once:
+                    del self._peers[flush]
+                break
+        else:
+            return
+        if not any(topic in sinks for sinks in self._peers.values()):
+            self._link.close(topic, self._receive)
+            self._last.pop(topic, None)
 
     def _receive(self, packet: Packet) -> None:
         """On the simulation's thread."""
@@ -58,13 +74,20 @@ class Outlets:
         later(self._hand_out)
 
     def _hand_out(self) -> None:
-        for _ in range(len(self._waiting)):
-            packet = self._waiting.popleft()
-            topic = self._link.topics.get(packet.topic)
+        """Peer by peer, so that the first need not wait until messages are encoded for the last; and what is
+        large at the end, so that the clock does not wait for a picture."""
+        packets = [self._waiting.popleft() for _ in range(len(self._waiting))]
+        packets.sort(key=lambda packet: packet.is_large)
+        topics = self._link.topics
+        for packet in packets:
+            topic = topics.get(packet.topic)
             if topic is not None and topic.is_latched:
                 self._last[packet.topic] = packet
-            try:
-                for sink in tuple(self._sinks.get(packet.topic, ())):
-                    sink(packet)
-            except KbotError as error:
-                self._link.tell(f"{packet.topic}: a message cannot be sent: {error}")
+        for flush, sinks in tuple(self._peers.items()):
+            for packet in packets:
+                for sink in tuple(sinks.get(packet.topic, ())):
+                    try:
+                        sink(packet)
+                    except KbotError as error:
+                        self._link.tell(f"{packet.topic}: a message cannot be sent: {error}")
+            flush()

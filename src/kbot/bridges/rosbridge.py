@@ -62,7 +62,7 @@ class _Subscription:
         if self._last is not None and 0 <= now - self._last < self._throttle:
             return
         self._last = now
-        self._wire.put(self._head + packet.json(ros1=self._is_ros1, exact=self._exact) + "}")
+        self._wire.add(self._head + packet.json(ros1=self._is_ros1, exact=self._exact) + "}")
 
 
 class _Talk(JsonTalk):
@@ -96,7 +96,7 @@ class _Talk(JsonTalk):
             self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
         )
         self._subscriptions[key] = subscription
-        self._bridge.link.outlets.want(topic.name, subscription.send)
+        self._bridge.link.outlets.want(topic.name, subscription.send, self._wire.send)
 
     def _unsubscribe(self, request: Request) -> None:
         name, number = str(request["topic"]), request.get("id")

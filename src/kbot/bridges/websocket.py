@@ -65,10 +65,17 @@ class Wire:
         (self._kept if keep else self._waiting).append(data)
         if not self._is_due:
             self._is_due = True
-            loop().call_soon(self._send)
+            loop().call_soon(self.send)
 
-    def _send(self) -> None:
+    def add(self, data: Data) -> None:
+        """Send it with the next `send`."""
+        self._waiting.append(data)
+
+    def send(self) -> None:
+        """Send what waits, as far as the client takes it at once."""
         self._is_due = False
+        if not (self._kept or self._waiting):
+            return
         connection = self._connection
         if connection.protocol.state is State.OPEN and not connection.transport.get_write_buffer_size():
             self._write()

@@ -171,8 +171,7 @@ class _Outgoing:
             )
             self._want(True)
         else:
-            # else the library keeps it back for some milliseconds, for more to come along
-            self._publisher = session.declare_publisher(key, express=True)
+            self._publisher = session.declare_publisher(key)
             self._publisher.declare_matching_listener(lambda status: self._want(status.matching))
 
     def close(self) -> None:
@@ -185,8 +184,11 @@ class _Outgoing:
         self._link.outlets.leave(self.topic.name, self._send)
 
     def _want(self, is_heard: bool) -> None:
-        change = self._link.outlets.want if is_heard else self._link.outlets.leave
-        later(lambda: change(self.topic.name, self._send))
+        outlets = self._link.outlets
+        if is_heard:
+            later(lambda: outlets.want(self.topic.name, self._send, self._batch.flush))
+        else:
+            later(lambda: outlets.leave(self.topic.name, self._send))
 
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is self.topic.message_type:

@@ -74,7 +74,16 @@ class Clock:
         self._afterwards.append(callback)
 
     def advance_to(self, nanoseconds: int) -> None:
-        """Move time on and call the timers that are due, each as often as its period passed."""
+        """Move time on and call the timers that are due, each as often as its period passed, and then those
+        that wait for the end of this moment."""
+        self.begin_moment(nanoseconds)
+        if self._afterwards:
+            afterwards, self._afterwards = self._afterwards, []
+            for callback in afterwards:
+                callback()
+
+    def begin_moment(self, nanoseconds: int) -> None:
+        """As `advance_to`, where more is to be said at this moment, which that ends."""
         self._now = nanoseconds
         while self.next_due <= nanoseconds:
             due, number, timer = self._timers[0]
@@ -85,10 +94,6 @@ class Clock:
                 heapreplace(self._timers, (timer.due, number, timer))
                 timer.callback()
             self._find_next()
-        if self._afterwards:
-            afterwards, self._afterwards = self._afterwards, []
-            for callback in afterwards:
-                callback()
 
     def set(self, nanoseconds: int) -> None:
         """Jump to a time without calling anyone; each timer's next call is its next whole period."""

@@ -207,7 +207,7 @@ class Running:
                 self._seen = self.bus.changes
                 self._heard = [topics for topics in self._topics.values() if topics.find_listeners()]
             if self._heard:
-                self.clock.advance_to(round(self._steps * self._step_ns))
+                self.clock.begin_moment(round(self._steps * self._step_ns))
                 for topics in self._heard:
                     topics.publish(self.clock)
         if self._planned_due < NEVER:

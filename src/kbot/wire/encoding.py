@@ -6,6 +6,7 @@ import dataclasses
 import struct
 from collections.abc import Callable, Sequence
 from functools import cache, partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from kbot.text import KbotError
@@ -28,25 +29,34 @@ ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
 def encode_cdr(message: object, name: str = "") -> bytes:
     """Little-endian CDR with its four bytes of header; `name` is that of the type, where it is not a
     message's. Raises KbotError: ROS has no such message, or a field is not of its type."""
-    write = partial(ros2_types().serialize_cdr, little_endian=True)
-    return _encoded(write, message, name, ros1=False)
+    kind: type = type(message)
+    return _encoder(kind, name, ros1=False)(message)
 
 
 def encode_ros1(message: object, name: str = "") -> bytes:
     """As TCPROS and bags of ROS 1 carry it; `name` and KbotError as for `encode_cdr`."""
-    return _encoded(ros1_types().serialize_ros1, message, name, ros1=True)
+    kind: type = type(message)
+    return _encoder(kind, name, ros1=True)(message)
 
 
-def _encoded(write: Callable[[Any, str], memoryview], message: object, name: str, *, ros1: bool) -> bytes:
+@cache
+def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
+    """What writes messages of a kind; all that is the same for each of them is looked up here."""
     from rosbags.serde import SerdeError
 
-    kind: type = type(message)
     name = name or ros_name(kind)
     convert = _outward(kind, ros1, name)
-    try:
-        return bytes(write(convert(message) if convert else message, name))
-    except (SerdeError, struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise KbotError(f"no {name}: {error}") from None
+    write: Callable[[object, str], memoryview] = (
+        ros1_types().serialize_ros1 if ros1 else partial(ros2_types().serialize_cdr, little_endian=True)
+    )
+
+    def encode(message: object) -> bytes:
+        try:
+            return bytes(write(convert(message) if convert else message, name))
+        except (SerdeError, struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise KbotError(f"no {name}: {error}") from None
+
+    return encode
 
 
 def decode_cdr(data: bytes, message_type: type, name: str = "") -> Message:
@@ -88,17 +98,16 @@ def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
     parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}
     if not given and not any(parts.values()):
         return None
-    cls: Any = store.types[name]
     own = {field.name for field in dataclasses.fields(message_type)}
     # ROS 1 has some names in capitals that ROS 2 has not
-    names = {field: field if field in own else field.lower() for field in parts}
+    places = [(field, field if field in own else field.lower(), part) for field, part in parts.items()]
 
     def convert(message: object) -> object:
         values = {
-            field: part(getattr(message, names[field])) if part else getattr(message, names[field])
-            for field, part in parts.items()
+            field: part(getattr(message, name)) if part else getattr(message, name)
+            for field, name, part in places
         }
-        return cls(**given, **values)
+        return SimpleNamespace(**given, **values)
 
     return convert
 
@@ -126,9 +135,19 @@ def _to_array(base: str) -> Convert:
     import numpy as np
 
     dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
+    last: tuple[object, NDArray[Any]] = None, np.empty(0)
 
     def convert(values: Sequence[float] | bytes) -> NDArray[Any]:
-        return np.frombuffer(values, dtype) if isinstance(values, bytes) else np.asarray(values, dtype)
+        nonlocal last
+        if isinstance(values, bytes):
+            return np.frombuffer(values, dtype)
+        if type(values) is not tuple:
+            return np.asarray(values, dtype)
+        known, array = last
+        if values is not known:  # as a covariance is, the same in message after message
+            array = np.asarray(values, dtype)
+            last = values, array
+        return array
 
     return convert
 

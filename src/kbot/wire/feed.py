@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import cache
+from typing import get_origin, get_type_hints
+
+import numpy as np
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
+from kbot.wire.names import ros_name
 from kbot.wire.plain import to_plain
 from kbot.wire.types import ros1_definition, ros2_definition
 
 _finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
-from kbot.wire.names import ros_name
 
 
 class Packet:
@@ -33,6 +37,12 @@ class Packet:
     def type_name(self) -> str:
         kind: type = type(self.message)
         return ros_name(kind)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it carries data of a sensor or a map, beside which other messages are small."""
+        kind: type = type(self.message)
+        return _carries_arrays(kind)
 
     @property
     def cdr(self) -> bytes:
@@ -110,6 +120,11 @@ class Feed:
         packet = self._last[topic] = Packet(topic, message, self._now())
         for receiver in tuple(self._receivers[topic]):
             receiver(packet)
+
+
+@cache
+def _carries_arrays(kind: type) -> bool:
+    return any(hint is bytes or get_origin(hint) is np.ndarray for hint in get_type_hints(kind).values())
 
 
 def _is_known(kind: type) -> bool:

@@ -177,8 +177,11 @@ class _Outgoing:
         is_heard = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
         if is_heard != self._is_open:
             self._is_open = is_heard
-            change = self._link.outlets.want if is_heard else self._link.outlets.leave
-            later(lambda: change(self._topic.name, self._send))
+            outlets = self._link.outlets
+            if is_heard:
+                later(lambda: outlets.want(self._topic.name, self._send, self._batch.flush))
+            else:
+                later(lambda: outlets.leave(self._topic.name, self._send))
 
     def close(self) -> None:
         """On the loop: send nothing more."""
