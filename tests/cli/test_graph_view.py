@@ -6,9 +6,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+
+from kbot.nodes.state_publishers import StatePublishers
+from kbot.record import Recorder
+from kbot.sim import Simulation
+from kbot.wire import Feed
 
 ROBOT = """<robot name="{}"><link name="base"/><link name="arm"/><link name="camera"/>
 <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/>
@@ -29,6 +35,13 @@ def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     file = tmp_path / "arm.urdf"
     file.write_text(ROBOT.format("arm"))
+    with showing(tmp_path, file):
+        yield file
+
+
+@contextmanager
+def showing(tmp_path: Path, file: Path) -> Iterator[None]:
+    """`kbot view` of a file, until it can be asked."""
     with (tmp_path / "log").open("w") as log:
         viewing = subprocess.Popen(
             [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"],
@@ -38,7 +51,7 @@ def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         )
     try:
         until(lambda: kbot("node", "list").returncode == 0)
-        yield file
+        yield
     finally:
         viewing.terminate()
         viewing.wait(20)
@@ -75,3 +88,35 @@ def test_what_is_saved_is_what_is_told(viewed: Path) -> None:
     viewed.write_text(ROBOT.format("other").replace("camera", "gripper"))
     until(lambda: 'robot name="other"' in kbot("param", "get", "/robot_description").stdout)
     assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    gripper (static)"]
+
+
+def test_a_recording_that_is_played_is_heard_with_its_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It drives at 0.2 m/s for 2 s, and is heard also when it has come to its end, where it stands."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    file = tmp_path / "run.mcap"
+    sim = Simulation("kbot")
+    StatePublishers(sim)
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file)):
+        sim.cmd_vel(0.2, 0.0)
+        sim.run(2.0)
+    with showing(tmp_path, file):
+        topics = kbot("topic", "list").stdout.split()
+        assert {"/clock", "/odom", "/tf", "/tf_static", "/joint_states", "/robot_description"} <= {*topics}
+        assert "<robot" in kbot("topic", "echo", "/robot_description", "--once").stdout
+        until(lambda: clock_of(kbot("topic", "echo", "/clock", "--once").stdout) == 2.0)
+        tree = kbot("tf", "tree").stdout.splitlines()
+        assert tree[:3] == ["odom", "  base_footprint", "    base_link (static)"]
+        where = kbot("tf", "echo", "odom", "base_footprint", "--once").stdout
+        at = re.search(r"At time (\S+)\n- Translation: \[(\S+),", where)
+        assert at is not None
+        assert float(at[1]) == 2.0
+        assert float(at[2]) == pytest.approx(sim.odometry.pose.x, abs=2e-3)
+        assert "there is no frame 'nope'" in kbot("tf", "echo", "odom", "nope", "--once").stderr
+
+
+def clock_of(text: str) -> float:
+    found = re.search(r"sec: (\d+)\n +nanosec: (\d+)", text)
+    assert found is not None
+    return int(found[1]) + int(found[2]) * 1e-9

@@ -100,8 +100,11 @@ class Companions:
             KbotError: a bridge cannot be opened.
         """
         self._leave()
-        clock = shown.bus.advertise("/clock", ClockMessage)
-        self._timer = shown.clock.every(CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp)))
+        if "/clock" not in shown.bus.topics:  # a recording that is played may have its own
+            clock = shown.bus.advertise("/clock", ClockMessage)
+            self._timer = shown.clock.every(
+                CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
+            )
         shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
         if self._wishes.transforms:
             publish_static_transforms(shown.bus, shown.clock, self._wishes.transforms)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from types import TracebackType
@@ -57,12 +58,16 @@ class GraphClient:
                     raise KbotError(str(values.get("message", f"{service} says no")))
                 return values
 
-    def listen(self, *topics: str) -> Iterator[tuple[str, Values]]:
-        """Topic and message, as they come, for good. Raises KbotError: no such topic, or the KBot is gone."""
+    def listen(self, *topics: str, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
+        """Topic and message, as they come, for good or for so many seconds. Raises KbotError: no such topic,
+        or the KBot is gone."""
         for topic in topics:
             self.subscribe(topic, self.type_of(topic))
+        end = None if seconds is None else time.monotonic() + seconds
         while True:
-            said = self._receive(None)
+            said = self._receive_until(end)
+            if said is None:
+                return
             if said.get("op") == "publish":
                 yield str(said["topic"]), said["msg"]
 
@@ -122,11 +127,19 @@ class GraphClient:
         except (OSError, WebSocketException):
             raise KbotError("the KBot is gone") from None
 
-    def _receive(self, timeout: float | None) -> Values:
+    def _receive(self, timeout: float) -> Values:
+        said = self._receive_until(time.monotonic() + timeout)
+        if said is None:
+            raise KbotError(f"the KBot does not answer within {timeout:g} s")
+        return said
+
+    def _receive_until(self, end: float | None) -> Values | None:
+        """None where nothing came until then."""
         try:
-            said: Values = json.loads(self._socket.recv(timeout))
+            left = None if end is None else max(0.0, end - time.monotonic())
+            said: Values = json.loads(self._socket.recv(left))
         except TimeoutError:
-            raise KbotError(f"the KBot does not answer within {timeout:g} s") from None
+            return None
         except (OSError, WebSocketException):
             raise KbotError("the KBot is gone") from None
         if said.get("op") == "status" and said.get("level") == "error":

@@ -56,9 +56,12 @@ def command(
 
     Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
     last good one on screen and says what is wrong, at the line. `kbot topic`, `kbot tf` and their like see
-    the joints that the sliders set. A recording is played, with the robot that is in it. Ctrl-C ends it.
+    the joints that the sliders set. A recording is played, with the robot that is in it; they hear what it
+    says, and its time on /clock. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
+    from kbot.bridges.wishes import Wishes
+    from kbot.cli.companions import companions
     from kbot.record.reader import is_recording
 
     if is_recording(path):
@@ -66,9 +69,16 @@ def command(
             fail("a recording is played as it is: leave --shot and name:=value out")
         from kbot.workbench.serve import serve_recording
 
-        serve_recording(
-            path, host=host, port=port, open_browser=browser, package_path=package_path, config=config
-        )
+        with companions(Wishes(), served=True) as going:
+            serve_recording(
+                path,
+                host=host,
+                port=port,
+                open_browser=browser,
+                package_path=package_path,
+                config=config,
+                show=lambda played: going.show(played, played.description, path),
+            )
         return
     from kbot.checks.first_look import MESHES, first_look
     from kbot.model.load import load_robot
@@ -84,8 +94,6 @@ def command(
 
         write_bytes(shot, draw_picture(robot_alone(loaded.require()), look, theme))
         return
-    from kbot.bridges.wishes import Wishes
-    from kbot.cli.companions import companions
     from kbot.model.writer import to_urdf
 
     with companions(Wishes(), served=True) as going:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from kbot.workbench.description import Description
@@ -12,8 +12,13 @@ from kbot.workbench.timeline.recorded_run import RecordedRun
 from kbot.workbench.timeline.recorded_world import RecordedWorld
 
 
-def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
-    """A session that plays a recording; meshes are looked for in packages around it too.
+def played_session(
+    path: str,
+    package_path: Sequence[str] = (),
+    attend: Callable[[Playback], None] = lambda playback: None,
+) -> Session:
+    """A session that plays a recording; meshes are looked for in packages around it too. `attend` is told of
+    what plays it.
 
     Raises:
         DescriptionError: its description makes no robot.
@@ -25,7 +30,7 @@ def played_session(path: str, package_path: Sequence[str] = ()) -> Session:
     session = Session(
         Description(run.description, None, (*package_path, around)),
         "play",
-        lambda robot: Playback(robot, run, world),
+        lambda robot: Playback(robot, run, world, attend),
     )
     session.note = world.note
     session.paused = False

@@ -25,6 +25,7 @@ from kbot.workbench.session import Session
 if TYPE_CHECKING:
     from kbot.workbench.driving import Attend
     from kbot.workbench.motion import Sliders
+    from kbot.workbench.timeline.playback import Playback
 
 ORIGIN = PlanarPose()
 FIRST_PORT, LAST_PORT = 8300, 8399
@@ -109,7 +110,14 @@ def serve(
 
 
 def serve_recording(
-    path: str, *, host: str, port: int | None, open_browser: bool, package_path: Sequence[str], config: str
+    path: str,
+    *,
+    host: str,
+    port: int | None,
+    open_browser: bool,
+    package_path: Sequence[str],
+    config: str,
+    show: Callable[[Playback], None],
 ) -> None:
     """As `serve`, for a recording that is played.
 
@@ -120,7 +128,7 @@ def serve_recording(
     from kbot.workbench.played_session import played_session
 
     displays = read_displays(config)
-    session = played_session(path, package_path)
+    session = played_session(path, package_path, show)
     session.display_file = displays
     if session.note:
         sys.stderr.write(f"{session.note}\n")

@@ -34,11 +34,8 @@ def tree(as_json: bool, at: str) -> None:
     """Print the frames, each under its parent, after hearing /tf for a second."""
     frames = _Frames()
     with ask(at) as graph:
-        end = time.monotonic() + LOOK_SECONDS
-        for topic, message in graph.listen(*_offered(graph.topics())):
+        for topic, message in graph.listen(*_offered(graph.topics()), seconds=LOOK_SECONDS):
             frames.hear(topic, message)
-            if time.monotonic() > end:
-                break
     if as_json:
         print_json(
             {child: {"parent": p, "static": child in frames.static} for child, p in frames.parents.items()}
@@ -61,7 +58,8 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
     frames = _Frames()
     with ask(at) as graph:
         started, due = time.monotonic(), 0.0
-        for topic, message in graph.listen(*_offered(graph.topics())):
+        topics = _offered(graph.topics())
+        for topic, message in graph.listen(*topics, seconds=WAIT_SECONDS if once else None):
             frames.hear(topic, message)
             now = time.monotonic()
             found = frames.between(frame, child)
@@ -75,6 +73,7 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
             click.echo(to_line(_plain(frames.stamp, found)) if as_json else _text(frames.stamp, found))
             if once:
                 return
+    _explain(frames, frame, child)
 
 
 class _Frames:

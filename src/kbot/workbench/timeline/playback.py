@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, JointState, Publisher, TFMessage
 from kbot.model import Robot
+from kbot.nodes.static_transform_publisher import say_static
+from kbot.record.player import LATCHED
 from kbot.record.surroundings import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
-from kbot.workbench.foreign_frames import MAP, WORLD, ForeignFrames
+from kbot.workbench.foreign_frames import WORLD, ForeignFrames
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene import Control
 from kbot.workbench.timeline.damage import Damage, damage_at
 from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
 from kbot.workbench.timeline.recorded_series import series_of_run
+from kbot.workbench.timeline.recorded_way import world_from_root
 from kbot.workbench.timeline.recorded_world import RecordedWorld
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
@@ -31,27 +35,42 @@ LOOKS = 1.0, 4.0
 class Playback:
     """Says on its bus what was recorded, as time passes; the robot stands as /tf and /joint_states tell."""
 
-    def __init__(self, robot: Robot, run: RecordedRun, world: RecordedWorld) -> None:
-        self._robot, self._run, self._world = robot, run, world
+    def __init__(
+        self,
+        robot: Robot,
+        run: RecordedRun,
+        world: RecordedWorld,
+        attend: Callable[[Playback], None] = lambda playback: None,
+    ) -> None:
+        """`attend` is told of it before it plays, and of each that takes its place."""
+        self._robot, self._run, self._world, self._attend = robot, run, world, attend
         self._told = Told(robot)
         self.bus, self.clock = Bus(), Clock()
+        self.errands: list[Callable[[], bool]] = []
+        """What is to be done between two steps, also while it is paused."""
         self.loop = False
         self.note = ""
         self._silent: set[str] = set()
         self._is_paused = True
         self._publishers: dict[str, tuple[Publisher[Any], type]] = {
-            name: (self.bus.advertise(name, kind, wanted=self._sayer(name)), kind)
+            name: (self.bus.advertise(name, kind, latched=name in LATCHED, wanted=self._sayer(name)), kind)
             for name, kind in run.topics.items()
         }
+        self._known: set[str] = set()
+        """All frames and joints that the recording is known to tell of."""
         self._frames = ForeignFrames(self.bus)
         self._frames.poses({}, {})  # hears from here on
         self._listen()
-        self._known: set[str] = set()
-        """All frames and joints that the recording is known to tell of."""
         self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
         for _, _, message in self._samples:
             self._known |= _told_of(message)
         self._go_to(0.0)
+        attend(self)
+
+    @property
+    def description(self) -> str:
+        """The robot's URDF, as it was recorded."""
+        return Path(self._run.description).read_text(encoding="utf-8")
 
     @property
     def world(self) -> str:
@@ -111,7 +130,7 @@ class Playback:
         self._world.go_to(now)
         self._frames.forget()
         for message in self._run.statics:
-            self._publishers[TF_STATIC][0].publish(message)
+            say_static(self.bus, message)
         self._say_moves(now)
         for topic, (publisher, _) in self._publishers.items():
             if publisher.is_heard:
@@ -136,7 +155,11 @@ class Playback:
             self.clock.advance_to(max(entry.nanoseconds, self.clock.nanoseconds))
             publisher, kind = self._publishers[entry.topic]
             self._silent.discard(entry.topic)
-            publisher.publish(decode_cdr(entry.cdr, kind))
+            message = decode_cdr(entry.cdr, kind)
+            if entry.topic == TF_STATIC:
+                say_static(self.bus, message)
+            else:
+                publisher.publish(message)
         self.clock.advance_to(until)
         self._world.pass_by(before, until)
         if until >= end:
@@ -171,19 +194,14 @@ class Playback:
         )
 
     def _world_from_root(self) -> Transform:
-        """Where the robot truly was, or else as tf has it; what odometry tells is from where it started."""
-        truth = self._world.pose(self._robot.root)
-        if truth is not None:
-            return truth
-        top, pose = self._told.top_from(self._robot.root)
-        return pose if top in (WORLD, MAP) else self._run.start @ pose
+        return world_from_root(self._run, self._robot, self._told, self._world.pose(self._robot.root))
 
     def series(self, fields: Sequence[Field], start: float, end: float) -> Making:
         """How numbers went from `start` to `end` seconds of the recording."""
         return series_of_run(self._run, self._robot, fields, start, end)
 
     def run_errands(self) -> bool:
-        return False
+        return sum(errand() for errand in self.errands) > 0
 
     def reset(self) -> None:
         self.seek(0.0)
@@ -223,7 +241,7 @@ class Playback:
 
     def replace(self, robot: Robot) -> Playback:
         """The same moment with a changed robot."""
-        other = Playback(robot, self._run, self._world)
+        other = Playback(robot, self._run, self._world, self._attend)
         other._go_to((self.clock.nanoseconds - self._run.index.start) * 1e-9)
         other.loop, other.paused = self.loop, self.paused
         return other
@@ -252,10 +270,18 @@ class Playback:
             for at, topic, message in self._samples
             if at <= now and _told_of(message) & missing
         ]
-        for topic, message in (*rare, *found):
+        newest, seen = [], set[tuple[str, str]]()
+        for topic, message in reversed((*rare, *found)):
+            told = {(topic, name) for name in _told_of(message)}
+            if not told <= seen:
+                newest.append((topic, message))
+                seen |= told
+        for topic, message in reversed(newest):
             self._publishers[topic][0].publish(message)
 
     def _sayer(self, topic: str) -> Callable[[], None]:
+        if topic in self._run.moves:
+            return lambda: self._say_moves(self.clock.nanoseconds) if self._known else None
         return lambda: self._say(topic)
 
     def _say(self, topic: str) -> None:
