@@ -18,10 +18,9 @@ const VERTEX = /* glsl */ `
   }`;
 
 // Without a graphics card the floor costs as much as all that stands on it, each operation counts: colours are
-// mixed as they are seen on a screen, which saves three powers at every pixel, and nothing is bounded twice.
+// written into the program, for uniforms are fetched anew at each pixel; they are mixed as they are seen on a
+// screen, which saves three powers; and nothing is bounded twice.
 const FRAGMENT = /* glsl */ `
-  uniform vec3 floorColour, background, line, major, xAxis, yAxis;
-  uniform float lines, shade;
   varying vec2 at, near;
   varying float fade;
   void main() {
@@ -29,14 +28,14 @@ const FRAGMENT = /* glsl */ `
     vec2 perWide = 1.0 / wide;
     vec2 small = max(1.0 - abs(fract(at) - 0.5) * perWide, 0.0) * min(1.6 - 2.8 * wide, 1.0);
     vec2 large = max(1.0 - abs(fract(at * 0.1 - 0.45) - 0.5) * (perWide * 10.0), 0.0) * min(1.6 - 0.28 * wide, 1.0);
-    vec2 onAxis = clamp(1.1 - abs(at + 0.5) * perWide, 0.0, 1.0) * (lines * 0.75);
-    vec3 colour = mix(floorColour, line, max(max(small.x, small.y), 0.0) * lines);
-    colour = mix(colour, major, max(max(large.x, large.y), 0.0) * lines);
-    colour = mix(colour, xAxis, onAxis.y);
-    colour = mix(colour, yAxis, onAxis.x);
+    vec2 onAxis = clamp(1.1 - abs(at + 0.5) * perWide, 0.0, 1.0) * (LINES * 0.75);
+    vec3 colour = mix(FLOOR, LINE, max(max(small.x, small.y), 0.0) * LINES);
+    colour = mix(colour, MAJOR, max(max(large.x, large.y), 0.0) * LINES);
+    colour = mix(colour, X_AXIS, onAxis.y);
+    colour = mix(colour, Y_AXIS, onAxis.x);
     float above = max(1.0 - dot(near, near), 0.0);
-    colour *= 1.0 - shade * above * above;
-    gl_FragColor = vec4(mix(background, colour, clamp(fade, 0.0, 1.0)), 1.0);
+    colour *= 1.0 - SHADE * above * above;
+    gl_FragColor = vec4(mix(BACKGROUND, colour, clamp(fade, 0.0, 1.0)), 1.0);
   }`;
 
 /** By which light and what is seen of it differ, about. */
@@ -58,18 +57,8 @@ export class Ground {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: {
-        floorColour: { value: new Color() },
-        background: { value: new Color() },
-        line: { value: new Color() },
-        major: { value: new Color() },
-        xAxis: { value: seen(AXES.x) },
-        yAxis: { value: seen(AXES.y) },
-        cell: { value: 0.1 },
-        lines: { value: 1 },
-        under: { value: new Vector3(0, 0, 1) },
-        shade: { value: 0 },
-      },
+      uniforms: { cell: { value: 0.1 }, under: { value: new Vector3(0, 0, 1) } },
+      defines: { X_AXIS: seen(AXES.x), Y_AXIS: seen(AXES.y), LINES: glsl(1), SHADE: glsl(0) },
       // it fades by colour: blending every sample of the picture costs a software renderer more than the rest
       depthWrite: false,
       side: DoubleSide,
@@ -88,8 +77,7 @@ export class Ground {
 
   setTheme(theme: Theme): void {
     const palette = PALETTES[theme];
-    const { uniforms } = this.floor.material;
-    uniforms["floorColour"]!.value = seen(palette.floor);
+    this.define("FLOOR", seen(palette.floor));
     this.palette = palette;
     this.paintLines();
     this.shadow.material.opacity = palette.shadow;
@@ -97,7 +85,7 @@ export class Ground {
 
   /** The colour into which the floor fades. */
   setBackground(colour: number | string): void {
-    this.floor.material.uniforms["background"]!.value = seen(colour);
+    this.define("BACKGROUND", seen(colour));
   }
 
   /** Grid lines suited to a robot of this radius, at this height. */
@@ -110,7 +98,7 @@ export class Ground {
   /** Darkens the floor softly beneath a thing of this radius: what stands in for shadows without a card. */
   shadeUnder(x: number, y: number, radius: number, strength: number): void {
     (this.floor.material.uniforms["under"]!.value as Vector3).set(x, y, radius);
-    this.floor.material.uniforms["shade"]!.value = 1 - (1 - strength) ** (1 / GAMMA);
+    this.define("SHADE", glsl(1 - (1 - strength) ** (1 / GAMMA)));
   }
 
   /** Whether there are lines, how far apart in m (0: as suits the robot), in which colour (empty: the theme's)
@@ -118,10 +106,9 @@ export class Ground {
   rule(who: object, on: boolean, cell: number, colour: string, alpha: number): void {
     if (this.ruler !== null && this.ruler !== who) return;
     this.ruler = on ? who : null;
-    const { uniforms } = this.floor.material;
-    uniforms["lines"]!.value = on ? alpha : 0;
+    this.define("LINES", glsl(on ? alpha : 0));
     this.asked = { cell, colour };
-    uniforms["cell"]!.value = cell || this.suited;
+    this.floor.material.uniforms["cell"]!.value = cell || this.suited;
     this.paintLines();
   }
 
@@ -134,10 +121,18 @@ export class Ground {
   }
 
   private paintLines(): void {
-    const { uniforms } = this.floor.material;
     const { colour } = this.asked;
-    uniforms["line"]!.value = seen(colour || this.palette.line);
-    uniforms["major"]!.value = seen(colour || this.palette.majorLine);
+    this.define("LINE", seen(colour || this.palette.line));
+    this.define("MAJOR", seen(colour || this.palette.majorLine));
+  }
+
+  /** Writes a value into the floor's program, which is made anew where it is another than before. */
+  private define(name: string, value: string): void {
+    const { material } = this.floor;
+    if (material.defines[name] === value) return;
+    material.defines[name] = value;
+    material.dispose(); // lets go of the program before
+    material.needsUpdate = true;
   }
 
   /** Keeps the patch around what is looked at, so that it never ends within the picture's reach. */
@@ -152,7 +147,12 @@ export class Ground {
   }
 }
 
-/** A colour as it is seen on a screen, not as light adds up. */
-function seen(colour: number | string): Color {
-  return new Color(colour).convertLinearToSRGB();
+/** A colour as it is seen on a screen, not as light adds up, in the shader's words. */
+function seen(colour: number | string): string {
+  const { r, g, b } = new Color(colour).convertLinearToSRGB();
+  return `vec3(${[r, g, b].map(glsl).join()})`;
+}
+
+function glsl(value: number): string {
+  return value.toFixed(5);
 }
