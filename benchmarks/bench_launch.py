@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
 from bench_first_picture import first_picture  # noqa: E402 - found by the path set above
-from browsing import ARGUMENTS, chromium  # noqa: E402 - as above
+from browsing import opened_browser  # noqa: E402 - as above
 
 from peers.conftest import PROGRAMS, Ros, stop, wait_until  # noqa: E402 - as above
 from peers.test_kbot_description import PACKAGE, shows_robot  # noqa: E402 - as above
@@ -41,15 +41,11 @@ def main() -> None:
     missing = [name for name in PROGRAMS if which(name) is None]
     if missing:
         sys.exit(f"there is no ROS 1 here: {', '.join(missing)} missing")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=list(ARGUMENTS))
-        ours, theirs = [], []
+    ours, theirs = [], []
+    with opened_browser() as browser:
         for _ in range(runs):
             ours.append(kbot_launch(browser))
             theirs.append(roslaunch())
-        browser.close()
     a, b = statistics.median(ours), statistics.median(theirs)
     print(f"kbot launch, to the robot in the page:   {a:.2f} s")
     print(f"roslaunch, to the robot in rviz:         {b:.2f} s")

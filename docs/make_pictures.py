@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 import tempfile
@@ -13,23 +12,21 @@ from typing import TYPE_CHECKING
 import kbot
 from kbot.workbench.serve import open_session, serving
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from browsing import SHOWS, opened_browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 IMAGES = Path(__file__).parent / "images"
-ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
-READY = "!!window.kbot && kbot.frames > 0 && kbot.revision > 0"
 
 
 def main() -> None:
-    from playwright.sync_api import sync_playwright
-
     IMAGES.mkdir(exist_ok=True)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=list(ARGUMENTS))
+    with opened_browser() as browser:
         driving(browser)
         finding(browser)
-        browser.close()
 
 
 def driving(browser: Browser) -> None:
@@ -72,17 +69,11 @@ def opened(browser: Browser, address: str, width: int, height: int) -> Page:
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
     page.goto(f"{address}?shadows=on")
     end = time.monotonic() + 30
-    while not page.evaluate(READY):
+    while not page.evaluate(SHOWS):
         if time.monotonic() > end:
             sys.exit("the page did not come up")
         time.sleep(0.02)
     return page
-
-
-def chromium() -> str:
-    names = (os.environ.get("KBOT_CHROMIUM"), "chromium", "chromium-browser", "google-chrome")
-    found = next((path for name in names if name and (path := shutil.which(name))), None)
-    return found or sys.exit("there is no Chromium (install one, or set KBOT_CHROMIUM to its path)")
 
 
 if __name__ == "__main__":
