@@ -16,6 +16,7 @@ from mcap.writer import Writer
 import kbot
 from kbot.cli.main import run
 from kbot.record import Recorder, Recording
+from kbot.record.player import Player
 from kbot.sim import Simulation
 from kbot.wire import Feed
 
@@ -192,7 +193,7 @@ def test_nothing_is_written_over_a_recording(
 
 
 def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["bag", "play", recording, "--start", "1.5", "--end", "9", "--rate", "100"]) == 0
+    assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
     said = capsys.readouterr().err
     assert f"{recording}: 0.500 s at 100 times its rate." in said
     assert "No bridge: kbot topic echo hears it; --ros1, " in said
@@ -201,6 +202,45 @@ def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.Capt
     said = capsys.readouterr().err
     assert "By rosbridge, and kbot topic echo hears it." in said
     assert "No bridge" not in said
+
+
+def test_play_takes_the_words_of_rosbag_and_ros2_bag(
+    recording: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Seconds are counted from the first message on, also in one whose clock is the wall's."""
+    played: list[tuple[Player, dict[str, object]]] = []
+    monkeypatch.setattr("kbot.cli.bag_play.play", lambda player, wishes, **how: played.append((player, how)))
+    assert run(["bag", "play", "--topics", "/odom", "/tf", "-l", recording, "--clock", "-d", "2"]) == 0
+    assert run(["bag", "play", recording, "--start-offset", "0.5", "--playback-duration", "1", "-p"]) == 0
+    (first, how), (second, _) = played
+    assert ({*first.bus.topics}, how) == ({"/odom", "/tf"}, {"rate": 1.0, "delay": 2.0, "loop": True})
+    assert (second.length, second.paused, first.paused) == (1.0, True, False)
+    assert second.seconds == pytest.approx(0.5)
+    assert run(["bag", "play", recording, "-l", "-u", "0"]) == 2
+    assert "leaves nothing" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
+def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--pause", "-r", "100"]
+    playing = subprocess.Popen(command, stdin=theirs, stderr=subprocess.PIPE, text=True)
+    os.close(theirs)
+    try:
+        assert playing.stderr is not None
+        told = "".join(playing.stderr.readline() for _ in range(3))
+        assert "It is paused." in told
+        assert "Space pauses it" in told
+        with pytest.raises(subprocess.TimeoutExpired):  # unpaused it is over in 20 ms
+            playing.wait(1)
+        os.write(ours, b" ")
+        assert playing.wait(60) == 0
+    finally:
+        playing.kill()
+        playing.communicate()
+        os.close(ours)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")

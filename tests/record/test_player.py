@@ -12,10 +12,21 @@ import pyarrow.parquet
 import pytest
 
 from kbot.cli.main import run
-from kbot.messages import ClockMessage, Odometry, TFMessage
+from kbot.messages import (
+    Bus,
+    Clock,
+    ClockMessage,
+    Header,
+    Odometry,
+    TFMessage,
+    Transform,
+    TransformStamped,
+)
 from kbot.record import Recording
 from kbot.record.player import Player
+from kbot.record.writer import open_writer
 from kbot.text import KbotError
+from kbot.wire import Feed
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
@@ -38,17 +49,34 @@ def test_a_recording_is_said_again_in_its_order(runs: dict[str, Path], kind: str
 
 
 def test_a_part_of_it_and_topics_of_it(runs: dict[str, Path]) -> None:
-    player = Player(str(runs["mcap"]), topics=("/odom",), start=0.4, end=0.6)
+    player = Player(str(runs["mcap"]), topics=("/odom",), start=0.4, seconds=0.2)
     assert list(player.bus.topics) == ["/odom"]
     heard: list[float] = []
     player.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
     while player.advance(0.01):
         continue
     assert (heard[0], heard[-1]) == pytest.approx((0.4, 0.6))
-    with pytest.raises(KbotError, match="nothing of it is between"):
+    with pytest.raises(KbotError, match="nothing is left of it 50 s on"):
         Player(str(runs["mcap"]), start=50.0)
     with pytest.raises(KbotError, match="no topic /odmo"):
         Player(str(runs["mcap"]), topics=("/odmo",))
+
+
+def test_what_is_latched_is_all_there_for_those_who_come_late(tmp_path: Path) -> None:
+    """Two nodes have said a static transform each, as a robot and a static_transform_publisher do."""
+    bus, clock = Bus(), Clock()
+    feed = Feed(bus, lambda: clock.nanoseconds)
+    said = bus.advertise("/tf_static", TFMessage, latched=True)
+    writer = open_writer(str(tmp_path / "run.mcap"))
+    feed.open("/tf_static", writer.write)
+    for child in ("camera", "laser"):
+        said.publish(TFMessage((TransformStamped(Header(clock.stamp, "base"), child, Transform()),)))
+    writer.close()
+    player = Player(str(tmp_path / "run.mcap"))
+    player.advance(0.0)
+    heard: list[TFMessage] = []
+    player.bus.subscribe("/tf_static", TFMessage, heard.append)
+    assert [t.child_frame_id for t in heard[-1].transforms] == ["camera", "laser"]
 
 
 def test_play_for_those_who_ask(

@@ -170,43 +170,98 @@ def _plot(table: Table, size: str) -> str:
     return plot_svg(table.times, curves, width, height)
 
 
+class _Play(click.Command):
+    """Takes `--topics A B …` as rosbag and ros2 bag do, up to the next option."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        words: list[str] = []
+        several = False
+        for word in args:
+            if word.startswith("-"):
+                several = word == "--topics"
+                words += [] if several else [word]
+            else:
+                words += ["--topic", word] if several else [word]
+        return super().parse_args(ctx, words)
+
+
 @command.command(
     "play",
+    cls=_Play,
     epilog=examples(
         "kbot bag play run.mcap --foxglove",
-        "kbot bag play run.bag --bridges auto --rate 2 --start 10 --loop",
+        "kbot bag play run.bag --bridges auto -r 2 -s 10 -u 5 --loop",
+        "kbot bag play run.bag --ros1 --pause --topics /scan /tf",
         "kbot bag play run.mcap                     then: kbot topic echo /odom",
     ),
 )
 @_recording
-@click.option("--start", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--end", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--rate", type=Within(0.01, 100.0), default=1.0, show_default=True, metavar="X")
-@click.option("--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
-@click.option("--pause", "paused", is_flag=True, help="Begin paused: Space lets it go on.")
+@click.option(
+    "-s",
+    "--start",
+    "--start-offset",
+    "start",
+    type=SECONDS,
+    default=0.0,
+    metavar="S",
+    help="Begin S seconds after its first message.",
+)
+@click.option(
+    "-u",
+    "--duration",
+    "--playback-duration",
+    "seconds",
+    type=SECONDS,
+    metavar="S",
+    help="Say S seconds of it.  [default: all]",
+)
+@click.option(
+    "-r",
+    "--rate",
+    type=Within(0.01, 100.0),
+    default=1.0,
+    show_default=True,
+    metavar="X",
+    help="So many times as fast.",
+)
+@click.option(
+    "-d", "--delay", type=SECONDS, default=0.0, metavar="S", help="Wait S seconds before it begins."
+)
+@click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
+@click.option(
+    "-p", "--pause", "--start-paused", "paused", is_flag=True, help="Begin paused: Space lets it go on."
+)
+@click.option(
+    "--clock", "tells_time", is_flag=True, help="As it always does: /clock is the recording's time."
+)
 @_topics
 @bridge_options
 def play(
     recording: str,
-    start: float | None,
-    end: float | None,
+    start: float,
+    seconds: float | None,
     rate: float,
+    delay: float,
     loop: bool,
     paused: bool,
+    tells_time: bool,
     topics: tuple[str, ...],
     wishes: Wishes,
 ) -> None:
     """Say a recording again, with /clock, to peers on bridges and to `kbot topic`.
 
-    In a terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to
-    its end, or Ctrl-C ended it.
+    Options are those of `rosbag play` and `ros2 bag play`; `--topics A B` is `--topic A --topic B`. In a
+    terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to its
+    end, or Ctrl-C ended it.
     """
     from kbot.cli.bag_play import play as say_again
     from kbot.record.player import Player
 
-    player = Player(recording, topics=topics, start=start, end=end)
+    if loop and seconds == 0.0:
+        fail("--duration 0 leaves nothing to be said again and again")
+    player = Player(recording, topics=topics, start=start, seconds=seconds)
     player.paused = paused
-    say_again(player, wishes, rate=rate, loop=loop)
+    say_again(player, wishes, rate=rate, delay=delay, loop=loop)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

@@ -22,8 +22,8 @@ BEHIND = 0.2
 STEP_SECONDS = 0.1
 
 
-def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
-    """Say it to peers until its end, or Ctrl-C, which is no failure.
+def play(player: Player, wishes: Wishes, *, rate: float, delay: float, loop: bool) -> None:
+    """Say it to peers after a delay (s), until its end, or Ctrl-C, which is no failure.
 
     Raises:
         KbotError: a bridge cannot be opened, or a message cannot be read.
@@ -43,9 +43,11 @@ def play(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> None:
         going.show(player, player.description, player.path)
         click.echo(_start(player, wishes, rate=rate, loop=loop), err=True)
         due = time.monotonic()
+        begins = due + delay
         while True:
             player.run_errands()
-            seconds = 0.0 if player.paused else PERIOD * rate
+            waits = player.paused or time.monotonic() < begins
+            seconds = 0.0 if waits else PERIOD * rate
             if steps[0]:
                 steps[0], seconds = steps[0] - 1, STEP_SECONDS
             if not player.advance(seconds) and seconds:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from kbot.messages import Bus, Clock, Publisher
+from kbot.messages import Bus, Clock, Publisher, TFMessage
+from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
+from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording, Summary
@@ -14,7 +16,7 @@ from kbot.record.surroundings import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, known_type
 
-LATCHED = frozenset({"/tf_static", "/map"})
+LATCHED = frozenset({TF_STATIC, "/map"})
 NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
 """Said by who plays, or of no use to others."""
 
@@ -27,13 +29,14 @@ class Player:
         path: str,
         *,
         topics: tuple[str, ...] = (),
-        start: float | None = None,
-        end: float | None = None,
+        start: float = 0.0,
+        seconds: float | None = None,
     ) -> None:
-        """From `start` to `end`, in seconds of the recording's clock; `topics` empty means all.
+        """From `start` seconds after the first message on, for so many `seconds` of the recording, None for
+        all; `topics` empty means all.
 
         Raises:
-            KbotError: no such recording or topic, or nothing in it lies between these times.
+            KbotError: no such recording or topic, or nothing is left of it from the start on.
         """
         self.path = path
         self._recording = Recording(path)
@@ -42,11 +45,14 @@ class Player:
         self.summary: Summary = self._recording.summary()
         if self.summary.start is None or self.summary.end is None:
             raise KbotError(f"{path} holds no messages")
-        self._first = self.summary.start if start is None else round(start * 1e9)
-        self._last = self.summary.end if end is None else round(end * 1e9)
-        if not self.summary.start <= self._first <= self._last or self._first > self.summary.end:
-            span = f"{self.summary.start * 1e-9:g} s to {self.summary.end * 1e-9:g} s"
-            raise KbotError(f"{path} goes from {span}: nothing of it is between what is asked for")
+        self._first = self.summary.start + round(start * 1e9)
+        self._last = self.summary.end
+        if self._first > self._last:
+            raise KbotError(
+                f"{path} is {self.summary.seconds:g} s long: nothing is left of it {start:g} s on"
+            )
+        if seconds is not None:
+            self._last = min(self._last, self._first + round(seconds * 1e9))
         self.bus, self.clock = Bus(), Clock()
         self.errands: list[Callable[[], bool]] = []
         self.paused = False
@@ -72,7 +78,7 @@ class Player:
     @property
     def length(self) -> float:
         """Seconds of the recording that it says."""
-        return (min(self._last, self.summary.end or 0) - self._first) * 1e-9
+        return (self._last - self._first) * 1e-9
 
     @property
     def seconds(self) -> float:
@@ -102,7 +108,9 @@ class Player:
             if entry.nanoseconds > self.clock.nanoseconds:
                 self.clock.advance_to(entry.nanoseconds)
             publisher, kind = self._publishers[entry.topic]
-            if publisher.is_heard:
+            if entry.topic == TF_STATIC and kind is TFMessage:
+                say_static(self.bus, decode_cdr(entry.cdr, TFMessage))
+            elif publisher.is_heard:
                 publisher.publish(decode_cdr(entry.cdr, kind))
             self._next = next(self._entries, None)
         self.clock.advance_to(until)
