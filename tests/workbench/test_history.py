@@ -69,6 +69,28 @@ def test_large_frames_are_kept_less_often_than_they_come() -> None:
     assert past.at(2.1, ("image",))["image"][-1:] == b"x"
 
 
+def test_what_ended_does_not_hold_any_more() -> None:
+    past = filled(3)
+    past.end_of("scan")
+    past.pass_to(10.0)
+    past.add("state", "much later")
+    assert past.at(2.9, ("scan",)) == {"scan": b"scan 145"}
+    assert past.at(10.0, ("scan", "state")) == {"state": "much later"}
+    past.add_some("scan", b"anew")
+    assert past.at(10.0, ("scan",)) == {"scan": b"anew"}
+
+
+def test_all_time_that_passed_is_on_the_timeline() -> None:
+    past = filled(3)
+    past.pass_to(10.0)
+    assert past.end == pytest.approx(10.0)
+    past.set_clock()
+    past.pass_to(300.0)
+    assert past.end == pytest.approx(10.0)
+    past.pass_to(300.5)
+    assert past.end == pytest.approx(10.5)
+
+
 def test_the_timeline_goes_on_over_a_reset() -> None:
     past = filled(5)
     past.pass_to(0.0)

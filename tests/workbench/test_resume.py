@@ -11,7 +11,7 @@ from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed
-from kbot.workbench.protocol import RecordRun, State, Told
+from kbot.workbench.protocol import RecordRun, Reset, State, Told, Trail
 from kbot.workbench.serve import open_session
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session import Session
@@ -44,6 +44,15 @@ class Desk:
             self.states[round(state.time, 2)] = state
             self.past.tell_state(state)
 
+    def trail(self, resets: int | None = None) -> Trail:
+        making = self.past.trail(self.session.state().resets if resets is None else resets)
+        try:
+            next(making)
+        except StopIteration as done:
+            trail: Trail = done.value
+            return trail
+        raise AssertionError("a simulation's way is known at once")
+
     def resume(self, at: float) -> str:
         self.past.seek(self.client, at)
         self.past.resume(self.client)
@@ -57,7 +66,7 @@ def desk(tmp_path: Path) -> Desk:
     return desk
 
 
-def test_it_stands_and_drives_as_it_did(desk: Desk) -> None:
+def test_it_stands_as_it_did_and_is_not_driven(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.6)
     desk.run(4.0)
     then = dict(desk.states)
@@ -70,11 +79,57 @@ def test_it_stands_and_drives_as_it_did(desk: Desk) -> None:
     assert state.positions == before.positions
     assert desk.client.looks_at is None
     assert not desk.session.paused
-    desk.run(0.4)
-    assert desk.session.state().poses == then[round(desk.session.state().time, 2)].poses
-    assert desk.session.state().at > 4.3  # the timeline goes on
+    assert before.command == (0.3, 0.6)
+    assert state.command == (0.0, 0.0)
+    desk.run(0.5)
+    assert desk.session.state().at == pytest.approx(4.5, abs=0.03)  # the timeline goes on
+    braked = desk.session.state()
+    assert np.allclose(braked.twist, 0.0, atol=0.01)
+    desk.run(1.0)
+    assert np.allclose(desk.session.state().poses, braked.poses, atol=2e-3)
+
+
+def test_the_trail_goes_on_from_the_way_that_led_there(desk: Desk) -> None:
+    desk.sim.cmd_vel(0.3, 0.0)
+    desk.run(4.0)
+    then = {state.at: state for state in desk.states.values()}
+    first = desk.trail()
+    desk.resume(2.0)
+    went_on_at = desk.session.state().odometry[0]
+    desk.sim.cmd_vel(0.0, 1.0)
+    desk.run(1.0)
+    desk.sim.cmd_vel(0.3, 0.0)
     desk.run(2.0)
-    assert desk.session.state().twist[0] == pytest.approx(0.0, abs=0.01)  # nobody drives it any more
+    second = desk.trail()
+    assert second.resets == first.resets + 1
+    led = [x for at, x in zip(second.at, second.x, strict=True) if at <= 2.1]
+    assert led == list(first.x[: len(led)])
+    assert max(led) == pytest.approx(went_on_at, abs=0.02)
+    for at, x in zip(first.at, first.x, strict=True):
+        assert x == pytest.approx(then[at].poses[0], abs=1e-3)
+    assert min(at for at in second.at if at > 2.1) > 3.9  # what was undone is no part of it
+    assert second.y[-1] > 0.2
+    assert desk.trail(first.resets) == first
+
+
+def test_a_reset_begins_another_way(desk: Desk) -> None:
+    desk.sim.cmd_vel(0.3, 0.0)
+    desk.run(2.0)
+    desk.session.obey(Reset(), 1)
+    desk.run(0.5)
+    assert (desk.trail().x, desk.trail().y) == ((0.0,), (0.0,))
+    assert len(desk.trail(0).x) > 20
+    assert desk.trail(7).x == ()
+
+
+def test_going_on_from_a_later_moment_lets_no_time_pass(desk: Desk) -> None:
+    desk.run(9.0)
+    desk.resume(1.0)
+    desk.run(1.0)
+    desk.resume(8.0)
+    assert desk.session.state().time == pytest.approx(8.0, abs=0.11)
+    desk.run(1.0)
+    assert desk.session.state().at == pytest.approx(11.0, abs=0.1)
 
 
 def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk) -> None:

@@ -3,7 +3,7 @@ import { DisplaySet, type LookingFrom, type Setup, type Status } from "./display
 import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
 import { fieldName, TopicField } from "./plots/topic-field";
-import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, SaveDisplays, Scene, Series, SourceText, State } from "./protocol";
+import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, Recorded, SaveDisplays, Scene, Series, SourceText, State, Trail } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
@@ -34,6 +34,10 @@ export class App {
   /** How numbers went, as the server said last, and what it drew of them. */
   readonly series = new Signal<Series | null>(null);
   readonly drawing = new Signal<PlotDrawn | null>(null);
+  /** The way that the robot took, as the server said last. */
+  readonly trail = new Signal<Trail | null>(null);
+  /** A recording that has ended. */
+  readonly recorded = new Signal<Recorded | null>(null);
   /** Whether topics and the log are seen. */
   readonly traffic = new Signal(false);
   /** The fields of topics that were ever plotted here. */
@@ -171,6 +175,15 @@ export class App {
         break;
       case "message":
         if (!this.frozen) this.topics.heard(message);
+        break;
+      case "bookmarks":
+        this.travel.bookmarks.all.set(message.all);
+        break;
+      case "recorded":
+        this.recorded.set(message);
+        break;
+      case "trail":
+        this.trail.set(message);
         break;
       case "series":
         this.series.set(message);

@@ -47,6 +47,7 @@ export class Driver {
     if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event.target)) return;
     if (!(event.code in KEYS) || !this.canDrive) return;
     if (event.shiftKey && event.code.startsWith("Arrow")) return; // turns the view
+    if (this.app.travel.isPast && (event.code === "ArrowLeft" || event.code === "ArrowRight")) return; // goes through time
     event.preventDefault();
     // a key that was let go of by a stop counts again when it is pressed again
     if (event.repeat) return;

@@ -12,10 +12,11 @@ export interface WorldChoice {
   parameters: readonly WorldParameter[];
 }
 
-/** What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, and `seed` is that of whatever is random. */
+/** What this session is; sent first. `played` is the recording on show, empty where none is. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed` is that of whatever is random, and `folder` is where recordings go. */
 export interface About {
   version: string;
   file: string;
+  played: string;
   mode: "view" | "sim" | "play";
   world: string;
   cannot_drive: string;
@@ -25,6 +26,7 @@ export interface About {
   worlds: readonly WorldChoice[];
   things: readonly string[];
   seed: number;
+  folder: string;
   client: number;
   type: "about";
 }
@@ -268,6 +270,36 @@ export interface Timeline {
   silent: readonly string[];
   recording: RecordingView | null;
   type: "timeline";
+}
+
+/** A moment that was marked, in seconds along the timeline and by the simulation's clock, and what was noted of it. */
+export interface Bookmark {
+  number: number;
+  at: number;
+  time: number;
+  note: string;
+}
+
+/** All of them, in the order of their moments. */
+export interface Bookmarks {
+  all: readonly Bookmark[];
+  type: "bookmarks";
+}
+
+/** A recording has ended: its file, and the address that gives it, empty where it is too large. */
+export interface Recorded {
+  file: string;
+  address: string;
+  type: "recorded";
+}
+
+/** The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at moments in s along the timeline. */
+export interface Trail {
+  resets: number;
+  at: readonly number[];
+  x: readonly number[];
+  y: readonly number[];
+  type: "trail";
 }
 
 /** What was at moments `at` along the timeline, which were `time` by the simulation's clock: a list of values for each field, null where there was none yet. Of more moments than a picture has columns every second, third and so on is given. */
@@ -533,6 +565,31 @@ export interface RecordRun {
   type: "record";
 }
 
+/** Bookmark the moment `at` seconds along the timeline, which is `time` by the simulation's clock. */
+export interface Mark {
+  at: number;
+  time: number;
+  type: "mark";
+}
+
+/** Write on a bookmark. */
+export interface NoteMark {
+  number: number;
+  note: string;
+  type: "note_mark";
+}
+
+export interface RemoveMark {
+  number: number;
+  type: "remove_mark";
+}
+
+/** Say which way the robot took since the simulation was reset so many times. */
+export interface AskTrail {
+  resets: number;
+  type: "ask_trail";
+}
+
 /** Say how numbers went from `start` to `end` seconds along the timeline; `number` comes back with the answer. A field is `/topic path.to.it`, or `state path.to.it` of the State, whose positions go by joint. */
 export interface AskSeries {
   number: number;
@@ -554,6 +611,6 @@ export interface DrawPlot {
   type: "draw_plot";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Series | PlotDrawn | Told | Refused;
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | Told | Refused;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | AskSeries | DrawPlot;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot;

@@ -14,10 +14,11 @@ export class Signal<T> {
     for (const listener of this.listeners) listener(value);
   }
 
-  /** Calls `listener` with the present value, and with every later one. */
-  watch(listener: (value: T) => void): void {
+  /** Calls `listener` with the present value, and with every later one until the function that is returned is called. */
+  watch(listener: (value: T) => void): () => void {
     this.listeners.add(listener);
     listener(this.current);
+    return () => void this.listeners.delete(listener);
   }
 
   /** As `watch`, for what a person reads: no more often than every so many milliseconds, and the newest value always. */

@@ -28,12 +28,23 @@ class Offers:
     things: tuple[str, ...] = ()
 
 
-def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, seed: int, client: int) -> About:
+def about(
+    shown: Shown,
+    mode: Mode,
+    world: World | None,
+    offers: Offers,
+    *,
+    played: str,
+    seed: int,
+    folder: str,
+    client: int,
+) -> About:
     """What the page of that number is told."""
     linear, angular = offers.limits(shown.robot)
     return About(
         version=version("kbot"),
         file=shown.file,
+        played=played,
         mode=mode,
         world=world.name if world else "",
         cannot_drive=offers.cannot_drive(shown.robot),
@@ -43,5 +54,6 @@ def about(shown: Shown, mode: Mode, world: World | None, offers: Offers, seed: i
         worlds=offers.worlds(offers.named),
         things=offers.things,
         seed=seed,
+        folder=folder,
         client=client,
     )

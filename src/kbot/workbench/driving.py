@@ -141,7 +141,7 @@ class Driving:
         return not self._sim.has_diverged and bool(np.isfinite(reckoned).all())
 
     def _moment(self) -> Moment:
-        sim, robot = self._sim, self._sim.named()
+        sim = self._sim
         pose, twist = sim.odometry.pose, sim.odometry.twist
         poses = sim.link_poses()
         return Moment(
@@ -150,11 +150,17 @@ class Driving:
             poses=poses,
             frames=self._frames.poses(poses, self._odometry_frame(poses)),
             bodies=flat((*sim.body_poses().values(), *self._other_links())),
-            command=robot.controller.wanted if robot.can_drive else (0.0, 0.0),
+            command=self._commanded,
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
         )
+
+    @property
+    def _commanded(self) -> tuple[float, float]:
+        """m/s forward and rad/s turning that the robot is asked for."""
+        robot = self._sim.named()
+        return robot.controller.wanted if robot.can_drive else (0.0, 0.0)
 
     def _other_links(self) -> Iterator[Transform]:
         for name in other_robots(self._sim):
@@ -244,6 +250,8 @@ class Driving:
         if not isinstance(saved, State):
             raise KbotError("that is no state of a simulation")
         self._sim.restore(saved)
+        if any(self._commanded):  # by who drove then, and does not now
+            self._sim.cmd_vel(0.0, 0.0)
         self._goals.cancel("the simulation was set back")
         self._goals.look_again()
         self._owed = 0.0

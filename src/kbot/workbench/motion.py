@@ -126,7 +126,7 @@ class Motion(Protocol):
         ...
 
     def resume(self, saved: object) -> None:
-        """Go on from what `save` gave. Raises KbotError: it is of another simulation."""
+        """Go on from what `save` gave, not driven. Raises KbotError: it is of another simulation."""
         ...
 
     def replace(self, robot: Robot) -> Motion:

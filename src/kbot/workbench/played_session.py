@@ -7,8 +7,10 @@ from pathlib import Path
 
 from kbot.workbench.description import Description
 from kbot.workbench.session import Session
+from kbot.workbench.timeline.marks import Marks
 from kbot.workbench.timeline.playback import Playback
 from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.workbench.timeline.recorded_way import RecordedWay
 from kbot.workbench.timeline.recorded_world import RecordedWorld
 
 
@@ -32,6 +34,8 @@ def played_session(
         "play",
         lambda robot: Playback(robot, run, world, attend),
     )
-    session.note = world.note
+    session.played, session.marks = path, Marks(path)
+    session.way = RecordedWay(run, session.shown.robot)
+    session.note = " ".join(note for note in (world.note, session.marks.note) if note)
     session.paused = False
     return session

@@ -42,6 +42,8 @@ from kbot.workbench.protocol import (
 )
 from kbot.workbench.source.shown import Reader, Shown
 from kbot.workbench.stage import Stage
+from kbot.workbench.timeline.marks import Marks
+from kbot.workbench.timeline.recorded_way import RecordedWay
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.workbench.told_state import told_state
@@ -74,12 +76,17 @@ class Session:
         self.shown = Shown(reader, self.meshes, RECORDED if mode == "play" else "")
         self.display_file = DisplayFile()
         self.recording = RunRecording()
+        self.played = ""
+        """The recording on show, empty where none is."""
+        self.marks = Marks()
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
         """Tells every page."""
         self.along: Callable[[float], float] = lambda time: time
         """Where a simulated time, which is now, is along the timeline."""
+        self.way: RecordedWay | None = None
+        """That of the recording that is played."""
         self._motion = make_motion(self.shown.robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
@@ -122,7 +129,8 @@ class Session:
         parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
         settings = self.display_file.greeting
         note = [Refused(self.note)] if self.note and client != NOBODY else []
-        return [self.about(client), *([settings] if settings is not None else []), *parts, *note]
+        marks = [self.marks.view] if self.mode != "view" else []
+        return [self.about(client), *([settings] if settings is not None else []), *parts, *marks, *note]
 
     def missing_meshes(self) -> list[str]:
         """What is said of meshes that are not there, or not for the page."""
@@ -135,7 +143,16 @@ class Session:
         return self.shown.robot, {name: positions[name] for name in free if name in positions}
 
     def about(self, client: int = NOBODY) -> About:
-        return about(self.shown, self.mode, self._stage.world, self._offers, self._motion.seed, client)
+        return about(
+            self.shown,
+            self.mode,
+            self._stage.world,
+            self._offers,
+            played=self.played,
+            seed=self._motion.seed,
+            folder=self.recording.folder,
+            client=client,
+        )
 
     def findings(self) -> Findings:
         return self.shown.findings()
@@ -197,15 +214,13 @@ class Session:
         """What `resume` goes on from, and its size in bytes."""
         return self._motion.save()
 
-    def resume(self, saved: object, client: int) -> None:
-        """Let the simulation go on from a saved state; where the robot was driven then it stops soon, unless
-        the page that asks drives it on. Raises KbotError: robots came or went since."""
+    def resume(self, saved: object) -> None:
+        """Let the simulation go on from a saved state; where the robot was driven then it stops. Raises
+        KbotError: robots came or went since."""
         self._motion.resume(saved)
         self.paused = False
         self._resets += 1
         self._deadman.release()
-        if any(self._motion.moment().command):
-            self._deadman.press(client)
         self._look_around()
 
     def obey(self, message: FromPage, client: int) -> list[FromServer]:

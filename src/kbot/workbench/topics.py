@@ -76,6 +76,8 @@ class TopicRelay:
         self._heard: dict[str, _Heard] = {}
         self._bus, self._now, self._for_page = bus, now, for_page
         self._feed = Feed(bus, now)
+        self.ended: Callable[[str], None] = lambda topic: None
+        """Told of each topic that is not heard any more, of which nobody knows what it says."""
 
     @property
     def bus(self) -> Bus:
@@ -86,9 +88,8 @@ class TopicRelay:
         """Go on with another bus."""
         if bus is self._bus:
             return
-        for topic, heard in self._heard.items():
-            self._feed.close(topic, heard.receive)
-        self._heard.clear()
+        for topic in tuple(self._heard):
+            self._end(topic)
         self._bus, self._feed = bus, Feed(bus, self._now)
         self._listen()
 
@@ -111,9 +112,13 @@ class TopicRelay:
         pages.discard(page)
         if not pages:
             self._wanted.pop(name, None)
-            heard = self._heard.pop(name, None)
-            if heard is not None:
-                self._feed.close(name, heard.receive)
+            self._end(name)
+
+    def _end(self, topic: str) -> None:
+        heard = self._heard.pop(topic, None)
+        if heard is not None:
+            self._feed.close(topic, heard.receive)
+            self.ended(topic)
 
     def heard_by(self, page: int) -> list[str]:
         """The topics that a page wants."""

@@ -160,9 +160,9 @@ export class LiveDisplays {
     const types = topics.map(shortType).join(" or ");
     const asked = String(valuesOf(one.config)["topic"]);
     const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
-    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic carries a ${types}` };
+    if (asked === "" && one.topic === "") return { level: "off", reason: `there is no topic of type ${types}` };
     if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
-    if (!topics.includes(carried.kind)) return { level: "error", reason: `${carried.name} carries a ${shortType(carried.kind)}, not a ${types}` };
+    if (!topics.includes(carried.kind)) return { level: "error", reason: `${carried.name} is of type ${shortType(carried.kind)}, not ${types}` };
     if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
     if (one.said !== null) return one.said;
     return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };

@@ -1,16 +1,47 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, MeshBasicMaterial } from "three";
 
+import type { State } from "../protocol";
 import { PALETTES } from "../view/palette";
 import type { Make } from "./display";
 
 const MOST = 8000;
 
-/** The way the robot took. */
-export const trail: Make = ({ app }) => {
+/** When the robot came there, in s along the timeline, and x and y in m. */
+type Point = readonly [at: number, x: number, y: number];
+
+/** The way the robot took: what the server knows of it, and what is seen of it from then on. */
+export const trail: Make = (picture) => {
+  const { app } = picture;
   const ribbon = new Ribbon();
   let resets = -1;
   let colour = "";
   const paint = (): void => void ribbon.mesh.material.color.set(colour || PALETTES[app.theme.value].trail);
+  const show = (at: number): void => ribbon.showUntil(app.travel.isElsewhere ? at : Infinity);
+  const follow = (state: State): void => {
+    const mode = app.about.value?.mode;
+    const played = mode === "play";
+    const now = played ? 0 : state.resets; // a recording has one way, wherever one looks
+    if (now !== resets) {
+      ribbon.clear();
+      resets = now;
+      app.send({ type: "ask_trail", resets });
+    }
+    const scene = app.scene.value;
+    const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
+    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+    show(state.at);
+  };
+  const stops = [
+    app.connection.link.watch((link) => {
+      if (link === "live") resets = -1; // the server that answers now may be another one
+    }),
+    app.trail.watch((known) => {
+      if (known?.resets !== resets) return;
+      ribbon.take(known.at.map((at, index) => [at, known.x[index]!, known.y[index]!]));
+      show(app.state.value?.at ?? 0);
+      picture.invalidate();
+    }),
+  ];
   return {
     group: ribbon.mesh,
     configure(values) {
@@ -20,17 +51,11 @@ export const trail: Make = ({ app }) => {
     rebuild(scene) {
       ribbon.suit(scene.radius, scene.ground);
       paint();
+      if (app.state.value !== null) follow(app.state.value);
     },
-    state(state) {
-      if (app.travel.isPast) return ribbon.showUntil(state.at);
-      if (state.resets !== resets) ribbon.clear();
-      resets = state.resets;
-      const scene = app.scene.value;
-      const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-      if (app.about.value?.mode !== "view" && root >= 0) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
-      ribbon.showUntil(Infinity);
-    },
+    state: follow,
     dispose() {
+      for (const stop of stops) stop();
       ribbon.mesh.geometry.dispose();
       ribbon.mesh.material.dispose();
     },
@@ -41,8 +66,7 @@ export const trail: Make = ({ app }) => {
 class Ribbon {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly positions = new BufferAttribute(new Float32Array(MOST * 6), 3);
-  /** x and y in m, and when the robot came there, in s along the timeline. */
-  private points: [number, number, number][] = [];
+  private points: Point[] = [];
   private width = 0.004;
   private spacing = 0.004;
 
@@ -66,14 +90,22 @@ class Ribbon {
 
   add(at: number, x: number, y: number): void {
     const last = this.points.at(-1);
-    if (last !== undefined && Math.hypot(x - last[0], y - last[1]) < this.spacing) return;
+    if (last !== undefined && Math.hypot(x - last[1], y - last[2]) < this.spacing) return;
     if (this.points.length >= MOST) {
       this.points = this.points.slice(MOST / 2);
       this.points.forEach((_, i) => this.write(i));
     }
-    this.points.push([x, y, at]);
+    this.points.push([at, x, y]);
     this.write(this.points.length - 1);
     if (this.points.length > 1) this.write(this.points.length - 2);
+    this.positions.needsUpdate = true;
+  }
+
+  /** Takes the way until some moment as it is told; what was added after it stays. */
+  take(told: readonly Point[]): void {
+    const end = told.at(-1)?.[0] ?? -Infinity;
+    this.points = [...told, ...this.points.filter(([at]) => at > end)].slice(-MOST);
+    this.points.forEach((_, i) => this.write(i));
     this.positions.needsUpdate = true;
   }
 
@@ -82,7 +114,7 @@ class Ribbon {
     let [low, high] = [0, this.points.length];
     while (low < high) {
       const middle = (low + high) >> 1;
-      if (this.points[middle]![2] <= at) low = middle + 1;
+      if (this.points[middle]![0] <= at) low = middle + 1;
       else high = middle;
     }
     this.mesh.geometry.setDrawRange(0, Math.max(0, low - 1) * 6);
@@ -98,11 +130,11 @@ class Ribbon {
   }
 
   private write(i: number): void {
-    const [x, y] = this.points[i]!;
-    const before = this.points[i - 1] ?? [x, y];
-    const after = this.points[i + 1] ?? [x, y];
-    const dx = after[0] - before[0];
-    const dy = after[1] - before[1];
+    const [, x, y] = this.points[i]!;
+    const [, fromX, fromY] = this.points[i - 1] ?? this.points[i]!;
+    const [, toX, toY] = this.points[i + 1] ?? this.points[i]!;
+    const dx = toX - fromX;
+    const dy = toY - fromY;
     const scale = this.width / 2 / (Math.hypot(dx, dy) || 1);
     this.positions.setXYZ(2 * i, x - dy * scale, y + dx * scale, 0);
     this.positions.setXYZ(2 * i + 1, x + dy * scale, y - dx * scale, 0);

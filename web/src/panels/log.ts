@@ -1,7 +1,7 @@
 import type { App } from "../app";
 import { h } from "../dom";
 import { icon } from "../icons";
-import { clock } from "../time/words";
+import { clock, recordedTo } from "../time/words";
 import { goalWords, onGoal } from "../tools/goal";
 
 const MOST = 300;
@@ -28,6 +28,7 @@ export function log(app: App): HTMLElement {
   };
   app.refused.watch((now) => now && add("warning", now.reason));
   app.told.watch((now) => now && add("info", now.text));
+  app.recorded.watch((now) => now && add("info", recordedTo(now)));
   app.connection.link.watch((link) => {
     if (link === "live") add("info", "Connected.");
     if (link === "lost") add("error", "The connection is lost.");

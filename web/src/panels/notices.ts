@@ -1,6 +1,7 @@
 import type { App } from "../app";
-import { h } from "../dom";
+import { baseName, h } from "../dom";
 import { icon } from "../icons";
+import { recordedTo } from "../time/words";
 
 const SHOWN_FOR = 5000;
 
@@ -29,13 +30,21 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     picture.classList.toggle("lost", link === "lost" || link === "full");
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
-  const say = (text: string): void => {
-    refused.replaceChildren(icon("info"), text);
+  const hide = (): void => void (refused.hidden = true);
+  const say = (text: string, ...actions: HTMLElement[]): void => {
+    refused.replaceChildren(icon("info"), h("span", {}, text), ...actions);
     refused.hidden = false;
     clearTimeout(timer);
-    timer = setTimeout(() => (refused.hidden = true), SHOWN_FOR);
+    if (actions.length === 0) timer = setTimeout(hide, SHOWN_FOR);
   };
   app.refused.watch((now) => now !== null && say(now.reason));
   app.told.watch((now) => now !== null && say(now.text));
+  app.recorded.watch((now) => {
+    if (now === null) return;
+    const name = baseName(now.file);
+    const get = h("a", { href: `.${now.address}${location.search}`, download: name, onclick: hide }, "Download");
+    const close = h("button", { type: "button", class: "icon-button", title: "Close", "aria-label": "Close this notice", onclick: hide }, icon("close"));
+    say(recordedTo(now), ...(now.address === "" ? [] : [get]), close);
+  });
   return h("div", { class: "notices" }, broken, lost, full, refused);
 }

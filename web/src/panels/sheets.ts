@@ -1,6 +1,10 @@
 import type { App } from "../app";
 import { h } from "../dom";
 import { icon, type IconName } from "../icons";
+import type { Signal } from "../signal";
+
+/** As the style has it. */
+const NARROW = "(width <= 760px)";
 
 const SHEETS: readonly [string, IconName, string][] = [
   ["drive", "drive", "Drive"],
@@ -15,12 +19,20 @@ const SHEETS: readonly [string, IconName, string][] = [
 export function sheets(app: App): HTMLElement {
   const root = document.documentElement;
   const buttons = SHEETS.map(([name, image, label]) =>
-    h("button", { type: "button", "data-sheet": name, onclick: () => choose(name) }, icon(image), label),
+    h("button", { type: "button", "data-sheet": name, onclick: () => (choose(name), leave()) }, icon(image), label),
   );
   const choose = (name: string): void => {
     root.dataset["sheet"] = name;
     for (const button of buttons) button.setAttribute("aria-pressed", String(button.dataset["sheet"] === name));
   };
+  /** What lies beneath the picture takes the place of the panels, one at a time. */
+  const leave = (kept?: Signal<boolean>): void => {
+    for (const other of [app.plots, app.traffic]) if (other !== kept) other.set(false);
+    app.spot.set(null);
+  };
+  const narrow = matchMedia(NARROW);
+  for (const one of [app.plots, app.traffic]) one.watch((open) => open && narrow.matches && leave(one));
+  app.spot.watch((spot) => spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)));
   app.about.watch((about) => {
     if (about === null || root.dataset["sheet"] !== undefined) return;
     choose(about.mode === "sim" ? "drive" : "joints");

@@ -25,7 +25,6 @@ export function source(app: App): HTMLElement {
   const draw = (): void => {
     const spot = app.spot.value;
     dock.hidden = spot === null;
-    document.documentElement.classList.toggle("with-source", spot !== null);
     if (spot === null) return;
     drawTabs(app, tabs, spot.place.file);
     const text = app.sources.value.get(spot.place.file) ?? null;

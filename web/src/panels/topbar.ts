@@ -21,10 +21,18 @@ export function topbar(app: App, help: () => void): HTMLElement {
     theme.title = `Use the ${other} theme (T)`;
     theme.setAttribute("aria-label", theme.title);
   });
+  // what a recording shows is not live, though its server answers
+  function tellOfLink(): void {
+    const now = app.connection.link.value;
+    const live = app.about.value?.mode === "play" ? "connected" : "live";
+    link.dataset["link"] = now;
+    link.textContent = { connecting: "connecting", live, lost: "connection lost", full: "too many tabs" }[now];
+  }
   app.about.watch((about) => {
     if (about === null) return;
-    file.textContent = baseName(about.file);
-    file.title = about.file;
+    const shown = about.played || about.file;
+    file.textContent = baseName(shown);
+    file.title = shown;
     mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
     world.hidden = about.mode !== "sim";
@@ -32,12 +40,10 @@ export function topbar(app: App, help: () => void): HTMLElement {
     const names = known.includes(about.world) ? known : [about.world, ...known];
     world.replaceChildren(...names.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
     world.value = about.world;
-    document.title = `${baseName(about.file)} · KBot`;
+    document.title = `${baseName(shown)} · KBot`;
+    tellOfLink();
   });
-  app.connection.link.watch((now) => {
-    link.dataset["link"] = now;
-    link.textContent = { connecting: "connecting", live: "live", lost: "connection lost", full: "too many tabs" }[now];
-  });
+  app.connection.link.watch(tellOfLink);
   return h(
     "header",
     { class: "topbar" },

@@ -62,16 +62,16 @@ export class Graph {
     this.draw();
   }
 
-  private goTo(at: number): void {
+  private goTo(at: number, isBack = false): void {
     const { travel } = this.app;
-    if (at >= this.span.end - 0.03 && travel.timeline.value?.played !== true) travel.goLive();
+    if (at >= this.span.end - 0.03 && !isBack && travel.timeline.value?.played !== true) travel.goLive();
     else travel.seek(Math.max(this.span.start, at));
   }
 
   /** The moment on show. */
   private get at(): number {
     const { travel } = this.app;
-    return travel.isPast || travel.timeline.value?.played ? travel.at : this.span.end;
+    return travel.isElsewhere ? travel.at : this.span.end;
   }
 
   private drawLine(): void {
@@ -81,7 +81,7 @@ export class Graph {
     const { travel } = this.app;
     // where the plot runs on with what is now the line would only hide its edge, but for the keyboard
     line.hidden = chart === null || at < low - 1e-6 || at > high + 1e-6;
-    line.classList.toggle("now", !travel.isPast && travel.timeline.value?.played !== true);
+    line.classList.toggle("now", !travel.isElsewhere);
     if (chart === null || line.hidden) return;
     line.style.left = `${chart.valToPos(this.toX(at), "x")}px`;
     line.setAttribute("aria-valuemin", this.span.start.toFixed(2));
@@ -94,9 +94,9 @@ export class Graph {
     const [low, high] = this.span.range();
     const step = (high - low) / (event.shiftKey ? 10 : 100);
     const keys: Record<string, () => void> = {
-      ArrowLeft: () => this.goTo(this.at - step),
+      ArrowLeft: () => this.goTo(this.at - step, true),
       ArrowRight: () => this.goTo(this.at + step),
-      PageDown: () => this.goTo(this.at - (high - low) / 10),
+      PageDown: () => this.goTo(this.at - (high - low) / 10, true),
       PageUp: () => this.goTo(this.at + (high - low) / 10),
       Home: () => this.goTo(low),
       End: () => this.goTo(high),
@@ -129,7 +129,7 @@ export class Graph {
     const { over } = this.chart!;
     const from = event.clientX;
     const drags = this.isAtLine(from);
-    if (event.detail < 2) this.stood = this.app.travel.isPast || this.app.travel.timeline.value?.played ? this.app.travel.at : this.span.end;
+    if (event.detail < 2) this.stood = this.at;
     if (drags) {
       event.stopPropagation();
       over.setPointerCapture(event.pointerId);

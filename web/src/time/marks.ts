@@ -1,10 +1,10 @@
+import type { App } from "../app";
 import { h } from "../dom";
 import { icon } from "../icons";
-import type { Bookmark } from "./bookmarks";
-import type { TimeTravel } from "./travel";
+import type { Bookmark } from "../protocol";
 
 /** The bookmarks along the track; they are pressed in the list, with keys too. */
-export function marks(travel: TimeTravel): HTMLElement {
+export function marks({ travel }: App): HTMLElement {
   const holder = h("div", { class: "marks", "aria-hidden": "true" });
   const draw = (): void => {
     const now = travel.timeline.value;
@@ -20,21 +20,58 @@ export function marks(travel: TimeTravel): HTMLElement {
 }
 
 /** The bookmarks with their notes, to go to, to write on and to throw away. */
-export function bookmarkList(travel: TimeTravel): HTMLElement {
+export function bookmarkList(app: App): HTMLElement {
+  const { travel } = app;
   const list = h("ul");
   const holder = h("div", { id: "bookmarks", class: "bookmarks", popover: "auto", role: "dialog", "aria-label": "Bookmarks" }, list);
-  travel.bookmarks.all.watch((all) => list.replaceChildren(...all.map((one) => row(travel, one))));
+  let rows = new Map<number, Row>();
+  const age = (): void => rows.forEach((row) => row.age(travel.timeline.value?.start ?? 0));
+  travel.bookmarks.all.watch((all) => {
+    // a row that is written on stays the same element when another tab sets a bookmark
+    rows = new Map(all.map((one) => [one.number, rows.get(one.number) ?? new Row(app, one)]));
+    const focused = [...list.children].findIndex((element) => element.contains(document.activeElement));
+    all.forEach((one, index) => {
+      const row = rows.get(one.number)!;
+      row.tell(one);
+      if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
+    });
+    while (list.childElementCount > all.length) list.lastElementChild!.remove();
+    if (focused >= 0 && !list.contains(document.activeElement)) list.children[Math.min(focused, all.length - 1)]?.querySelector("button")?.focus();
+    if (all.length === 0 && holder.matches(":popover-open")) holder.hidePopover();
+    age();
+  });
+  travel.timeline.watch(age);
   return holder;
 }
 
-function row(travel: TimeTravel, one: Bookmark): HTMLElement {
-  const note = h("input", { type: "text", value: one.note, maxlength: 200, "aria-label": `Note at ${one.time.toFixed(2)} s` });
-  note.addEventListener("change", () => travel.bookmarks.note(one, note.value));
-  return h(
-    "li",
-    {},
-    h("button", { type: "button", class: "time", title: "Go there", "aria-label": `Go to ${one.note} at ${one.time.toFixed(2)} s`, onclick: () => travel.seek(one.at) }, `${one.time.toFixed(2)} s`),
-    note,
-    h("button", { type: "button", class: "icon-button", title: "Remove", "aria-label": `Remove ${one.note}`, onclick: () => travel.bookmarks.remove(one) }, icon("close")),
-  );
+class Row {
+  readonly element: HTMLElement;
+  private readonly go: HTMLButtonElement;
+  private readonly note: HTMLInputElement;
+  private readonly remove: HTMLButtonElement;
+
+  constructor(
+    app: App,
+    private one: Bookmark,
+  ) {
+    const { number, at, time } = one;
+    const shown = `${time.toFixed(2)} s`;
+    this.go = h("button", { type: "button", class: "time", onclick: () => app.travel.seek(at) }, shown);
+    this.note = h("input", { type: "text", maxlength: 200, "aria-label": `Note at ${shown}`, onchange: () => app.send({ type: "note_mark", number, note: this.note.value }) });
+    this.remove = h("button", { type: "button", class: "icon-button", title: "Remove", onclick: () => app.send({ type: "remove_mark", number }) }, icon("close"));
+    this.element = h("li", {}, this.go, this.note, this.remove);
+  }
+
+  tell(one: Bookmark): void {
+    this.one = one;
+    if (document.activeElement !== this.note) this.note.value = one.note;
+    this.go.setAttribute("aria-label", `Go to ${one.note} at ${one.time.toFixed(2)} s`);
+    this.remove.setAttribute("aria-label", `Remove ${one.note}`);
+  }
+
+  /** What was before all that is kept cannot be gone to; what was noted of it stays. */
+  age(start: number): void {
+    this.go.disabled = this.one.at < start;
+    this.go.title = this.go.disabled ? "Too long ago: this moment is not kept any more" : "Go there";
+  }
 }

@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { baseName, h, toggle } from "../dom";
+import { takesKeys } from "../focus";
 import { icon } from "../icons";
 import type { RecordingView, Timeline } from "../protocol";
 import { bookmarkList, marks } from "./marks";
@@ -7,6 +8,7 @@ import { ago, bytes, clock } from "./words";
 
 /** Milliseconds after a hand's last move for which the thumb stays where it was put. */
 const HELD = 400;
+const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
 
 /** The time that can be gone through: the last minutes of a simulation, or a recording. */
 export function timelineBar(app: App): HTMLElement {
@@ -22,6 +24,20 @@ export function timelineBar(app: App): HTMLElement {
     else travel.seek(slider.valueAsNumber);
     describe(now, isEnd, slider.valueAsNumber);
   });
+  slider.addEventListener("keydown", (event) => {
+    const direction = STEPS[event.key];
+    if (direction === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    travel.step(direction);
+  });
+  // who went to a moment by pointer goes on by keys; while what is now is on show they drive
+  addEventListener("keydown", (event) => {
+    const isAcross = event.key === "ArrowLeft" || event.key === "ArrowRight";
+    if (!isAcross || !travel.isElsewhere || event.defaultPrevented || takesKeys(event.target) || event.target instanceof HTMLCanvasElement) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+    event.preventDefault();
+    travel.step(STEPS[event.key]!);
+  });
   const where = h("output", { class: "where", "aria-label": "How long ago" });
   const live = h("button", { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() }, "Live");
   const resume = h("button", { type: "button", class: "live resume", title: "Resume from here: let the simulation go on from the moment on show", "aria-label": "Resume from here", hidden: true, onclick: () => travel.resume() }, icon("branch"), h("span", {}, "Resume from here"));
@@ -29,7 +45,7 @@ export function timelineBar(app: App): HTMLElement {
   const recording = h("span", { class: "recording", role: "status", hidden: true });
   const loop = toggle("Loop", "Begin again at the end", false, (on) => app.send({ type: "set_loop", loop: on }), icon("loop"));
   const add = h("button", { type: "button", class: "icon-button", title: "Bookmark this moment (K)", "aria-label": "Bookmark this moment", onclick: () => travel.mark() }, icon("flag"));
-  const list = bookmarkList(travel);
+  const list = bookmarkList(app);
   const show = h("button", { type: "button", class: "marked", popovertarget: list.id, hidden: true });
   list.addEventListener("beforetoggle", () => {
     const { right, top } = bar.getBoundingClientRect();
@@ -47,7 +63,7 @@ export function timelineBar(app: App): HTMLElement {
     { class: "timeline", role: "group", "aria-label": "Timeline", hidden: true },
     record,
     recording,
-    h("div", { class: "track-holder" }, marks(travel), slider),
+    h("div", { class: "track-holder" }, marks(app), slider),
     where,
     loop,
     resume,
@@ -79,7 +95,7 @@ export function timelineBar(app: App): HTMLElement {
     slider.value = String(at);
     describe(now, isLive, at);
   };
-  let file = "";
+  let shown: string | null = null;
   travel.timeline.watch((now) => {
     bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
     if (now === null) return;
@@ -100,15 +116,13 @@ export function timelineBar(app: App): HTMLElement {
   function tellOfRecording(now: RecordingView | null): void {
     recording.hidden = now === null;
     record.setAttribute("aria-pressed", String(now !== null));
-    record.title = now === null ? "Record to a file" : `End the recording to ${now.file}`;
+    record.title = now === null ? `Record to a new file in ${app.about.value?.folder ?? ""}` : `End the recording to ${now.file}`;
     record.setAttribute("aria-label", now === null ? "Record" : "End the recording");
-    if (now === null) {
-      if (file !== "") app.told.set({ text: `Recorded to ${file}. To play it: kbot view ${baseName(file)}` });
-      file = "";
-      return;
-    }
-    if (file !== now.file) recording.replaceChildren(h("span", { class: "name" }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }), h("span", { class: "bytes", "aria-live": "off" }));
-    file = now.file;
+    const before = shown;
+    shown = now?.file ?? "";
+    if (now === null) return;
+    if (before !== shown) recording.replaceChildren(h("span", { class: "name", title: now.file }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }), h("span", { class: "bytes", "aria-live": "off" }));
+    if (before === "") app.told.set({ text: `Recording to ${now.file}` });
     recording.children[1]!.textContent = clock(now.seconds);
     recording.children[2]!.textContent = bytes(now.bytes);
   }

@@ -5,18 +5,27 @@ import { Bookmarks } from "./bookmarks";
 
 /** Who acts on the simulation wants to see what comes of it. */
 const ACTS: ReadonlySet<FromPage["type"]> = new Set(["drive", "push", "reset", "advance", "spawn", "delete", "move_model", "kick", "disturb", "end_fault", "set_world", "publish"]);
+/** Seconds that one step goes. */
+const STEP = 0.1;
 
 /** Where this page stands in time: at what is, at a moment of the last minutes, or within a recording. */
 export class TimeTravel {
   readonly timeline = new Signal<Timeline | null>(null);
   readonly bookmarks = new Bookmarks();
   private asked: number | null = null;
+  /** The moment that was asked for last, until the server says which one is shown. */
+  private wanted: number | null = null;
 
   constructor(private readonly app: App) {}
 
   /** Whether what is on show is over. */
   get isPast(): boolean {
     return this.timeline.value?.live === false;
+  }
+
+  /** Whether it is a moment that was: of the last minutes, or of a recording. */
+  get isElsewhere(): boolean {
+    return this.isPast || this.timeline.value?.played === true;
   }
 
   /** The moment on show, in seconds along the timeline. */
@@ -26,8 +35,8 @@ export class TimeTravel {
 
   heard(now: Timeline): void {
     const before = this.timeline.value;
+    if (this.asked === null) this.wanted = null;
     this.timeline.set(now);
-    if (before === null || now.end < before.end - 1 || now.start > before.start) this.bookmarks.keepWithin(now.start, now.end);
     if (before?.live !== now.live) this.app.topics.forget();
     else for (const topic of now.silent) this.app.topics.forget(topic);
     const { state } = this.app;
@@ -43,33 +52,47 @@ export class TimeTravel {
   /** Shows a moment; of many asked for at once the last. */
   seek(at: number): void {
     const waits = this.asked !== null;
-    this.asked = at;
+    this.asked = this.wanted = Math.max(0, at);
     if (waits) return;
     requestAnimationFrame(() => {
-      if (this.asked !== null) this.app.send({ type: "seek", at: Math.max(0, this.asked) });
+      if (this.asked !== null) this.app.send({ type: "seek", at: this.asked });
       this.asked = null;
     });
   }
 
+  /** Shows the moment a step before or after the one on show; a step back leaves what is now. */
+  step(direction: 1 | -1): void {
+    const now = this.timeline.value;
+    if (now === null) return;
+    const at = (this.wanted ?? (this.isElsewhere ? now.at : now.end)) + direction * STEP;
+    if (at < now.end) this.seek(Math.max(now.start, at));
+    else if (now.played) this.seek(now.end);
+    else this.goLive();
+  }
+
   goLive(): void {
-    this.asked = null;
-    if (this.isPast) this.app.send({ type: "go_live" });
+    const isAsked = this.asked !== null;
+    this.asked = this.wanted = null;
+    if (this.isPast || isAsked) this.app.send({ type: "go_live" });
   }
 
   /** Lets the simulation go on from the moment on show. */
   resume(): void {
-    this.asked = null;
+    this.asked = this.wanted = null;
     if (this.isPast) this.app.send({ type: "resume" });
   }
 
   /** Marks the moment on show. */
   mark(): void {
-    if (this.timeline.value !== null) this.bookmarks.add(this.at, this.app.state.value?.time ?? 0);
+    const state = this.app.state.value;
+    if (this.timeline.value !== null && state !== null) this.app.send({ type: "mark", at: state.at, time: state.time });
   }
 
   /** Goes to the bookmark before or after the moment on show. */
   jump(direction: 1 | -1): void {
-    const one = this.bookmarks.next(this.at, direction);
+    const now = this.timeline.value;
+    if (now === null) return;
+    const one = this.bookmarks.next(this.isElsewhere ? now.at : Infinity, direction, now.start);
     if (one !== undefined) this.seek(one.at);
     else if (direction > 0) this.goLive();
   }

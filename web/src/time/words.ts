@@ -1,3 +1,6 @@
+import { baseName } from "../dom";
+import type { Recorded } from "../protocol";
+
 /** `1:02.5` of 62.5 s. */
 export function clock(seconds: number): string {
   const tenths = Math.round(Math.max(0, seconds) * 10);
@@ -15,4 +18,8 @@ export function ago(seconds: number): string {
 export function bytes(count: number): string {
   if (count < 1e6) return `${(count / 1e3).toFixed(0)} kB`;
   return count < 1e9 ? `${(count / 1e6).toFixed(1)} MB` : `${(count / 1e9).toFixed(2)} GB`;
+}
+
+export function recordedTo({ file }: Recorded): string {
+  return `Recorded to ${file}. To play it: kbot view ${baseName(file)}`;
 }

@@ -16,7 +16,17 @@ from kbot.workbench.protocol.source import (
     SetParameter,
     Undo,
 )
-from kbot.workbench.protocol.time import GoLive, RecordRun, Resume, Seek, SetLoop
+from kbot.workbench.protocol.time import (
+    AskTrail,
+    GoLive,
+    Mark,
+    NoteMark,
+    RecordRun,
+    RemoveMark,
+    Resume,
+    Seek,
+    SetLoop,
+)
 from kbot.workbench.protocol.topics import Publish, Subscribe, Unsubscribe
 from kbot.workbench.protocol.values import Name, Range
 from kbot.workbench.protocol.world import (
@@ -127,6 +137,10 @@ FromPage = (
     | Resume
     | SetLoop
     | RecordRun
+    | Mark
+    | NoteMark
+    | RemoveMark
+    | AskTrail
     | AskSeries
     | DrawPlot
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from kbot.workbench.protocol.values import Range
+from kbot.workbench.protocol.values import Name, Range
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +40,69 @@ class SetLoop:
 
 
 @dataclass(frozen=True, slots=True)
+class AskTrail:
+    """Say which way the robot took since the simulation was reset so many times."""
+
+    resets: Annotated[float, Range(0, 1e12)]
+    type: Literal["ask_trail"] = "ask_trail"
+
+
+@dataclass(frozen=True, slots=True)
+class Trail:
+    """The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at
+    moments in s along the timeline."""
+
+    resets: int
+    at: tuple[float, ...]
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    type: Literal["trail"] = "trail"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Bookmark the moment `at` seconds along the timeline, which is `time` by the simulation's clock."""
+
+    at: Annotated[float, Range(0, 1e12)]
+    time: Annotated[float, Range(-1e12, 1e12)]
+    type: Literal["mark"] = "mark"
+
+
+@dataclass(frozen=True, slots=True)
+class NoteMark:
+    """Write on a bookmark."""
+
+    number: Annotated[float, Range(0, 1e15)]
+    note: Name
+    type: Literal["note_mark"] = "note_mark"
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveMark:
+    number: Annotated[float, Range(0, 1e15)]
+    type: Literal["remove_mark"] = "remove_mark"
+
+
+@dataclass(frozen=True, slots=True)
+class Bookmark:
+    """A moment that was marked, in seconds along the timeline and by the simulation's clock, and what was
+    noted of it."""
+
+    number: int
+    at: float
+    time: float
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bookmarks:
+    """All of them, in the order of their moments."""
+
+    all: tuple[Bookmark, ...]
+    type: Literal["bookmarks"] = "bookmarks"
+
+
+@dataclass(frozen=True, slots=True)
 class RecordRun:
     """Begin or end a recording of the simulation, in a file that the server names."""
 
@@ -54,6 +117,15 @@ class RecordingView:
     file: str
     bytes: int
     seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A recording has ended: its file, and the address that gives it, empty where it is too large."""
+
+    file: str
+    address: str
+    type: Literal["recorded"] = "recorded"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from kbot.workbench.protocol.displays import Displays, DisplaysSaved, DisplaysTe
 from kbot.workbench.protocol.plot import PlotDrawn, Series
 from kbot.workbench.protocol.scene import Scene, Things
 from kbot.workbench.protocol.source import Findings, Parameters, SourceText
-from kbot.workbench.protocol.time import Timeline
+from kbot.workbench.protocol.time import Bookmarks, Recorded, Timeline, Trail
 from kbot.workbench.protocol.topics import TopicMessage, Topics
 from kbot.workbench.protocol.world import FaultView, WorldChoice
 
@@ -47,11 +47,13 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What this session is; sent first. `cannot_drive` says why, and is empty when it can. `things` are what
-    may be put into the world, and `seed` is that of whatever is random."""
+    """What this session is; sent first. `played` is the recording on show, empty where none is.
+    `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed`
+    is that of whatever is random, and `folder` is where recordings go."""
 
     version: str
     file: str
+    played: str
     mode: Literal["view", "sim", "play"]
     world: str
     cannot_drive: str
@@ -61,6 +63,7 @@ class About:
     worlds: tuple[WorldChoice, ...]
     things: tuple[str, ...]
     seed: int
+    folder: str
     client: int
     type: Literal["about"] = "about"
 
@@ -95,6 +98,9 @@ FromServer = (
     | DisplaysText
     | DisplaysSaved
     | Timeline
+    | Bookmarks
+    | Recorded
+    | Trail
     | Series
     | PlotDrawn
     | Told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import http
 from collections.abc import Awaitable
 from urllib.parse import urlsplit
@@ -17,6 +18,7 @@ from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.exports import EXPORTS, described, exported
 from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.session import Session
+from kbot.workbench.timeline.recording import ADDRESS as RECORDING
 
 _FOR_EVER = "max-age=31536000, immutable"
 
@@ -50,7 +52,7 @@ class Files:
     ) -> Response | Awaitable[Response] | None:
         is_socket = path == "/ws"
         host = only(request.headers, "Host")
-        secret = is_socket or path.startswith(("/mesh/", "/export/"))
+        secret = is_socket or path.startswith(("/mesh/", "/export/", RECORDING))
         reason = self._access.refuses(request.path, host, only(request.headers, "Origin"), secret)
         if reason is not None:
             self._complaints.add(f"refused {path[:80]}: {reason}")
@@ -62,11 +64,23 @@ class Files:
             mesh = self._session.meshes.packed(path.removeprefix("/mesh/"))
             if mesh is not None:
                 return response(http.HTTPStatus.OK, served, mesh, "application/octet-stream", _FOR_EVER)
+        elif path.startswith(RECORDING):
+            return self._recording(path.removeprefix(RECORDING), served, only_headers)
         elif path in EXPORTS:
             return described(path, served) if only_headers else exported(self._session, path, served)
         elif path in self._page:
             return self._page_file(path, request, served)
         return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+
+    async def _recording(self, name: str, host: str, only_headers: bool) -> Response:
+        """A recording that a page made, read on another thread."""
+        body = await asyncio.to_thread(self._session.recording.content, name)
+        if body is None:
+            return response(http.HTTPStatus.NOT_FOUND, host, b"404: there is no such recording\n")
+        answer = response(http.HTTPStatus.OK, host, body, "application/octet-stream")
+        if only_headers:
+            answer.body = b""
+        return answer
 
     def _page_file(self, path: str, request: Request, host: str) -> Response:
         file = self._page[path]

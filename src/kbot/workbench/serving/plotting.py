@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Generator
+from typing import TypeAlias
 
 from kbot.text import KbotError
 from kbot.workbench.export.plot import Curve, plot_svg
-from kbot.workbench.protocol import AskSeries, DrawPlot, FromServer, PlotDrawn, Refused, Series
+from kbot.workbench.protocol import AskSeries, AskTrail, DrawPlot, FromServer, PlotDrawn, Refused, Series
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.timeline.past import Past
 from kbot.workbench.timeline.series import Field, Table
+
+Asked: TypeAlias = AskSeries | AskTrail | DrawPlot
 
 
 class Plotting:
@@ -19,14 +23,10 @@ class Plotting:
         self._past = past
         self._answering: dict[tuple[int, str], asyncio.Task[None]] = {}
 
-    def ask(self, client: Client, asked: AskSeries | DrawPlot) -> None:
+    def ask(self, client: Client, asked: Asked) -> None:
         """Raises KbotError: what is asked for does not fit together."""
-        if asked.end < asked.start:
-            raise KbotError(
-                f"a plot goes from a moment to a later one, not from {asked.start} to {asked.end}"
-            )
-        if isinstance(asked, DrawPlot) and len(asked.labels) != len(asked.fields):
-            raise KbotError(f"{len(asked.fields)} fields have as many labels, not {len(asked.labels)}")
+        if not isinstance(asked, AskTrail):
+            _check(asked)
         key = client.number, asked.type
         self._give_up(key)
         self._answering[key] = asyncio.create_task(self._answer(client, asked))
@@ -41,16 +41,29 @@ class Plotting:
         if task is not None:
             task.cancel()
 
-    async def _answer(self, client: Client, asked: AskSeries | DrawPlot) -> None:
-        making = self._past.series([Field.named(name) for name in asked.fields], asked.start, asked.end)
+    async def _answer(self, client: Client, asked: Asked) -> None:
+        making = self._making(asked)
         try:
             while True:
                 next(making)
                 await asyncio.sleep(0)
         except StopIteration as done:
-            client.put(_answer_to(asked, done.value))
+            client.put(done.value)
         except KbotError as error:
             client.put(Refused(str(error)))
+
+    def _making(self, asked: Asked) -> Generator[None, None, FromServer]:
+        if isinstance(asked, AskTrail):
+            return (yield from self._past.trail(asked.resets))
+        fields = [Field.named(name) for name in asked.fields]
+        return _answer_to(asked, (yield from self._past.series(fields, asked.start, asked.end)))
+
+
+def _check(asked: AskSeries | DrawPlot) -> None:
+    if asked.end < asked.start:
+        raise KbotError(f"a plot goes from a moment to a later one, not from {asked.start} to {asked.end}")
+    if isinstance(asked, DrawPlot) and len(asked.labels) != len(asked.fields):
+        raise KbotError(f"{len(asked.fields)} fields have as many labels, not {len(asked.labels)}")
 
 
 def _answer_to(asked: AskSeries | DrawPlot, table: Table) -> FromServer:

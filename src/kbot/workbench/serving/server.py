@@ -18,13 +18,17 @@ from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 from kbot.workbench.protocol import (
     AskSeries,
+    AskTrail,
     DrawPlot,
     Drive,
     FromPage,
     GoLive,
+    Mark,
+    NoteMark,
     OpenSource,
     Publish,
     Refused,
+    RemoveMark,
     Resume,
     Seek,
     Subscribe,
@@ -48,7 +52,20 @@ FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
-_CHANGE_NOTHING = OpenSource | Drive | Subscribe | Unsubscribe | Publish | GoLive | AskSeries | DrawPlot
+_CHANGE_NOTHING = (
+    OpenSource
+    | Drive
+    | Subscribe
+    | Unsubscribe
+    | Publish
+    | GoLive
+    | AskSeries
+    | AskTrail
+    | DrawPlot
+    | Mark
+    | NoteMark
+    | RemoveMark
+)
 """What pages ask for that is answered, or seen when time passes."""
 
 
@@ -136,8 +153,11 @@ class Server:
                     self.past.go_live(client)
                 case Resume():
                     self.past.resume(client)
-                case AskSeries() | DrawPlot():
+                case AskSeries() | AskTrail() | DrawPlot():
                     self._plotting.ask(client, message)
+                case Mark() | NoteMark() | RemoveMark():
+                    self.session.marks.obey(message)
+                    self.hub.publish(self.session.marks.view)
                 case _:
                     for answer in self.session.obey(message, client.number):
                         client.put(answer)
@@ -169,8 +189,7 @@ class Server:
             with self._surviving("telling of the run"):
                 if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
                     self._changed, sent = False, now
-                    if len(self.hub):
-                        self.past.tell_state(self.session.state())
+                    self.past.tell_state(self.session.state())
                 for topic, frame, pages in self.session.topics.news():
                     self.past.tell_topic(topic, frame, pages)
 
@@ -194,6 +213,8 @@ class Server:
                     self.hub.publish(Refused(str(failure)))
                 for client in self.hub:
                     self.past.tell_time(client)
+                if (recorded := self.session.recording.take_ended()) is not None:
+                    self.hub.publish(recorded)
 
     def _advance(self, wall_seconds: float) -> bool:
         with self._surviving("the run"):

@@ -10,14 +10,14 @@ from itertools import pairwise
 
 Frame = str | bytes
 
+NOTHING = b""
+"""In place of a frame: its key told nothing any more."""
 KEPT_SECONDS = 300.0
 MOST_BYTES = 64_000_000
 CHUNK_SECONDS = 1.0
 CHUNK_BYTES = 1_000_000
 BYTES_A_SECOND = 500_000.0
 """Of one key: large frames, as images are, are kept less often than they come."""
-LONGEST_GAP = 1.0
-"""Seconds of the timeline that pass at most between two moments, however long nobody looked."""
 
 
 class _Chunk:
@@ -81,8 +81,8 @@ class _Chunk:
 class History:
     """Encoded messages by the moment they were told, each moment whole: the newest of every key until then.
 
-    The timeline counts seconds of simulated time, and goes on where that is set back by a reset. What is
-    older than `KEPT_SECONDS`, or too much for `MOST_BYTES`, is forgotten.
+    The timeline counts seconds of simulated time, and goes on where that is set to another by a reset. What
+    is older than `KEPT_SECONDS`, or too much for `MOST_BYTES`, is forgotten.
     """
 
     def __init__(self) -> None:
@@ -105,9 +105,13 @@ class History:
     def pass_to(self, time: float) -> float:
         """Simulated time, in s, is this now; where that is along the timeline."""
         if self._time is not None:
-            self.end += min(max(0.0, time - self._time), LONGEST_GAP)
+            self.end += max(0.0, time - self._time)
         self._time = time
         return self.end
+
+    def set_clock(self) -> None:
+        """Simulated time is about to be another, without having passed."""
+        self._time = None
 
     def add_some(self, key: str, frame: Frame) -> None:
         """As `add`, but of what comes often and is large not everything."""
@@ -125,8 +129,16 @@ class History:
             self._forget()
         self._chunks[-1].add(self.end, key, frame)
 
+    def end_of(self, key: str) -> None:
+        """Nothing is told of a key from now on: what it told does not hold any more."""
+        self._not_before.pop(key, None)
+        self.add(key, NOTHING)
+
     def at(self, moment: float, keys: Iterable[str]) -> dict[str, Frame]:
-        """What was told last of these keys until a moment; those of which nothing was are left out."""
+        """What was told last of these keys until a moment; those of which nothing holds are left out."""
+        return {key: frame for key, frame in self._newest(moment, keys).items() if frame != NOTHING}
+
+    def _newest(self, moment: float, keys: Iterable[str]) -> dict[str, Frame]:
         wanted, found = set(keys), dict[str, Frame]()
         for chunk in reversed(self._chunks):
             if chunk.start <= moment and not chunk.keys.isdisjoint(wanted):
@@ -140,7 +152,8 @@ class History:
     def between(
         self, keys: Collection[str], after: float, until: float
     ) -> Iterator[list[tuple[float, str, Frame]]]:
-        """What was told of keys after a moment and until another, about a second at once."""
+        """What was told of keys after a moment and until another, about a second at once; `NOTHING` where a
+        key ended."""
         for chunk in tuple(self._chunks):
             if chunk.start > until:
                 return

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 
 from kbot.text import KbotError
-from kbot.workbench.protocol import State, Timeline, Told
+from kbot.workbench.protocol import State, Timeline, Told, Trail
 from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session import Session
 from kbot.workbench.timeline.history import Frame, History
 from kbot.workbench.timeline.saved import Saved, SavedStates
 from kbot.workbench.timeline.series import SCENE, STATE, TOPIC, Field, Making, series_of_history
+from kbot.workbench.timeline.ways import Ways
 
 SAME_SECONDS = 0.005
 """Between two moments that are told as one."""
+ROUNDED = 1e-4
+"""Seconds by which a page may know a moment to be earlier than it was."""
+SPACING = 0.03
+"""Between two places of the robot's way, by its own radius."""
 
 
 class Past:
@@ -24,10 +29,12 @@ class Past:
         self._session, self._hub = session, hub
         self._history = History()
         self._saved = SavedStates()
+        self._ways = Ways()
         self._revision = 0
         self._scene: str = ""
         if session.mode == "sim":
             session.along = self._history.pass_to
+            session.topics.ended = lambda topic: self._history.end_of(TOPIC + topic)
 
     def tell_state(self, state: State) -> None:
         """Tell those who look at what is, and keep it for later."""
@@ -38,7 +45,15 @@ class Past:
                 self._history.add(SCENE, self._scene)
             self._history.add(STATE, text)
             self._saved.keep(state.at, state.time, self._session.run, self._session.save)
+            self._follow(state)
         self._hub.publish(state, text)
+
+    def _follow(self, state: State) -> None:
+        scene = self._session.scene
+        root = 7 * next(number for number, link in enumerate(scene.links) if link.name == scene.root)
+        x, y = state.poses[root : root + 2]
+        self._ways.add(state.resets, state.at, x, y, scene.radius * SPACING)
+        self._ways.forget(self._history.start)
 
     def tell_topic(self, topic: str, frame: Frame, pages: frozenset[int]) -> None:
         """As `tell_state`, for one message of a topic."""
@@ -52,7 +67,7 @@ class Past:
             client.scene = self._scene
         client.looks_at = at = min(max(at, self._history.start), self._history.end)
         heard = [TOPIC + topic for topic in self._session.topics.heard_by(client.number)]
-        found = self._history.at(at, (SCENE, STATE, *heard))
+        found = self._history.at(at + ROUNDED, (SCENE, STATE, *heard))
         client.silent = tuple(key.removeprefix(TOPIC) for key in heard if key not in found)
         self.tell_time(client)
         scene = found.pop(SCENE, client.scene)
@@ -67,6 +82,15 @@ class Past:
         making = self._session.series(fields, start, end)
         return making if making is not None else series_of_history(self._history, fields, start, end)
 
+    def trail(self, resets: float) -> Generator[None, None, Trail]:
+        """The way since so many resets, or of the whole recording that is played, made a little at a time."""
+        if self._session.way is not None:
+            points = yield from self._session.way(self._session.scene.radius * SPACING)
+        else:
+            points = self._ways.of(round(resets))
+        at, x, y = zip(*points, strict=True) if points else ((), (), ())
+        return Trail(round(resets), at, x, y)
+
     def resume(self, client: Client) -> None:
         """Let the simulation go on from the moment that a page is shown.
 
@@ -77,7 +101,9 @@ class Past:
         if at is None:
             raise KbotError("go back to a moment first: the simulation goes on from the one on show")
         saved = self._saved.nearest(at, self._session.run)
-        self._session.resume(saved.state, client.number)
+        self._history.set_clock()
+        self._ways.go_on_from(saved.at)
+        self._session.resume(saved.state)
         self._hub.publish(Told(self._way_on(at, saved)))
         self.go_live(client)
 

@@ -10,7 +10,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from kbot.workbench.timeline.history import Frame, History
+from kbot.workbench.timeline.history import NOTHING, Frame, History
 
 SCENE, STATE, TOPIC = "scene", "state", "topic:"
 """By what the history keeps what it was told."""
@@ -118,7 +118,9 @@ def _joints(scene: Mapping[str, Any] | None) -> list[str]:
 
 
 def _read(frame: Frame) -> Any:  # noqa: ANN401 - whatever a topic carries
-    """A topic's message, or a scene, as plain values; large arrays are left out."""
+    """A topic's message, or a scene, as plain values; large arrays are left out. None where nothing holds."""
+    if frame == NOTHING:
+        return None
     if isinstance(frame, bytes):
         (length,) = struct.unpack_from("<I", frame)
         frame = frame[4 : 4 + length].decode()
