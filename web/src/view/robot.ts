@@ -26,16 +26,17 @@ class LinkObject {
   readonly collision = new Group();
   readonly inertia = new Group();
   private inertiaParts: InertiaParts | null = null;
+  private hasCollisions = false;
   private alpha = 1;
   private readonly materials: MeshStandardMaterial[] = [];
   private lit = 0;
 
   constructor(
     readonly view: LinkView,
-    index: number,
-    ids: IdBuffer,
+    private readonly index: number,
+    private readonly ids: IdBuffer,
     edges: LineBasicMaterial,
-    changed: () => void,
+    private readonly changed: () => void,
   ) {
     this.group.add(this.visual, this.collision, this.inertia);
     const paint: Paint = { material: surface, edges };
@@ -51,22 +52,12 @@ class LinkObject {
         }),
       );
     }
-    for (const shape of view.collisions) {
-      this.collision.add(
-        solid(shape, collisionPaint(), (mesh) => {
-          mesh.castShadow = mesh.receiveShadow = false;
-          mesh.renderOrder = 2;
-          ids.add(mesh, index, () => this.collision.visible && !this.visual.visible);
-          changed();
-        }),
-      );
-    }
-    if (view.inertia === null) return;
-    this.inertiaParts = inertiaObjects(view.inertia);
-    this.inertia.add(...this.inertiaParts.box, ...this.inertiaParts.ellipsoid, this.inertiaParts.centre);
   }
 
+  /** Shows what is asked for; what is seldom looked at is made when it first is. */
   show(parts: Parts): void {
+    if (parts.collision && !this.hasCollisions) this.makeCollisions();
+    if ((parts.inertia || parts.mass) && this.inertiaParts === null) this.makeInertia();
     this.visual.visible = parts.visual;
     this.collision.visible = parts.collision;
     this.inertia.visible = parts.inertia || parts.mass;
@@ -75,6 +66,26 @@ class LinkObject {
     if (parts.alpha === this.alpha) return;
     this.alpha = parts.alpha;
     for (const material of this.materials) this.fade(material);
+  }
+
+  private makeCollisions(): void {
+    this.hasCollisions = true;
+    for (const shape of this.view.collisions) {
+      this.collision.add(
+        solid(shape, collisionPaint(), (mesh) => {
+          mesh.castShadow = mesh.receiveShadow = false;
+          mesh.renderOrder = 2;
+          this.ids.add(mesh, this.index, () => this.collision.visible && !this.visual.visible);
+          this.changed();
+        }),
+      );
+    }
+  }
+
+  private makeInertia(): void {
+    if (this.view.inertia === null) return;
+    this.inertiaParts = inertiaObjects(this.view.inertia);
+    this.inertia.add(...this.inertiaParts.box, ...this.inertiaParts.ellipsoid, this.inertiaParts.centre);
   }
 
   private fade(material: MeshStandardMaterial): void {

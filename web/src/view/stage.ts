@@ -22,8 +22,6 @@ import { Lights } from "./lights";
 import { TILT, type Side } from "./sides";
 
 const FIELD_OF_VIEW = 32;
-/** By when the first picture is on the screen, in milliseconds. */
-const SHOWN = 50;
 /** How far from straight up one sees from below, in rad. */
 const LOWEST = MathUtils.degToRad(178);
 
@@ -247,10 +245,11 @@ export class Stage {
     for (const object of others) object.visible = false;
     this.renderer.render(this.scene, this.camera);
     for (const object of others) object.visible = true;
-    setTimeout(() => {
+    const shown = (): void => {
       this.invalidate();
       for (const action of this.first.splice(0)) action();
-    }, SHOWN);
+    };
+    requestAnimationFrame(() => requestAnimationFrame(shown)); // the first of them still comes before it is on the screen
   }
 
   private get aspect(): number {
