@@ -30,3 +30,33 @@ def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
 
 def test_without_candidates_nothing_is_near() -> None:
     assert nearest("base_link", []) == []
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("base_lnk", "base_link"),
+        ("base_liink", "base_link"),
+        ("base_lynk", "base_link"),
+        ("base_lnik", "base_link"),
+        ("ium_link", "imu_link"),
+        ("Base_Link", "base_link"),
+    ],
+)
+def test_one_slip_of_one_name_is_sure(written: str, meant: str) -> None:
+    assert did_you_mean(written, LINKS).sure == meant
+
+
+@pytest.mark.parametrize(
+    ("written", "known"),
+    [
+        ("l_wheel", ["r_wheel"]),
+        ("arm_1", ["arm_2"]),
+        ("wheel2", ["wheel"]),
+        ("fl_wheel", ["fr_wheel", "rl_wheel"]),
+        ("whee", ["wheel", "wheek"]),
+        ("base", ["base_link"]),
+    ],
+)
+def test_what_may_be_another_name_is_not_sure(written: str, known: list[str]) -> None:
+    assert did_you_mean(written, known).sure == ""

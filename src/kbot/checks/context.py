@@ -16,7 +16,7 @@ from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.spatial import Frame
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.model import Joint, Link, Robot
-from kbot.text import Call, Diagnostic, Element, Fix, Origin, Source
+from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
 if TYPE_CHECKING:
     from kbot.xacro import Expansion, Packages
@@ -165,9 +165,9 @@ class Context:
         at = span.source.data.rfind(b"<", 0, span.start + 1)
         return self._elements_by_place.get((span.file, at))
 
-    def call_element(self, call: Call) -> Element | None:
-        """The element, as it is written, that calls a macro."""
-        return self._calls.get((call.span.file, call.span.start))
+    def call_at(self, span: Span) -> Element | None:
+        """The element, as it is written, that calls a macro at a place."""
+        return self._calls.get((span.file, span.start))
 
     @cached_property
     def _calls(self) -> Mapping[tuple[str, int], Element]:

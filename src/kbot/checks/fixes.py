@@ -18,7 +18,8 @@ def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[F
     """The text with its fixes applied, and those that were. `check` gives the findings of a text.
 
     Fixes that edit another file are left out. All are tried together; where that does not leave a text
-    with fewer findings and no new error, one by one, and those that do not help are discarded.
+    with fewer findings and no new error, one by one, and those that do not help are discarded. Findings
+    that a mended error had hidden do not count against its fix.
     """
     applied: list[Fix] = []
     found = list(check(text))
@@ -49,16 +50,21 @@ def _try(
     after = list(check(changed))
     if changed == text:
         return None
-    if any(_unread(d) for d in found) and not any(_unread(d) for d in after):
-        return changed, after, used  # a file that could not be read hid its other findings
-    errors, errors_before = (sum(d.is_error for d in ds) for ds in (after, found))
-    if errors > errors_before or len(after) >= len(found):
-        return None
-    return changed, after, used
+    return (changed, after, used) if _are_better(after, found) else None
 
 
-def _unread(diagnostic: Diagnostic) -> bool:
-    return diagnostic.code.startswith("P") and diagnostic.is_error
+def _are_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bool:
+    """Whether there are fewer findings and no more errors, or fewer of the errors that hide others."""
+    hiding, hiding_before = _hiding(after), _hiding(before)
+    if hiding != hiding_before:
+        return hiding < hiding_before
+    errors, errors_before = (sum(d.is_error for d in found) for found in (after, before))
+    return len(after) < len(before) and errors <= errors_before
+
+
+def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
+    """How many errors keep from the rules what comes after: of XML, of expansion, of the model's reader."""
+    return tuple(sum(d.is_error and d.code.startswith(of) for d in found) for of in ("P", "X", "U0"))
 
 
 def _one_by_one(
@@ -131,8 +137,7 @@ def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe:
         changed = {**after, source.path: apply_edits(source.text, fix.edits)}
         with unsaved(changed):
             found_then = check()
-        errors, errors_before = (sum(d.is_error for d in ds) for ds in (found_then, found))
-        if len(found_then) < len(found) and errors <= errors_before:
+        if _are_better(found_then, found):
             before.setdefault(source.path, source.text)
             applied.append(fix)
             after, found = changed, found_then

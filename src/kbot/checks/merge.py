@@ -9,11 +9,14 @@ from dataclasses import replace
 from itertools import pairwise
 
 from kbot.checks.context import Context
+from kbot.checks.spelling import respelled
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
 _SHOWN = 8
 
 
+_OF_ALL_COPIES = frozenset({"X103", "X112", "X121", "X129"})
+"""Names that are not defined: expansion says them where they are met first, whichever call that is of."""
 _BARE = re.compile(r"\s*\$\{\s*(\w+)\s*\}\s*")
 Parameters = Mapping[str, frozenset[str]]
 
@@ -30,9 +33,9 @@ def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
     for given in found:
-        diagnostic = _at_value(given, context.parameters)
+        diagnostic = respelled(_at_value(given, context.parameters), context)
         origin = diagnostic.origin
-        if origin is None or not _macros(origin.call):
+        if origin is None or diagnostic.code in _OF_ALL_COPIES or not _macros(origin.call):
             result.append(diagnostic)
         else:
             span = origin.span
@@ -123,7 +126,7 @@ def _at_call(diagnostic: Diagnostic, others: list[list[Call]], context: Context)
         if not any(len(o) > level and o[level].span == call.span for o in others):
             made = Related(f"made here, in macro '{call.name}'", Origin(origin.span, origin.call))
             related = (made, *diagnostic.related)
-            fix = diagnostic.fix if _edits_only(diagnostic.fix, context.call_element(call)) else None
+            fix = diagnostic.fix if _edits_only(diagnostic.fix, context.call_at(call.span)) else None
             return replace(diagnostic, origin=Origin(call.span, call.caller), related=related, fix=fix)
     return diagnostic
 

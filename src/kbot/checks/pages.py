@@ -10,7 +10,10 @@ from pathlib import Path
 from kbot.checks.registry import page
 from kbot.text import Severity
 
+_SLIP = "safe, where one known name is a single slip away: it is written."
+_NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _FIXES = {
+    **dict.fromkeys(_NAMES, _SLIP),
     "P001": "safe, for a root element in two pieces and for blanks before `<?xml`.",
     "K001": "safe: it is removed.",
     "L053": "safe: the new name is written.",

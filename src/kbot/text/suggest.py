@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
 _ALIKE = 0.6
+_WORD, _SWAPPED = 4, 3
+"""Letters of a word in which one, or an exchange of two, is surely a slip."""
 
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
@@ -34,9 +38,48 @@ def _stems_are_alike(name: str, other: str) -> bool:
     return SequenceMatcher(None, stem, other_stem).ratio() >= _ALIKE
 
 
-def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+class Suggestion(str):
+    """A hint of the names that were perhaps meant, and those names."""
+
+    written: str
+    nearest: tuple[str, ...]
+
+    @property
+    def sure(self) -> str:
+        """The one of them that is a slip away from what was written; empty where that is none or several."""
+        slips = [name for name in self.nearest if _is_a_slip(self.written, name)]
+        return slips[0] if len(slips) == 1 else ""
+
+
+def _is_a_slip(written: str, meant: str) -> bool:
+    """Whether a letter is missing, too many, another or exchanged with the next, or only capitals differ.
+
+    Not in short words and digits: `l_wheel` and `r_wheel`, `arm_1` and `arm_2` are different names.
+    """
+    if written.lower() == meant.lower():
+        return True
+    start = _common(written, meant)
+    end = _common(written[start:][::-1], meant[start:][::-1])
+    off, right = written[start : len(written) - end], meant[start : len(meant) - end]
+    is_swap = len(off) == 2 and off == right[::-1]
+    if (max(len(off), len(right)) > 1 and not is_swap) or any(c.isdigit() for c in off + right):
+        return False
+    before = re.split(r"[\W_\d]", meant[:start])[-1]
+    after = re.split(r"[\W_\d]", meant[len(meant) - end :])[0]
+    return len(before) + len(after) + max(len(off), len(right)) >= (_SWAPPED if is_swap else _WORD)
+
+
+def _common(one: str, other: str) -> int:
+    """How many characters two texts begin with alike."""
+    both = enumerate(zip(one, other, strict=False))
+    return next((i for i, (a, b) in both if a != b), min(len(one), len(other)))
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> Suggestion:
     """`did you mean 'a' or 'b'?`, or an empty text when nothing is near."""
-    names = [f"'{n}'" for n in nearest(name, candidates)]
-    if not names:
-        return ""
-    return "did you mean " + (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] + "?"
+    near = nearest(name, candidates)
+    names = [f"'{n}'" for n in near]
+    either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
+    hint = Suggestion(f"did you mean {either}?" if names else "")
+    hint.written, hint.nearest = name, tuple(near)
+    return hint

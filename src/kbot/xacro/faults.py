@@ -8,14 +8,14 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.diagnostic import Diagnostic, Related, Severity
+    from kbot.text.diagnostic import Diagnostic, Fix, Related, Severity
     from kbot.text.span import Origin
 
 
 class Problem:
     """An error or warning that was reported; further places that it shows at are added to it."""
 
-    __slots__ = ("code", "hint", "message", "origin", "related", "severity")
+    __slots__ = ("code", "fix", "hint", "message", "origin", "related", "severity")
 
     def __init__(self, code: str, severity: Severity, message: str, origin: Origin | None, hint: str) -> None:
         self.code = code
@@ -23,6 +23,7 @@ class Problem:
         self.message = message
         self.origin = origin
         self.hint = hint
+        self.fix: Fix | None = None
         self.related: dict[tuple[str, int, str], Related] = {}
 
     def also(self, message: str, origin: Origin) -> None:
@@ -40,7 +41,7 @@ class Problem:
         from kbot.text.diagnostic import Diagnostic
 
         related = tuple(self.related.values())
-        return Diagnostic(self.code, self.severity, self.message, self.origin, self.hint, related)
+        return Diagnostic(self.code, self.severity, self.message, self.origin, self.hint, related, self.fix)
 
 
 class Fault(Exception):

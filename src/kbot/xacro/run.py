@@ -187,6 +187,7 @@ class Run:
             origin = Origin(d.origin.span, call) if d.origin else self._start()
             fault = Fault(d.code, d.message, d.hint, origin=origin)
             problem = self._add(fault, origin)
+            problem.fix = d.fix
             first = first or problem
         if first is None:
             raise ValueError("nothing to report")

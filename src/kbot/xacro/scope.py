@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.text.suggest import nearest
+from kbot.text.suggest import did_you_mean
 from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, consequence
@@ -162,14 +162,10 @@ class Scope:
         )
 
     def _undefined(self, name: str) -> Fault:
-        close = nearest(name, self.known())
-        hint = (
-            "did you mean " + " or ".join(f"'{n}'" for n in close) + "?"
-            if close
-            else (f'define it before: <xacro:property name="{name}" value="…"/>')
-        )
+        near = did_you_mean(name, self.known())
+        hint = near or f'define it before: <xacro:property name="{name}" value="…"/>'
         fault = Fault("X103", f"the property '{name}' is not defined", hint, key=("undefined", name))
-        fault.near = bool(close)
+        fault.near = bool(near)
         return fault
 
 

@@ -102,7 +102,7 @@ def _macro_call(context: Context, inertial: Inertial) -> _Made | None:
         return None
     macro = table.find(call.name.removeprefix("xacro:"))
     known = known_macro(macro) if isinstance(macro, Macro) else None
-    element = context.call_element(call)
+    element = context.call_at(call.span)
     return _Made(element, known, call.caller) if known is not None and element is not None else None
 
 

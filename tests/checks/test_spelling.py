@@ -1,0 +1,91 @@
+"""A name that is a slip away from the only one that can be meant is written right by `--fix`."""
+
+from __future__ import annotations
+
+import pytest
+
+from kbot.checks import Config, check_text
+from kbot.checks.fixes import fixed
+from kbot.text import Diagnostic
+
+ROBOT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="with_mast" default="true"/>
+  <xacro:property name="wheel_radius" value="0.1"/>
+  <xacro:macro name="wheel" params="prefix parent">
+    <link name="${prefix}_wheel">
+      <visual><geometry><sphere radius="${wheel_radius}"/></geometry></visual>
+    </link>
+    <joint name="${prefix}_joint" type="continuous">
+      <parent link="${parent}"/><child link="${prefix}_wheel"/><axis xyz="0 1 0"/>
+    </joint>
+  </xacro:macro>
+  <link name="base_link"/>
+  <xacro:wheel prefix="left" parent="base_link"/>
+  <xacro:wheel prefix="right" parent="base_link"></xacro:wheel>
+  <xacro:if value="$(arg with_mast)">
+    <link name="mast"/>
+    <joint name="to_mast" type="fixed"><parent link="base_link"/><child link="mast"/></joint>
+  </xacro:if>
+  <transmission name="drive"><joint name="left_joint"/></transmission>
+</robot>
+"""
+
+
+def found_in(text: str) -> tuple[Diagnostic, ...]:
+    return check_text(text, "robot.xacro", config=Config(ignore=("I1", "G106")))
+
+
+def mended(text: str) -> str:
+    return fixed(text, "robot.xacro", found_in, unsafe=False)[0]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "code"),
+    [
+        ('type="continuous"', 'type="continous"', "U011"),
+        ("${wheel_radius}", "${whel_radius}", "X103"),
+        ('<xacro:wheel prefix="left"', '<xacro:weel prefix="left"', "X121"),
+        (
+            '<xacro:wheel prefix="right" parent="base_link"></xacro:wheel>',
+            '<xacro:wheeel prefix="right" parent="base_link"></xacro:wheeel>',
+            "X121",
+        ),
+        ('prefix="right" parent=', 'prefix="right" paernt=', "X122"),
+        ("$(arg with_mast)", "$(arg with_mats)", "X112"),
+        ('<child link="mast"/>', '<child link="masst"/>', "U007"),
+        ('<parent link="base_link"/>', '<parent link="base_lnk"/>', "U006"),
+        ('prefix="left" parent="base_link"', 'prefix="left" parent="Base_link"', "U006"),
+    ],
+)
+def test_one_slip_is_mended_where_it_was_written(right: str, wrong: str, code: str) -> None:
+    assert right in ROBOT
+    text = ROBOT.replace(right, wrong)
+    assert code in {d.code for d in found_in(text)}
+    assert mended(text) == ROBOT
+
+
+def test_slips_that_hide_one_another_are_all_mended() -> None:
+    text = ROBOT.replace("${wheel_radius}", "${whel_radius}").replace('link="mast"/></j', 'link="mst"/></j')
+    assert mended(text.replace('type="fixed"', 'type="fixd"')) == ROBOT
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ('<link name="mast"/>', '<link name="mast_1"/><link name="mast_3"/>'),  # a digit is no slip
+        ('<parent link="base_link"/>', "<parent link=\"${'base'}_lnk\"/>"),  # put together
+        ('<parent link="base_link"/>', '<parent link="chassis"/>'),  # nothing is near
+    ],
+)
+def test_what_may_be_another_name_is_left_alone(right: str, wrong: str) -> None:
+    text = ROBOT.replace(right, wrong).replace('<child link="mast"/>', '<child link="mast_2"/>')
+    assert mended(text) == text
+
+
+def test_a_slip_in_a_macro_is_said_and_mended_in_the_macro() -> None:
+    text = ROBOT.replace("${wheel_radius}", "${whel_radius}")
+    (finding,) = (d for d in found_in(text) if d.code == "X103")
+    assert finding.origin is not None
+    assert finding.origin.span.text == "${whel_radius}"
+    assert finding.fix is not None
+    assert finding.fix.safe
