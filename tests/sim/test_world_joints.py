@@ -192,3 +192,25 @@ def test_what_the_engine_warns_of_is_said_at_the_model(sim):
     assert said.message.startswith("'m': the physics engine warns: Inertia matrix is too close to singular")
     assert "Time" not in said.message
     assert said.origin is not None
+
+
+def test_links_touch_those_of_other_models_only_however_many_models_there_are(tmp_path, kbot_robot):
+    """Pairs of models, 1 m apart; the two balls of each lie within each other, and 1 cm within its mate's."""
+    ball = "<collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
+    two = "".join(link(f"l{z}", f"0 0 {z} 0 0 0", moment=0.004, inner=ball) for z in (0, 0.1))
+    pairs = 16  # the engine has bits for 27 models
+    models = "".join(
+        f"<model name='m{2 * pair + side}'><pose>{3 + pair} {0.19 * side} 2 0 0 0</pose>{two}</model>"
+        for pair in range(pairs)
+        for side in (0, 1)
+    )
+    file = tmp_path / "test.world"
+    file.write_text(f"<sdf version='1.7'><world name='w'><gravity>0 0 0</gravity>{models}</world></sdf>")
+    run = Simulation(kbot_robot, load_world(file))
+    run.run(0.2)
+    poses = {name: pose.translation for name, pose in run.body_poses().items()}
+    for pair in range(pairs):
+        left, right = f"m{2 * pair}", f"m{2 * pair + 1}"
+        assert poses[right][1] - poses[left][1] > 0.195
+        for model in (left, right):
+            assert poses[f"{model}::l0.1"] - poses[model] == pytest.approx((0.0, 0.0, 0.1), abs=1e-9)

@@ -20,6 +20,9 @@ SELF = 8
 SPRING = 0.9
 """Impedance of a contact that is a spring: less creeps along slopes."""
 
+MODELS = tuple(1 << bit for bit in range(4, 31))
+"""One for each of some models of several bodies, which do not touch each other."""
+
 STIFFEST = 2e5
 """1/s^2, of a spring per mass that the step bears."""
 
@@ -63,6 +66,11 @@ def as_ground(geom: Any) -> None:
 def as_obstacle(geom: Any, moving: bool) -> None:
     """Run into: touches robots, and what moves touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
+
+
+def as_part_of(geom: Any, model: int) -> None:
+    """Of a model, one of `MODELS`: run into as what moves is, but by no other part of it."""
+    geom.contype, geom.conaffinity = model, GROUND | OBSTACLE | ROBOT | (sum(MODELS) & ~model)
 
 
 def as_robot(geom: Any, others: bool) -> None:

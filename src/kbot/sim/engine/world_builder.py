@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from math import pi
 from typing import Any
@@ -26,6 +27,7 @@ def add_world(spec: Any, world: w.World, findings: Findings) -> None:
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
+    bits = _bits_of_models(world, moving_models)
     added: dict[str, tuple[Any, w.Body]] = {}
     for body in world.bodies:
         own = _own_body(spec, body, moving_models, added)
@@ -37,11 +39,13 @@ def add_world(spec: Any, world: w.World, findings: Findings) -> None:
             if part.solid:
                 geom = _add_part(spec, own or spec.worldbody, body, part, place @ part.pose, findings)
                 if geom is not None:
+                    if body.model in bits:
+                        touch.as_part_of(geom, bits[body.model])
                     geom.name = f"{PREFIX}{body.name}#{index}"
                     geoms.append((part, geom))
         if body.mass is not None:
             _weigh(own, body, body.mass, geoms)
-    _keep_apart(spec, [body for _, body in added.values()])
+    _keep_apart(spec, [body for _, body in added.values() if body.model not in bits])
     for loop in world.loops:
         _close(spec, loop, added)
 
@@ -69,8 +73,17 @@ def _own_body(
     return own
 
 
+def _bits_of_models(world: w.World, moving_models: set[str]) -> dict[str, int]:
+    """The models of most bodies, each with a bit of its own by which they do not touch each other."""
+    grounds = {b.model for b in world.bodies if b.is_static and any(part.ground for part in b.parts)}
+    sizes = Counter(body.model for body in world.bodies if body.model in moving_models - grounds - {""})
+    largest = (model for model, count in sizes.most_common() if count > 1)
+    return dict(zip(largest, touch.MODELS, strict=False))
+
+
 def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:
-    """The bodies of one model do not touch each other, as in Gazebo."""
+    """The bodies of one model that has no bit do not touch each other either, as in Gazebo. Their pairs grow
+    by the square, so the largest models have bits."""
     mates: dict[str, list[w.Body]] = {}
     for body in bodies:
         if body.model and any(part.solid for part in body.parts):
