@@ -72,3 +72,32 @@ def test_names_are_made_absolute(topic, namespace, full):
 def test_a_name_with_an_empty_part_is_refused(topic):
     with pytest.raises(KbotError, match="no topic's name"):
         absolute(topic)
+
+
+def test_a_topic_goes_with_the_last_who_speaks_on_it_or_hears_it():
+    bus, heard = Bus(), []
+    first, second = bus.advertise("/odom", Odometry), bus.advertise("/odom", Odometry)
+    commands = bus.subscribe("/cmd_vel", Twist, print)
+    bus.publish("/cmd_vel", Twist())
+    bus.subscribe("/odom", Odometry, heard.append, looks_on=True)
+    first.close()
+    first.close()
+    assert set(bus.topics) == {"/odom", "/cmd_vel"}
+    second.close()
+    commands.close()
+    assert bus.topics == {}
+    assert bus.inputs == set()
+    with pytest.raises(KbotError, match="no topic /odom"):
+        bus.require("/odom")
+    bus.advertise("/cmd_vel", String)  # the name is free for another
+    bus.advertise("/odom", Odometry).publish(Odometry())
+    assert len(heard) == 1  # who looked on is still there
+
+
+def test_what_was_said_last_goes_with_its_speaker():
+    bus, heard = Bus(), []
+    publisher = bus.advertise("/robot_description", String, latched=True)
+    publisher.publish(String("<robot/>"))
+    publisher.close()
+    bus.subscribe("/robot_description", String, heard.append)
+    assert heard == []

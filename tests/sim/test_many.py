@@ -66,6 +66,8 @@ def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
     count = len(odometry)
     sim.run(0.1)
     assert len(odometry) == count
+    # /b/odom is there yet for who is subscribed to it
+    assert [topic for topic in sim.bus.topics if topic.startswith("/b/")] == ["/b/odom"]
 
 
 def test_many_runs_are_equal(kbot_robot):

@@ -14,10 +14,11 @@ M = TypeVar("M")
 class Subscription:
     """A callback that hears a topic until it is closed."""
 
-    def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None]) -> None:
+    def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None], looks_on: bool) -> None:
         self._bus = bus
         self._topic = topic
         self.callback = callback
+        self.looks_on = looks_on
 
     def close(self) -> None:
         if self in self._topic.subscriptions:
@@ -31,17 +32,37 @@ class _Topic:
         self.message_type = message_type
         self.is_input = is_input
         self.subscriptions: list[Subscription] = []
+        self.publishers = 0
         self.latched = False
         self.muted = False
         self.last: Any = None
         self.wanted: Callable[[], None] | None = None
 
+    @property
+    def is_there(self) -> bool:
+        """Whether anyone speaks on it, or is meant to hear it."""
+        return self.publishers > 0 or any(not one.looks_on for one in self.subscriptions)
+
 
 class Publisher(Generic[M]):
-    """Where messages of one type go out on one topic."""
+    """Where messages of one type go out on one topic, until it is closed."""
 
-    def __init__(self, topic: _Topic) -> None:
+    def __init__(self, bus: Bus, topic: _Topic) -> None:
+        self._bus = bus
         self._topic = topic
+        self._is_open = True
+        topic.publishers += 1
+        bus.changes += 1
+
+    def close(self) -> None:
+        """Speak no more; with the last who speaks on a topic, what it said last goes."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        self._topic.publishers -= 1
+        if self._topic.publishers == 0:
+            self._topic.last = self._topic.wanted = None
+        self._bus.changes += 1
 
     @property
     def topic(self) -> str:
@@ -59,26 +80,30 @@ class Publisher(Generic[M]):
         Raises:
             KbotError: the message is not of the topic's type.
         """
-        topic = self._topic
-        if not isinstance(message, topic.message_type):
-            raise KbotError(
-                f"topic {topic.name} carries {topic.message_type.__name__}, not {type(message).__name__}"
-            )
-        if topic.muted:
-            return
-        if topic.latched:
-            topic.last = message
-        for subscription in tuple(topic.subscriptions):
-            subscription.callback(message)
+        _publish(self._topic, message)
+
+
+def _publish(topic: _Topic, message: object) -> None:
+    if not isinstance(message, topic.message_type):
+        raise KbotError(
+            f"topic {topic.name} carries {topic.message_type.__name__}, not {type(message).__name__}"
+        )
+    if topic.muted:
+        return
+    if topic.latched:
+        topic.last = message
+    for subscription in tuple(topic.subscriptions):
+        subscription.callback(message)
 
 
 class Bus:
-    """The topics of one simulation. A name has one type, said by who comes first."""
+    """The topics of one simulation. A name has one type, said by who comes first; it is there while anyone
+    speaks on it or hears it, but for those who merely look on."""
 
     def __init__(self) -> None:
         self._topics: dict[str, _Topic] = {}
         self.changes = 0
-        """Grows whenever a topic begins or ends to be heard."""
+        """Grows whenever a topic begins or ends to be heard or spoken on."""
 
     def advertise(
         self,
@@ -97,17 +122,19 @@ class Bus:
         entry = self._topic(topic, message_type)
         entry.latched = entry.latched or latched
         entry.wanted = wanted or entry.wanted
-        self.changes += 1
-        return Publisher(entry)
+        return Publisher(self, entry)
 
-    def subscribe(self, topic: str, message_type: type[M], callback: Callable[[M], None]) -> Subscription:
-        """Hear a topic, whether or not anyone publishes on it yet.
+    def subscribe(
+        self, topic: str, message_type: type[M], callback: Callable[[M], None], *, looks_on: bool = False
+    ) -> Subscription:
+        """Hear a topic, whether or not anyone publishes on it yet. Who `looks_on` shows or records what
+        others say: for him alone the topic is not there.
 
         Raises:
             KbotError: the topic's name is not one, or it carries another type.
         """
         entry = self._topic(topic, message_type, is_input=True)
-        subscription = Subscription(self, entry, callback)
+        subscription = Subscription(self, entry, callback, looks_on)
         self.changes += 1
         entry.subscriptions.append(subscription)
         if entry.last is not None:
@@ -117,13 +144,16 @@ class Bus:
         return subscription
 
     def publish(self, topic: str, message: object) -> None:
-        """Publish once without keeping a publisher."""
-        self.advertise(topic, type(message)).publish(message)
+        """Publish once without keeping a publisher; a topic that nobody hears is there from then on."""
+        entry = self._topic(topic, type(message))
+        if not entry.is_there:
+            Publisher(self, entry)
+        _publish(entry, message)
 
     @property
     def topics(self) -> dict[str, type]:
         """Name and message type of every topic, in the order they came up."""
-        return {name: entry.message_type for name, entry in self._topics.items()}
+        return {name: entry.message_type for name, entry in self._topics.items() if entry.is_there}
 
     def is_latched(self, topic: str) -> bool:
         """Whether those who come later get the topic's last message."""
@@ -144,19 +174,21 @@ class Bus:
             KbotError: there is no such topic; the nearest names are said.
         """
         name = absolute(topic)
-        if name not in self._topics:
-            hint = did_you_mean(name, self._topics)
+        if name not in self.topics:
+            hint = did_you_mean(name, self.topics)
             raise KbotError(f"there is no topic {name}" + (f": {hint}" if hint else ""))
         return self._topics[name].message_type
 
     @property
     def inputs(self) -> frozenset[str]:
         """Topics that were heard before anyone spoke on them: what is meant to come from outside."""
-        return frozenset(name for name, entry in self._topics.items() if entry.is_input)
+        return frozenset(name for name, entry in self._topics.items() if entry.is_input and entry.is_there)
 
     def _topic(self, topic: str, message_type: type, is_input: bool = False) -> _Topic:
         name = absolute(topic)
         entry = self._topics.setdefault(name, _Topic(name, message_type, is_input))
+        if not (entry.is_there or entry.subscriptions):
+            entry = self._topics[name] = _Topic(name, message_type, is_input)
         if entry.message_type is not message_type:
             raise KbotError(
                 f"topic {name} carries {entry.message_type.__name__}, not {message_type.__name__}"

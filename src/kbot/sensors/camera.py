@@ -91,6 +91,12 @@ class CameraSensor(Sensor[Image]):
     def _beside(self, own: str, default: str) -> str:
         return self.simulation.named(self.owner).naming.topic(own) if own else default
 
+    def close(self) -> None:
+        super().close()
+        for beside in (self._infos, self._depths):
+            if beside is not None:
+                beside.close()
+
     @property
     def is_heard(self) -> bool:
         beside = self._infos.is_heard or (self._depths is not None and self._depths.is_heard)

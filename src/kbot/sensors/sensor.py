@@ -119,6 +119,7 @@ class Sensor(ABC, Generic[M]):
     def close(self) -> None:
         """Measure no more."""
         self._timer.cancel()
+        self._publisher.close()
         if self._go_with_robot in self.simulation.when_robots_change:
             self.simulation.when_robots_change.remove(self._go_with_robot)
 

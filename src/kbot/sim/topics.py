@@ -72,9 +72,11 @@ class RobotTopics:
         self._base_from_root = (x, y, z), robot.base_from_root.quaternion_xyzw
 
     def close(self) -> None:
-        """Hear no more commands."""
+        """Hear no more commands, and say nothing more."""
         for commands in self._commands:
             commands.close()
+        for publisher, _ in self._outputs:
+            publisher.close()
 
     def find_listeners(self) -> bool:
         """Find out who listens, to be called whenever that may have changed; whether anyone does."""

@@ -103,7 +103,9 @@ class Feed:
         receivers.append(receiver)
         if topic not in self._subscriptions:
             kind = self._bus.require(topic)
-            self._subscriptions[topic] = self._bus.subscribe(topic, kind, lambda m: self._hand_out(topic, m))
+            self._subscriptions[topic] = self._bus.subscribe(
+                topic, kind, lambda m: self._hand_out(topic, m), looks_on=True
+            )
         elif topic in self._last and self._bus.is_latched(topic):
             receiver(self._last[topic])
 

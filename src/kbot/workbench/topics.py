@@ -76,6 +76,8 @@ class TopicRelay:
         self._heard: dict[str, _Heard] = {}
         self._bus, self._now, self._for_page = bus, now, for_page
         self._feed = Feed(bus, now)
+        self._known = -1
+        """How much of the bus's changes was looked at."""
         self.ended: Callable[[str], None] = lambda topic: None
         """Told of each topic that is not heard any more, of which nobody knows what it says."""
 
@@ -188,11 +190,14 @@ class TopicRelay:
         return encode_packet(packet)
 
     def _listen(self) -> None:
-        """Hear what is wanted and has come up."""
-        if len(self._heard) == len(self._wanted):
+        """Hear what is wanted and has come up, and no more what is gone."""
+        if len(self._heard) == len(self._wanted) and self._bus.changes == self._known:
             return
         offered = self._feed.offered()
+        for topic in tuple(self._heard.keys() - offered.keys()):
+            self._end(topic)
         for topic in self._wanted:
             if topic in offered and topic not in self._heard:
                 heard = self._heard[topic] = _Heard()
                 self._feed.open(topic, heard.receive)
+        self._known = self._bus.changes
