@@ -1,16 +1,36 @@
 """The world on show: its parameters, what is told of it, and what happens to those in it."""
 
+import re
+import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from kbot.workbench.protocol import Delete, MoveModel, Spawn
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
 
 from .conftest import until
 
 OpenPage = Callable[..., Any]
+
+
+def do(session: Session, what: Callable[[Any], None]) -> None:
+    """Act on what moves the robot, between two steps of it."""
+    done = threading.Event()
+
+    def once() -> bool:
+        if done.is_set():
+            return False
+        what(session._motion)
+        done.set()
+        return True
+
+    session._motion._sim.errands.append(once)
+    assert done.wait(60.0), "nobody runs the simulation's errands"
 
 
 @pytest.fixture
@@ -58,3 +78,71 @@ def test_what_is_told_covers_no_button(viewing: str, open_page: OpenPage, width:
             for one, two in ((box, other), (other, box))
         )
         assert apart, button.get_attribute("aria-label") or button.inner_text()
+
+
+ISLAND = """<sdf version="1.7"><world name="island">
+<model name="floor"><static>true</static><link name="link">
+  <pose>0 0 -0.05 0 0 0</pose>
+  <collision name="c"><geometry><box><size>2 2 0.1</size></box></geometry></collision>
+  <visual name="v"><geometry><box><size>2 2 0.1</size></box></geometry></visual>
+</link></model></world></sdf>"""
+
+
+@pytest.fixture
+def island(tmp_path: Path) -> Iterator[tuple[str, Session]]:
+    """A floor of 2 by 2 m with nothing beneath."""
+    file = tmp_path / "island.sdf"
+    file.write_text(ISLAND)
+    session = open_session("kbot", simulate=True, world=str(file))
+    with serving(session) as address:
+        yield address, session
+
+
+def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
+    island: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = island
+    page = open_page(address)
+    until(lambda: session.state().time > 1.0)  # it has settled
+    start = page.evaluate("kbot.camera().clipFromWorld")
+    lamp = page.locator(".display[data-display=World] .lamp")
+    assert lamp.get_attribute("aria-label") == "fine"
+    do(session, lambda motion: motion.act(Spawn("box", 1.5, 0.0, 0.0, 0.0, 0.2, 0.2, 0.2)))
+    told = page.locator(".notices .info")
+    until(lambda: "box_1 fell out of the world at t=" in told.inner_text())
+    until(lambda: re.match(r"warning: box_1 fell .* z=-\d+ m now", lamp.get_attribute("aria-label")))
+    robot = page.locator(".display[data-display=RobotModel] .lamp")
+    assert robot.get_attribute("aria-label") == "fine"
+    do(session, lambda motion: motion.act(MoveModel("kbot", 3.0, 0.0, 0.0, 0.0)))
+    until(lambda: "the robot fell out of the world" in robot.get_attribute("aria-label"))
+
+    def seen() -> list[float]:
+        return list(page.evaluate("kbot.camera().clipFromWorld"))
+
+    stays = seen()
+    until(lambda: session.state().fallen[-1].z < -20.0)
+    assert np.allclose(seen(), stays, atol=1e-6)  # nothing is followed into the void
+    page.get_by_label("Reset", exact=True).click()
+    until(lambda: robot.get_attribute("aria-label") == "fine" == lamp.get_attribute("aria-label"))
+    until(lambda: np.allclose(seen(), start, atol=1e-3))
+
+
+def test_the_topics_of_a_robot_go_with_it(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    address, session = driving
+    page = open_page(address)
+    do(session, lambda motion: motion.act(Spawn("robot", 0.5, 0.5, 0.0, 0.0, 1.0, 1.0, 1.0)))
+    adder = page.get_by_label("Add a display")
+    of_it = adder.locator("option[value*='/robot_2/']")
+    until(lambda: adder.locator("option[value='Odometry /robot_2/odom']").count())
+    adder.select_option("Odometry /robot_2/odom")
+    lamp = page.locator(".display[data-display=Odometry] .lamp")
+    until(lambda: lamp.get_attribute("aria-label").startswith("fine: /robot_2/odom"))
+    page.keyboard.press("y")
+    listed = page.locator("#traffic")
+    until(lambda: "robot_2" in listed.inner_text())
+    do(session, lambda motion: motion.act(Delete("robot_2/base_link")))
+    until(lambda: "there is no topic /robot_2/odom" in lamp.get_attribute("aria-label"))
+    assert of_it.count() == 0
+    until(lambda: "robot_2" not in listed.inner_text())
+    do(session, lambda motion: motion.act(Spawn("robot", 0.5, 0.5, 0.0, 0.0, 1.0, 1.0, 1.0)))
+    until(lambda: lamp.get_attribute("aria-label").startswith("fine: /robot_2/odom"))

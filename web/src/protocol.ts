@@ -123,6 +123,13 @@ export interface FaultView {
   stop: number | null;
 }
 
+/** A robot or a thing that fell out of the world, at `time` s of simulated time, and is at `z` m now; the robot on show has no name. */
+export interface FallenView {
+  name: string;
+  time: number;
+  z: number;
+}
+
 /** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. */
 export interface State {
   revision: number;
@@ -142,6 +149,7 @@ export interface State {
   resets: number;
   at: number;
   faults: readonly FaultView[];
+  fallen: readonly FallenView[];
   type: "state";
 }
 

@@ -82,13 +82,17 @@ class Running:
 
     @property
     def has_diverged(self) -> bool:
-        """Whether the run left the physical, so that it goes on only after a reset: a step failed, or a thing
-        is nowhere or further off than `FURTHEST`."""
+        """Whether the run left the physical: a step failed, or a thing is nowhere or further off than
+        `FURTHEST`."""
+        return self.has_failed or not np.abs(self.engine()[1].xpos).max() <= FURTHEST
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether a step failed or a thing is nowhere, so that the run goes on only after a reset."""
         if self._failure is not None:
             return True
         _, data = self.engine()
-        finite = np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()
-        return not (finite and np.abs(data.xpos).max() <= FURTHEST)
+        return not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all())
 
     @property
     def steps(self) -> int:

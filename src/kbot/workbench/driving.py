@@ -24,6 +24,7 @@ from kbot.sim.simulation import ORIGIN
 from kbot.sim.state import State
 from kbot.text import KbotError
 from kbot.workbench.contact_forces import ContactForces
+from kbot.workbench.fallen import Fallen
 from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
 from kbot.workbench.motion import Moment, flat
 from kbot.workbench.protocol import (
@@ -98,6 +99,7 @@ class Driving:
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
+        self._fallen = Fallen(self._sim)
         self._sim.bus.advertise("clicked_point", PointStamped)  # pages speak on it, to whoever listens
         setup.attend(self._sim)
         self._shown = self._moment()
@@ -130,20 +132,23 @@ class Driving:
         return self._sim.run_errands()
 
     def moment(self) -> Moment:
-        """As it stands; a run that diverged is shown as it last was, until it is reset."""
-        if self._is_finite():
+        """As it stands; a run that failed is shown as it last was, until it is reset."""
+        if not self._sim.has_failed and self._knows_its_place():
             self._shown = self._moment()
         return self._shown
 
     def _is_finite(self) -> bool:
+        return not self._sim.has_diverged and self._knows_its_place()
+
+    def _knows_its_place(self) -> bool:
         pose, twist = self._sim.odometry.pose, self._sim.odometry.twist
-        reckoned = (pose.x, pose.y, pose.yaw, twist.x, twist.yaw)
-        return not self._sim.has_diverged and bool(np.isfinite(reckoned).all())
+        return bool(np.isfinite((pose.x, pose.y, pose.yaw, twist.x, twist.yaw)).all())
 
     def _moment(self) -> Moment:
         sim = self._sim
         pose, twist = sim.odometry.pose, sim.odometry.twist
         poses = sim.link_poses()
+        self._fallen.look()
         return Moment(
             time=sim.time,
             positions=sim.joint_positions,
@@ -154,6 +159,7 @@ class Driving:
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
+            fallen=self._fallen.now,
         )
 
     @property
@@ -188,6 +194,7 @@ class Driving:
             self._owed -= count * step
             if time.monotonic() - start > BUSY_SECONDS:
                 self._owed = 0.0  # the machine cannot follow: simulated time falls behind
+        self._fallen.look()
         return self._sim.time - before
 
     def reset(self) -> None:

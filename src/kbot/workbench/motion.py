@@ -14,7 +14,7 @@ from kbot.model import Joint, JointType, Robot
 from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
 from kbot.workbench.foreign_frames import Frames
-from kbot.workbench.protocol import Action, FaultView, Timeline
+from kbot.workbench.protocol import Action, FallenView, FaultView, Timeline
 from kbot.workbench.scene import Control, slider_range
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
@@ -34,6 +34,7 @@ class Moment:
     twist: tuple[float, float] = (0.0, 0.0)
     odometry: tuple[float, float, float] = (0.0, 0.0, 0.0)
     faults: tuple[FaultView, ...] = ()
+    fallen: tuple[FallenView, ...] = ()
 
 
 class Motion(Protocol):

@@ -38,4 +38,5 @@ def told_state(
         resets=resets,
         at=round(at, 4),
         faults=moment.faults,
+        fallen=moment.fallen,
     )

@@ -23,6 +23,8 @@ export class LiveDisplays {
   readonly group = new Group();
   private readonly live = new Map<number, Live>();
   private scene: Scene | null = null;
+  /** What fell out of the world, and the second for which that was said. */
+  private fallen = "";
 
   constructor(
     private readonly app: App,
@@ -32,6 +34,7 @@ export class LiveDisplays {
     app.topics.list.watch(() => {
       for (const one of this.live.values()) this.connect(one);
       this.report();
+      this.picture.invalidate();
     });
     app.topics.forgotten.watch((what) => what !== null && this.forget(what.topic));
     app.selected.watch((link) => this.each((display) => display.select?.(link)));
@@ -46,6 +49,10 @@ export class LiveDisplays {
   /** Tells of a state; what moved is drawn by the view, and what else changes by the display that knows. */
   state(state: State): void {
     for (const { display } of this.live.values()) display?.state?.(state);
+    const fallen = state.fallen.map(({ name }) => `${name} ${Math.floor(state.time)}`).join();
+    if (fallen === this.fallen) return;
+    this.fallen = fallen;
+    this.report();
   }
 
   frame(): void {
@@ -121,11 +128,12 @@ export class LiveDisplays {
     const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics) : "";
     const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
     const wanted = carried === undefined || kind.topics.includes(carried) ? topic : "";
+    if (one.heard && carried === undefined) this.empty(one); // it is gone
     if (wanted === one.topic) return;
     one.stop?.();
     one.stop = null;
-    one.display.clear?.();
-    Object.assign(one, { topic: wanted, heard: false, said: null });
+    this.empty(one);
+    one.topic = wanted;
     if (wanted !== "") one.stop = this.app.topics.listen(wanted, (message) => this.hear(one, message));
   }
 
@@ -133,11 +141,15 @@ export class LiveDisplays {
   private forget(topic: string | undefined): void {
     for (const one of this.live.values()) {
       if (one.topic === "" || (topic !== undefined && one.topic !== topic)) continue;
-      one.display?.clear?.();
-      Object.assign(one, { heard: false, said: null });
+      this.empty(one);
     }
     this.report();
     this.picture.invalidate();
+  }
+
+  private empty(one: Live): void {
+    one.display?.clear?.();
+    Object.assign(one, { heard: false, said: null });
   }
 
   private hear(one: Live, message: TopicMessage): void {

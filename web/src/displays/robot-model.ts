@@ -2,6 +2,7 @@ import { Matrix4, Quaternion, Vector3 } from "three";
 
 import { NOTHING, type Parts } from "../view/robot";
 import type { Make } from "./display";
+import { fallenStatus } from "./fallen";
 import { PoseShapes } from "./pose-shapes";
 import type { Values } from "./set";
 
@@ -36,6 +37,7 @@ export const robotModel: Make = (picture) => {
       picture.robot?.show(parts);
     },
     rebuild: () => picture.robot?.show(parts),
+    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")),
     frame() {
       const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
       const matrices = joints.flatMap((joint) => {

@@ -1,6 +1,7 @@
 import { Group } from "three";
 
 import type { Make } from "./display";
+import { fallenStatus } from "./fallen";
 
 /** What stands in the world. */
 export const world: Make = (picture) => {
@@ -18,6 +19,7 @@ export const world: Make = (picture) => {
       show(shown);
     },
     rebuild: () => show(isShown),
+    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name !== "")),
     dispose: () => show(false),
   };
 };

@@ -1,4 +1,5 @@
 import type { App } from "../app";
+import { fallenWords } from "../displays/fallen";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import { recordedTo } from "../time/words";
@@ -38,6 +39,13 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     if (actions.length === 0) timer = setTimeout(hide, SHOWN_FOR);
   };
   app.refused.watch((now) => now !== null && say(now.reason));
+  let known: readonly string[] = [];
+  app.state.watch((state) => {
+    const fallen = state?.fallen ?? [];
+    const news = fallen.filter(({ name }) => !known.includes(name));
+    known = fallen.map(({ name }) => name);
+    if (news.length > 0) say(news.map(fallenWords).join("; "));
+  });
   app.told.watch((now) => now !== null && say(now.text));
   app.recorded.watch((now) => {
     if (now === null) return;

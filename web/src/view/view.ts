@@ -149,7 +149,8 @@ export class View implements Picture {
     this.robot.apply(state);
     this.bodies?.apply(state);
     this.displays.state(state);
-    const centre = this.centre();
+    const isGone = state.fallen.some(({ name }) => name === "");
+    const centre = isGone ? this.lastSeen : this.centre();
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
@@ -170,7 +171,7 @@ export class View implements Picture {
     const radius = this.app.scene.value?.radius ?? 1;
     this.stage.lights.shineAround(centre, radius * 1.5);
     const { x, y } = this.root;
-    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, PALETTES[this.app.theme.value].shadow);
+    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, isGone ? 0 : PALETTES[this.app.theme.value].shadow);
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
     this.drawn = state;
   }

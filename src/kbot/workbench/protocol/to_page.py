@@ -11,7 +11,7 @@ from kbot.workbench.protocol.scene import Scene, Things
 from kbot.workbench.protocol.source import Findings, Parameters, SourceText
 from kbot.workbench.protocol.time import Bookmarks, Recorded, Timeline, Trail
 from kbot.workbench.protocol.topics import TopicMessage, Topics
-from kbot.workbench.protocol.world import FaultView, WorldChoice
+from kbot.workbench.protocol.world import FallenView, FaultView, WorldChoice
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +42,7 @@ class State:
     resets: int
     at: float = 0.0
     faults: tuple[FaultView, ...] = ()
+    fallen: tuple[FallenView, ...] = ()
     type: Literal["state"] = "state"
 
 

@@ -132,6 +132,16 @@ class FaultView:
 
 
 @dataclass(frozen=True, slots=True)
+class FallenView:
+    """A robot or a thing that fell out of the world, at `time` s of simulated time, and is at `z` m now; the
+    robot on show has no name."""
+
+    name: str
+    time: float
+    z: float
+
+
+@dataclass(frozen=True, slots=True)
 class JointSpeed:
     """Let a joint that has a controller go at a speed, rad/s or m/s."""
 

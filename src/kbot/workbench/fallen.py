@@ -1,0 +1,62 @@
+"""What fell out of the world: where a floor ends, things fall for ever."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kbot.sim import Simulation
+from kbot.workbench.protocol import FallenView
+from kbot.workbench.world_actions import model_of
+
+BELOW = 0.1
+"""Metres beneath all that stands still at which something has fallen."""
+
+
+class Fallen:
+    """Notices what falls out of a simulation's world, and when."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._sim = simulation
+        self._model: Any = None
+        self._lowest = 0.0
+        self._since: dict[str, float] = {}
+        self.now: tuple[FallenView, ...] = ()
+
+    def look(self) -> None:
+        """Bring `now` up to the simulation's moment."""
+        model, data = self._sim.engine()
+        if model is not self._model:
+            self._model, self._lowest = model, _lowest(model, data)
+        heights = data.xipos[:, 2]
+        deepest = self._lowest - BELOW
+        found: dict[str, float] = {}
+        if heights[1:].min(initial=deepest) < deepest:  # the first body is the world
+            highest: dict[str, float] = {}
+            for index in range(1, model.nbody):
+                owner = self._owner(model.body(index).name)
+                highest[owner] = max(highest.get(owner, -np.inf), float(heights[index]))
+            found = {owner: z for owner, z in highest.items() if z < deepest}
+        time = self._sim.time
+        self._since = {name: min(self._since.get(name, time), time) for name in found}
+        self.now = tuple(
+            FallenView(name, round(self._since[name], 3), round(z, 1)) for name, z in found.items()
+        )
+
+    def _owner(self, body: str) -> str:
+        """The robot or thing that a body of the engine belongs to; the robot on show has no name."""
+        owner = model_of(self._sim, body.removeprefix("/")).partition("::")[0]
+        return "" if owner == self._sim.named().name else owner
+
+
+def _lowest(model: Any, data: Any) -> float:  # noqa: ANN401 - mujoco has no types
+    """z in m of the lowest point of what stands still; 0 where nothing does."""
+    still = np.flatnonzero(model.body_weldid[model.geom_bodyid] == 0)
+    if len(still) == 0:
+        return 0.0
+    centre, half = model.geom_aabb[still, :3], model.geom_aabb[still, 3:]
+    up = data.geom_xmat[still].reshape(-1, 3, 3)[:, 2]
+    z = data.geom_xpos[still, 2] + (up * centre).sum(axis=1) - (np.abs(up) * half).sum(axis=1)
+    is_plane = model.geom_type[still] == 0  # its box is without end
+    return float(np.where(is_plane, data.geom_xpos[still, 2], z).min())
