@@ -92,28 +92,41 @@ class Companions:
             self._gazebo = GazeboTopics(simulation)
             self._connect(simulation, feed, description, simulation.robot.name, world)
 
-    def show(self, shown: Live, description: str, name: str) -> None:
+    def show(self, shown: Live, description: str, name: str, *, tells_time: bool = True) -> None:
         """Go along with a robot that is shown and not simulated: `shown` says its joints and transforms.
-        There is nothing to be recorded. `description` is its URDF, `name` what others are told that runs.
+        There is nothing to be recorded. `description` is its URDF, empty where there is none, `name` what
+        others are told that runs; unless it `tells_time`, that is the wall's.
 
         Raises:
             KbotError: a bridge cannot be opened.
         """
         self._leave()
-        if "/clock" not in shown.bus.topics:  # a recording that is played may have its own
+        if tells_time and "/clock" not in shown.bus.topics:  # a recording that is played may have its own
             clock = shown.bus.advertise("/clock", ClockMessage)
             self._timer = shown.clock.every(
                 CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
             )
-        shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
+        if description:
+            shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
         if self._wishes.transforms:
             publish_static_transforms(shown.bus, shown.clock, self._wishes.transforms)
         if self._is_live:
             feed = Feed(shown.bus, lambda: shown.clock.nanoseconds)
-            self._connect(shown, feed, description, name)
+            self._connect(shown, feed, description, name, tells_time=tells_time)
 
-    def _connect(self, live: Live, feed: Feed, description: str, robot: str, world: str = "") -> None:
-        told = {"/robot_description": description, "/use_sim_time": True}
+    def _connect(
+        self,
+        live: Live,
+        feed: Feed,
+        description: str,
+        robot: str,
+        world: str = "",
+        *,
+        tells_time: bool = True,
+    ) -> None:
+        told: dict[str, object] = {"/robot_description": description} if description else {}
+        if tells_time:
+            told["/use_sim_time"] = True
         self._link.parameters = {**self._wishes.parameters, **self._link.parameters, **told}
         self._link.attach(live, feed)
         if not self._bridges:

@@ -13,7 +13,7 @@ from kbot.cli.arguments import examples, package_path_option, page_options, spli
 from kbot.cli.companions import companion_options
 from kbot.cli.launch_text import print_answers, table
 from kbot.cli.output import fail, is_unusable, report, warn_of_others
-from kbot.launch import is_ros_2, read_launch, read_launch_2
+from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.stage import Stage, stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
 from kbot.text import Diagnostic, KbotError, Severity
@@ -103,21 +103,23 @@ def command(
     report([*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers])
     if any(note.is_error for note in staged.notes):
         return 2
-    if staged.path is None and not staged.programs and not staged.playings:
-        fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
     if staged.path is None:
-        click.echo(table(plan, staged))
-        if staged.playings:
-            from kbot.cli.launch_play import play_alone
-
-            return play_alone(plan, staged, wishes)
-        from kbot.cli.launch_programs import run_alone
-
-        return run_alone(plan, staged.programs)
+        return _without_robot(plan, staged, wishes)
     from kbot.cli.launch_run import Place, carry_out
 
     click.echo(table(plan, staged))
     return carry_out(plan, staged, wishes, world, Place(host, port, browser, package_path))
+
+
+def _without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
+    from kbot.cli.launch_alone import has_something_to_say, run_without_robot
+    from kbot.cli.launch_programs import run_programs
+
+    has_more = has_something_to_say(staged)
+    if not (has_more or staged.programs):
+        fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
+    click.echo(table(plan, staged))
+    return run_without_robot(plan, staged, wishes) if has_more else run_programs(plan, staged.programs)
 
 
 def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:

@@ -1,28 +1,33 @@
-"""Carries out a launch that has no robot, but recordings that are said again."""
+"""Carries out a launch that has no robot: frames, maps, recordings, keys and gamepads, for others to hear."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import click
-
+from kbot.bridges.presence import find, running
 from kbot.cli.companions import companions
-from kbot.cli.launch_programs import live_for_programs, start_programs
-from kbot.messages import Bus, Clock
+from kbot.cli.keys import keys
+from kbot.cli.launch_beside import dump_parameters, publish_maps, tell, wishes_of
+from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
+from kbot.cli.output import fail
+from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.record.playback import Playback
 
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
     from kbot.launch.stage import Stage
+    from kbot.launch.teleop import HandDriving
 
 PERIOD = 0.01
 BEHIND = 0.2
 """Seconds of wall time that are caught up at most."""
+_TWIST = "geometry_msgs/msg/Twist"
 
 
 @dataclass
@@ -35,13 +40,25 @@ class _Said:
     paused: bool = False
 
 
-def play_alone(plan: Plan, staged: Stage, wishes: Wishes) -> int:
-    """Say the recordings to peers, with the launch's programs beside, until the end of all, or of a required
-    one, or Ctrl-C; the exit status. Of a single recording the time of its run is told on /clock.
+def has_something_to_say(staged: Stage) -> bool:
+    """Whether a launch without a robot has anything but programs of the user's own."""
+    hand = staged.by_hand
+    return bool(
+        staged.playings or staged.transforms or staged.maps or hand.keys or hand.gamepads or hand.drivers
+    )
+
+
+def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
+    """Say to peers what the launch's nodes say, with its programs beside, until the end of all, of a required
+    recording, or Ctrl-C; the exit status. Time is the wall's, but where recordings are played: that of a
+    single one is its run's, and it is told on /clock. Where no bridge is asked for, no ROS is here and a KBot
+    runs, that hears the commands.
 
     Raises:
-        KbotError: a recording cannot be read, or a bridge cannot be opened.
+        KbotError: a recording or a map cannot be read, or a bridge or the KBot cannot be reached.
     """
+    if wishes.record:
+        fail("--record goes with a launch that simulates; this one has no robot")
     said, playings, speed = _Said(), staged.playings, 1.0
     if len(playings) == 1:
         speed, playings = playings[0].rate, (replace(playings[0], rate=1.0),)
@@ -50,8 +67,13 @@ def play_alone(plan: Plan, staged: Stage, wishes: Wishes) -> int:
     def end() -> None:
         is_over[0] = True
 
-    tell: Callable[[str], None] = lambda text: click.echo(text, err=True)  # noqa: E731 - given on as it is
-    wishes = live_for_programs(staged.programs, wishes)
+    dump_parameters(plan)
+    wishes = _as_the_environment_says(wishes_of(plan, staged, wishes))
+    is_beside = not (playings or wishes.is_live) and bool(running())
+    if not is_beside:
+        wishes = live_for_programs(staged.programs, wishes)
+    if wishes.ros1:
+        clear_on_master(plan)
     with ExitStack() as stack:
         players = [
             Playback(said.bus, said.clock, playing, tell, on_end=end if playing.required else lambda: None)
@@ -59,18 +81,92 @@ def play_alone(plan: Plan, staged: Stage, wishes: Wishes) -> int:
         ]
         if len(players) == 1:
             said.clock.set(players[0].nanoseconds)
-        going = stack.enter_context(companions(wishes, served=True))
-        going.show(said, players[0].description, players[0].name)
+        elif not players:
+            said.clock.set(time.time_ns())
+        _drive_by_hand(stack, said, staged.by_hand, is_beside=is_beside)
+        if is_beside:
+            _tell_what_is_not_said(staged)
+        else:
+            publish_maps(said.bus, staged)
+            description, name = (players[0].description, players[0].name) if players else ("", plan.path)
+            going = stack.enter_context(companions(wishes, served=True))
+            going.show(said, description, name, tells_time=bool(players))
         processes = start_programs(stack, plan, staged.programs, wishes)
+        if not players:
+            tell("There is no robot here. Ctrl-C ends it.")
         due = time.monotonic()
         with suppress(KeyboardInterrupt):
             while not is_over[0]:
                 for errand in tuple(said.errands):
                     errand()
-                if not said.paused:
-                    said.clock.advance_to(said.clock.nanoseconds + round(PERIOD * speed * 1e9))
-                if all(p.is_over for p in players) and (processes is None or processes.are_over):
+                _pass_time(said.clock, speed if players else None)
+                if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
                     break
                 due = max(due + PERIOD, time.monotonic() - BEHIND)
                 time.sleep(max(0.0, due - time.monotonic()))
     return processes.status if processes is not None else 0
+
+
+def _tell_what_is_not_said(staged: Stage) -> None:
+    for what, is_there in (("Frames", staged.transforms), ("Maps", staged.maps)):
+        if is_there:
+            tell(f"{what} of the launch are not said: the KBot that runs has its own")
+
+
+def _pass_time(clock: Clock, speed: float | None) -> None:
+    """A period of a recording's, or, without one, until now; a machine that slept is not caught up."""
+    if speed is not None:
+        clock.advance_to(clock.nanoseconds + round(PERIOD * speed * 1e9))
+        return
+    now = time.time_ns()
+    if 0 <= now - clock.nanoseconds <= BEHIND * 1e9:
+        clock.advance_to(now)
+    else:
+        clock.set(now)
+
+
+def _as_the_environment_says(wishes: Wishes) -> Wishes:
+    """With a bridge to the ROS that is there, where none is asked for, as nodes of one's own have it."""
+    from kbot.client import wanted_transport
+
+    if wishes.is_live:
+        return wishes
+    kind = wanted_transport(os.environ)
+    return replace(wishes, ros1=kind == "ros1", ros2=kind == "ros2")
+
+
+def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:
+    """Keys and gamepads say commands on their topics, for a KBot that runs to hear where it `is_beside`."""
+    from kbot.nodes.joy import JoyNode, Joystick
+    from kbot.nodes.teleop_twist_joy import TeleopTwistJoy
+    from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+
+    def command(topic: str) -> Callable[[float, float], None]:
+        publisher = said.bus.advertise(topic, Twist)
+        if is_beside:
+            _carry(stack, said.bus, topic)
+        return lambda linear, angular: publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
+
+    for gamepad in hand.gamepads:
+        joystick = stack.enter_context(closing(Joystick(gamepad, tell)))
+        JoyNode(said.bus, said.clock, gamepad, joystick)
+    for driver in hand.drivers:
+        TeleopTwistJoy(said.bus, driver, command(driver.topic))
+    if hand.keys is not None:
+        teleop, drive = TeleopKeys(hand.keys.speed, hand.keys.turn), command(hand.keys.topic)
+        said.clock.every(RATE, lambda: teleop.drive(drive))
+        tell(HELP)
+        stack.enter_context(keys(teleop.press))
+
+
+def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
+    """Let the KBot that runs hear a topic; which, KBOT_AT says where several run. Raises KbotError: it says
+    none of them, or the KBot hears no such topic."""
+    from kbot.bridges.graph_client import GraphClient
+    from kbot.wire.plain import to_plain
+
+    graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))
+    stack.callback(graph.close)
+    graph.advertise(topic, _TWIST)
+    bus.subscribe(topic, Twist, lambda message: graph.publish(topic, to_plain(message, exact=True)))
+    tell(f"The KBot that runs hears {topic}.")

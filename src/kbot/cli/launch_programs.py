@@ -27,7 +27,7 @@ _LOOK_SECONDS = 0.1
 _CALLER = "/kbot_launch"
 
 
-def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
+def run_programs(plan: Plan, programs: Sequence[Program]) -> int:
     """Run programs without a robot, beside whatever is there already, until all have ended, a required one
     has, or Ctrl-C; the exit status.
 
@@ -37,12 +37,9 @@ def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
     from kbot.client import wanted_transport
 
     kind = wanted_transport(os.environ)
-    with processes_of(plan, programs, {}) as built:
+    with processes_of(plan, programs, {"KBOT_TRANSPORT": kind}) as built:
         if kind == "ros1":
             _tell_master(plan)
-        elif kind == "local":
-            pairs = zip(built, programs, strict=True)
-            built = [replace(p, command=[*p.command, *_words(plan, program.node)]) for p, program in pairs]
         processes = Processes(built, _tell, _thread.interrupt_main)
         try:
             with suppress(KeyboardInterrupt):
@@ -56,11 +53,12 @@ def run_alone(plan: Plan, programs: Sequence[Program]) -> int:
 def start_programs(
     stack: ExitStack, plan: Plan, programs: Sequence[Program], wishes: Wishes
 ) -> Processes | None:
-    """Start a launch's programs, until the stack is closed; None where there are none. The end of a required
-    one interrupts the main thread."""
+    """Start a launch's programs, until the stack is closed; None where there are none. Without a bridge they
+    are beside a KBot that runs here. The end of a required one interrupts the main thread."""
     if not programs:
         return None
-    told = {"KBOT_TRANSPORT": "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"}
+    kind = "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"
+    told = {"KBOT_TRANSPORT": kind if wishes.is_live else "local"}
     built = stack.enter_context(processes_of(plan, programs, told))
     processes = Processes(built, _tell, _thread.interrupt_main)
     stack.callback(processes.close)
@@ -142,9 +140,12 @@ def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) 
     node = program.node
     stem = node.full_name.strip("/").replace("/", "-")
     log = logs / f"{stem}.log" if node.output == "log" else None
+    command = command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml"))
+    if told.get("KBOT_TRANSPORT") == "local":
+        command = [*command, *_words(plan, node)]
     return Process(
         name=node.full_name,
-        command=command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml")),
+        command=command,
         environment={**told, **environment(program)},
         folder=_folder(node, program),
         log=log,

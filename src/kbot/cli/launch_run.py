@@ -5,14 +5,13 @@ from __future__ import annotations
 import _thread
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
+from kbot.cli.launch_beside import dump_parameters, publish_maps, tell, wishes_of
 from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.launch_robots import put_all
 from kbot.cli.output import fail, report
@@ -56,8 +55,8 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
     """
     if wishes.record and not staged.simulate:
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
-    _dump(plan)
-    wishes = _wishes(plan, staged, wishes)
+    dump_parameters(plan)
+    wishes = live_for_programs(staged.programs, wishes_of(plan, staged, wishes))
     if wishes.ros1:
         clear_on_master(plan)
     with ExitStack() as stack:
@@ -65,13 +64,13 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
         hand = staged.by_hand
         teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
         if staged.simulate:
-            joysticks = [stack.enter_context(closing(Joystick(g, _tell))) for g in hand.gamepads]
+            joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
             session = _simulated(staged, going, world or _known_world(staged.world), place, teleop, joysticks)
         else:
             session = _shown(staged, going, place)
         processes = start_programs(stack, plan, staged.programs, wishes)
         if teleop is not None and staged.simulate:
-            _tell(HELP)
+            tell(HELP)
             stack.enter_context(keys(teleop.press))
         session.display_file = _displays(staged)
         if staged.fixed_frame:
@@ -81,41 +80,17 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
     return processes.status if processes is not None else 0
 
 
-def _tell(text: str) -> None:
-    click.echo(text, err=True)
-
-
 def _displays(staged: Stage) -> DisplayFile:
     """The displays of the launch's rviz; a file of no use is told of, as rviz would start without it."""
     if not Path(staged.displays).is_file():
         if staged.displays:
-            _tell(f"{staged.displays}: there is no such file, so the displays are those of the page")
+            tell(f"{staged.displays}: there is no such file, so the displays are those of the page")
         return DisplayFile()
     try:
         return read_displays(staged.displays)
     except KbotError as error:
-        _tell(f"{error}; the displays are those of the page")
+        tell(f"{error}; the displays are those of the page")
         return DisplayFile()
-
-
-def _wishes(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
-    """What was asked for on the command line, and what the launch file itself needs."""
-    values = {name: param.value for name, param in plan.params.items() if _can_be_told(param.value)}
-    wishes = replace(wishes, transforms=staged.transforms, parameters=values)
-    for recording in staged.recordings[:1]:
-        if not wishes.record and staged.simulate:
-            wishes = replace(wishes, record=recording.path, topics=recording.topics)
-            _tell(f"Recording to {recording.path}")
-    return live_for_programs(staged.programs, wishes)
-
-
-def _can_be_told(value: object) -> bool:
-    """Whether every peer takes it as a parameter: XML-RPC has no nothing and no long numbers."""
-    if isinstance(value, list):
-        return all(map(_can_be_told, value))
-    if isinstance(value, int):
-        return -(1 << 31) <= value < 1 << 31
-    return isinstance(value, str | float)
 
 
 def _simulated(
@@ -143,7 +118,7 @@ def _simulated(
     players: list[Playback] = []
 
     def attend(simulation: Simulation) -> None:
-        _publish_maps(simulation.bus, staged)
+        publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
             put_all(simulation, staged, place.package_path)
@@ -160,7 +135,7 @@ def _simulated(
     session = driven_session(description, world, 0, "recipe", attend, start, naming)
     session.paused = staged.paused
     if staged.paused:
-        _tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
+        tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
     return session
 
 
@@ -197,7 +172,7 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     players: list[Playback] = []
 
     def attend(sliders: Sliders) -> None:
-        _publish_maps(sliders.bus, staged)
+        publish_maps(sliders.bus, staged)
         going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
 
         def take_over(message: JointState) -> None:
@@ -244,7 +219,7 @@ def _play(
             bus,
             clock,
             playing,
-            _tell,
+            tell,
             theirs=theirs,
             instead=instead,
             on_end=_thread.interrupt_main if playing.required else lambda: None,
@@ -256,18 +231,6 @@ def _play(
     return players
 
 
-def _publish_maps(bus: Bus, staged: Stage) -> None:
-    if not staged.maps:
-        return
-    from kbot.messages.navigation import MapMetaData, OccupancyGrid
-    from kbot.world.occupancy_files import read_map
-
-    for path in staged.maps:
-        message = read_map(path).to_message()
-        bus.advertise("/map", OccupancyGrid, latched=True).publish(message)
-        bus.advertise("/map_metadata", MapMetaData, latched=True).publish(message.info)
-
-
 def _known_world(name: str) -> str:
     """A world file that is there, else KBot's own of that name, else the empty one, which is said."""
     if Path(name).is_file():
@@ -277,16 +240,5 @@ def _known_world(name: str) -> str:
     own = PurePosixPath(name.replace("\\", "/")).stem
     if own in BUILDERS:
         return own
-    _tell(f"The world '{name}' is not here: the robot stands in 'empty'.")
+    tell(f"The world '{name}' is not here: the robot stands in 'empty'.")
     return "empty"
-
-
-def _dump(plan: Plan) -> None:
-    """`rosparam dump`: what the launch sets beneath a name, into a file."""
-    from kbot.launch.values import dump_yaml
-    from kbot.text.files import write_text
-
-    for command, name, file in plan.store:
-        if command == "dump":
-            values = {key: param.value for key, param in plan.params.items()}
-            write_text(file, dump_yaml(values, name))

@@ -1,0 +1,126 @@
+"""Launches without a robot, as processes: what their nodes say is heard."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import yaml
+
+TELEOP = '<node pkg="teleop_twist_keyboard" type="teleop_twist_keyboard.py" name="keys"/>'
+FRAME = '<node pkg="tf2_ros" type="static_transform_publisher" name="f" args="1 2 3 0 0 0 map odom"/>'
+SERVER = '<node pkg="map_server" type="map_server" name="m" args="$(dirname)/map.yaml"/>'
+PARAMETER = '<param name="speed" value="0.5"/>'
+MAP = """image: map.pgm
+resolution: 0.25
+origin: [0, 0, 0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.2
+"""
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    for name in ("ROS_MASTER_URI", "ROS_VERSION", "ROS_DISTRO", "KBOT_TRANSPORT", "KBOT_AT"):
+        monkeypatch.delenv(name, raising=False)
+    return tmp_path
+
+
+def kbot(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "kbot", *words], capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end, "it did not come about"
+        time.sleep(0.2)
+
+
+@contextmanager
+def running(folder: Path, *words: str, keyboard: int | None = None) -> Iterator[Callable[[], str]]:
+    """What it has told so far; Ctrl-C ends it at the end, with status 0."""
+    log = folder / f"{words[0]}.log"
+    with log.open("w") as file:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "kbot", *words], stdin=keyboard, stdout=file, stderr=file
+        )
+    try:
+        yield lambda: log.read_text()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0, log.read_text()
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def terminal() -> Iterator[tuple[int, int]]:
+    import pty
+
+    ours, theirs = pty.openpty()
+    yield ours, theirs
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_frames_maps_and_parameters_are_there_without_a_robot(folder: Path) -> None:
+    """Their time is the wall's: nothing tells those who hear that a simulation does."""
+    (folder / "map.pgm").write_bytes(b"P5\n2 2\n255\n\xfe\xfe\x00\x00")
+    (folder / "map.yaml").write_text(MAP)
+    (folder / "a.launch").write_text(f"<launch>{FRAME}{SERVER}{PARAMETER}</launch>")
+    before = time.time()
+    with running(folder, "launch", str(folder / "a.launch")):
+        until(lambda: kbot("node", "list").returncode == 0)
+        topics = kbot("topic", "list").stdout.split()
+        assert {"/tf_static", "/map", "/map_metadata"} == {*topics}
+        assert kbot("param", "list").stdout.split() == ["/speed"]
+        assert kbot("tf", "tree").stdout.splitlines() == ["map", "  odom (static)"]
+        assert "Translation: [1.000, 2.000, 3.000]" in kbot("tf", "echo", "map", "odom", "--once").stdout
+        said = yaml.safe_load(kbot("topic", "echo", "/tf_static", "--once").stdout.removesuffix("---\n"))
+        assert before <= said["transforms"][0]["header"]["stamp"]["sec"] + 1 <= time.time() + 1
+        told = kbot("topic", "echo", "/map", "--once", "--field", "info.resolution").stdout
+        assert told == "0.25\n---\n"
+
+
+def test_keys_are_heard_without_a_robot(folder: Path, terminal: tuple[int, int]) -> None:
+    ours, theirs = terminal
+    (folder / "a.launch").write_text(f"<launch>{TELEOP}</launch>")
+    with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
+        until(lambda: "There is no robot here" in told())
+        os.write(ours, b"i")
+        assert kbot("topic", "echo", "/cmd_vel", "--once", "--field", "linear.x").stdout == "0.5\n---\n"
+
+
+def test_keys_drive_the_kbot_that_runs(folder: Path, terminal: tuple[int, int]) -> None:
+    ours, theirs = terminal
+    (folder / "a.launch").write_text(f"<launch>{TELEOP}{FRAME}</launch>")
+    with running(folder, "sim", "kbot", "--no-browser", "--port", "0"):
+        until(lambda: kbot("node", "list").returncode == 0)
+        with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
+            until(lambda: "There is no robot here" in told())
+            assert "The KBot that runs hears /cmd_vel." in told()
+            assert "Frames of the launch are not said" in told()
+            os.write(ours, b"i")
+            until(lambda: speed() > 0.2)
+            os.write(ours, b"k")
+            until(lambda: speed() < 0.01)
+
+
+def speed() -> float:
+    said = kbot("topic", "echo", "/odom", "--once", "--field", "twist.twist.linear.x").stdout
+    found = re.match(r"\S+", said)
+    assert found is not None
+    return float(found[0])
