@@ -1,9 +1,95 @@
-"""What a notebook is given of a robot: its page as HTML, and hardly any text."""
+"""What a notebook shows of a robot and a simulation: run by a real Jupyter, opened in a real browser."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import numpy as np
+import pytest
+from nbclient import NotebookClient
+from nbconvert import HTMLExporter
 
 import kbot
+
+from .conftest import until
+from .pages import Pages
+from .pictures import blue, decode_png
+
+CELLS = (
+    "import kbot\nrobot = kbot.load('kbot')\nrobot.show({'left_wheel_joint': 0.5}, height=400)",
+    """sim = kbot.Simulation(robot)
+sim.cmd_vel(0.2, 0.0)
+moments = []
+for _ in range(20):
+    sim.run(0.1)
+    moments.append(sim.state())
+sim.show(moments, height=400)""",
+)
 
 
 def test_the_page_is_kept_once() -> None:
     shown = kbot.load("kbot").show()
     assert "<iframe" in shown._repr_html_()
     assert len(repr(shown)) < 100  # notebooks keep it beside the HTML, and a terminal prints it
+
+
+@pytest.fixture(scope="module")
+def notebook(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A notebook that Jupyter has run, as the HTML that it makes of it."""
+    cells = [nbformat.v4.new_code_cell(text) for text in CELLS]
+    read = nbformat.v4.new_notebook(cells=cells)
+    NotebookClient(read, timeout=300, startup_timeout=300, kernel_name="python3").execute()
+    html, _ = HTMLExporter(template_name="basic").from_notebook_node(read)
+    path = tmp_path_factory.mktemp("notebook") / "robot.html"
+    path.write_text(html, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def page(notebook: Path, pages: Pages) -> Iterator[Any]:
+    page = pages.open(notebook.as_uri(), viewport={"width": 900, "height": 1000})
+    yield page
+    complaints = list(page.complaints)
+    pages.give_back(page)
+    assert not complaints
+
+
+def shown(page: Any, number: int) -> tuple[Any, Callable[[], np.ndarray]]:
+    """What the cell of that number shows: its frame, and what makes a picture of it."""
+    element = page.locator("iframe").nth(number)
+    element.scroll_into_view_if_needed()
+    frame = element.element_handle().content_frame()
+    until(
+        lambda: frame.evaluate(
+            "!!window.kbot && kbot.frames > 1 && document.querySelector('canvas') !== null"
+        )
+    )
+    return frame, lambda: decode_png(frame.locator(".picture").screenshot())
+
+
+def test_a_robot_is_drawn_and_its_sliders_move_it(page: Any) -> None:
+    frame, picture = shown(page, 0)
+    until(lambda: blue(picture()).sum() > 2000)
+    assert picture().shape[0] > 300
+    slider = frame.locator("[data-joint=left_wheel_joint] [type=range]")
+    assert float(slider.input_value()) == pytest.approx(0.5, abs=0.01)
+    before = frame.evaluate("kbot.poses()")
+    slider.press("ArrowRight")
+    until(lambda: frame.evaluate("kbot.poses()") != before)
+
+
+def test_a_simulation_is_drawn_and_a_slider_goes_through_what_was(page: Any) -> None:
+    frame, picture = shown(page, 1)
+    until(lambda: blue(picture()).sum() > 1000)
+
+    def x() -> float:
+        return float(frame.evaluate("kbot.poses()[0]"))
+
+    end = 0.4 - 0.02  # 2 s at 0.2 m/s, less the speeding up
+    slider = frame.get_by_label("Moment")
+    slider.press("End")
+    until(lambda: abs(x() - end) < 0.02)
+    slider.press("Home")
+    until(lambda: abs(x()) < 0.02)
+    until(lambda: blue(picture()).sum() > 1000)
