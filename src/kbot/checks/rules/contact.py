@@ -281,7 +281,8 @@ def _slides(context: Context, link: str) -> bool:
 
 
 def _number(element: Element) -> float:
+    """What an element says as a text or, as the reader of Gazebo takes it too, as its `value`."""
     try:
-        return float(element.text)
+        return float(element.attributes.get("value", element.text))
     except ValueError:
         return 1.0

@@ -99,5 +99,5 @@ def _truth(element: Element, names: tuple[str, ...], default: bool) -> bool:
     for name in names:
         said = element.find(name)
         if said is not None:
-            return said.text.strip().lower() in ("1", "true")
+            return said.attributes.get("value", said.text).strip().lower() in ("1", "true")
     return default
