@@ -34,7 +34,7 @@ REPORT_SECONDS = 1.0
     epilog=examples(
         "kbot topic list -t",
         "kbot topic echo /odom --field pose.pose.position --once",
-        "kbot topic hz /scan",
+        "kbot topic hz /odom",
         "kbot topic pub /cmd_vel '{linear: {x: 0.2}}' --rate 10",
     ),
 )
