@@ -10,6 +10,7 @@ from kbot.messages import control
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1, known_type, ros1_definition, ros_name
+from kbot.wire.names import NAMESAKES, shipped_types
 from kbot.wire.types import ros1_types, ros2_types
 
 OWN = [value for value in vars(msg).values() if isinstance(value, type) and value.__module__ == msg.__name__]
@@ -46,6 +47,12 @@ def test_every_message_has_the_fields_of_its_namesake_in_ros(kind: type) -> None
     assert known_type(name) is kind
     assert [field for field, _ in ros2_types().fielddefs[name][1]] == fields
     assert [field for field, _ in ros1_types().fielddefs[name][1] if field != "seq"] == fields
+
+
+def test_messages_are_told_in_the_package_where_ros_has_them() -> None:
+    told = [f"{package}/msg/{name}" for package, names in NAMESAKES.items() for name in names.split()]
+    assert len(told) > 50
+    assert set(told) <= set(shipped_types().fielddefs)
 
 
 @pytest.mark.parametrize("kind", OWN, ids=lambda kind: kind.__name__)

@@ -1,9 +1,14 @@
 """ROS launch files: a plan of what would run, with which parameters, and from which line."""
 
 from kbot.launch.plan import Argument, Description, Included, Machine, Node, Param, Plan
-from kbot.launch.reader import read_launch
-from kbot.launch.ros2 import read_launch_2
-from kbot.launch.which import is_ros_2
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.launch.reader import read_launch
+    from kbot.launch.ros2 import read_launch_2
+    from kbot.launch.which import is_ros_2
+
+_READERS = {"is_ros_2": "which", "read_launch": "reader", "read_launch_2": "ros2"}
 
 __all__ = [
     "Argument",
@@ -17,3 +22,14 @@ __all__ = [
     "read_launch",
     "read_launch_2",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Readers are imported when they are asked for: nodes and bridges know plans, and read none."""
+    if name in _READERS:
+        from importlib import import_module
+
+        value: object = getattr(import_module(f"kbot.launch.{_READERS[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'kbot.launch' has no attribute '{name}'")

@@ -12,19 +12,30 @@ from kbot.text import KbotError
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-PACKAGES = (
-    "std_msgs",
-    "geometry_msgs",
-    "nav_msgs",
-    "sensor_msgs",
-    "trajectory_msgs",
-    "tf2_msgs",
-    "rosgraph_msgs",
-    "actionlib_msgs",
-    "visualization_msgs",
-    "builtin_interfaces",
-)
-"""Where a message's namesake is looked for."""
+NAMESAKES = {
+    "std_msgs": (
+        "Bool ColorRGBA Float32MultiArray Float64 Float64MultiArray Header MultiArrayDimension "
+        "MultiArrayLayout String"
+    ),
+    "geometry_msgs": (
+        "Point PointStamped Pose PoseArray PoseStamped PoseWithCovariance PoseWithCovarianceStamped "
+        "Quaternion Transform TransformStamped Twist TwistStamped TwistWithCovariance Vector3 Wrench "
+        "WrenchStamped"
+    ),
+    "nav_msgs": "MapMetaData OccupancyGrid Odometry Path",
+    "sensor_msgs": (
+        "CameraInfo CompressedImage Image Imu JointState Joy LaserScan NavSatFix NavSatStatus PointCloud2 "
+        "PointField Range RegionOfInterest"
+    ),
+    "trajectory_msgs": "JointTrajectory JointTrajectoryPoint",
+    "tf2_msgs": "TFMessage",
+    "rosgraph_msgs": "Clock",
+    "actionlib_msgs": "GoalID",
+    "visualization_msgs": "Marker MarkerArray MeshFile UVCoordinate",
+    "builtin_interfaces": "Duration Time",
+}
+"""The packages where a message's namesake is looked for, with what KBot has of them: the library that knows
+all of ROS takes longer to load than a robot does."""
 
 OTHER_NAMES = {"ClockMessage": "Clock"}
 
@@ -67,8 +78,17 @@ def ros_name(message_type: type) -> str:
     if message_type in PARTS:
         return PARTS[message_type]
     name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
-    known = shipped_types().fielddefs
-    found = next((full for package in PACKAGES if (full := f"{package}/msg/{name}") in known), None)
-    if found is None:
+    package = _packages().get(name) or _package_by_library(name)
+    if package is None:
         raise KbotError(f"ROS has no message {name}, so it can neither be recorded nor sent")
-    return found
+    return f"{package}/msg/{name}"
+
+
+@cache
+def _packages() -> dict[str, str]:
+    return {name: package for package, names in NAMESAKES.items() for name in names.split()}
+
+
+def _package_by_library(name: str) -> str | None:
+    known = shipped_types().fielddefs
+    return next((package for package in NAMESAKES if f"{package}/msg/{name}" in known), None)
