@@ -9,12 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kbot
+from kbot.checks.facts.bodies import body_of
 from kbot.kinematics import DifferentialDrive, FrameTree
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
 from kbot.kinematics.wheels import pose_transform
 from kbot.model import JointType, read_robot
 from kbot.model.load import resolve_robot_path
-from kbot.model.shapes import solid_inertia, tensor, volume
+from kbot.model.shapes import tensor
 from kbot.text import parse_xml, read_source
 
 xacro = pytest.importorskip("xacro")
@@ -32,12 +33,6 @@ sizes = st.fixed_dictionaries(
         "wheel_joint_offset": st.floats(0.01, 0.04),
     },
 )
-
-
-def turned(collision, mass):
-    """The tensor of a link's one shape as a solid body, in the link's axes."""
-    turn = pose_transform(collision.pose).rotation
-    return turn @ solid_inertia(collision.geometry, mass) @ turn.T
 
 
 def test_names_and_sizes_are_the_chapters(shared):
@@ -102,10 +97,11 @@ def test_any_sensible_size_stands_on_the_ground_and_can_drive(arguments):
     for link in robot.links.values():
         if link.inertial is None:
             continue
-        (collision,) = link.collisions
-        assert 500 < link.inertial.mass / volume(collision.geometry) < 8000
+        solid = body_of(link).solid
+        assert 500 < link.inertial.mass / solid.volume < 8000
         own = pose_transform(link.inertial.pose).rotation
-        assert own @ tensor(link.inertial) @ own.T == pytest.approx(turned(collision, link.inertial.mass))
+        due = link.inertial.mass * np.array(solid.unit_tensor)
+        assert own @ tensor(link.inertial) @ own.T == pytest.approx(due)
 
 
 def test_wheels_have_limits_and_the_caster_follows_a_turn():

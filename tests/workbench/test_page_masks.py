@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kbot.checks.facts.bodies import body_of
 from kbot.kinematics import FrameTree, Transform
 from kbot.model import Link, Mesh, Robot
 from kbot.model.load import load_robot
-from kbot.model.shapes import bounding_radius
 from kbot.workbench.serve import open_session, serving
 
 from .conftest import until
@@ -60,7 +60,7 @@ def picture(
     pose = FrameTree(robot).pose(link, joints=JOINTS)
     visual = robot.links[link].visuals[0]
     middle = (pose @ Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)).translation
-    radius = bounding_radius(visual.geometry) or 0.1
+    radius = reach(robot, link) or 0.1
     eye = middle + np.array(way) / np.linalg.norm(way) * (radius * 4.0 + 0.2)
     page.evaluate("([eye, at]) => kbot.look(eye, at)", [eye.tolist(), middle.tolist()])
     page.evaluate("kbot.drawn()")
@@ -159,7 +159,7 @@ def test_every_link_of_robots_from_elsewhere_is_where_the_model_has_it(
         found = overlaps(taken, robot)
         assert len(found) >= 5
         assert min(found.values()) > RIGHT, found
-        name = min(found, key=lambda one: reach(robot, one))
+        name = min(found, key=lambda one: reach(robot, one) or math.inf)
         off = {name: Transform.from_xyz_rpy((0.002 + reach(robot, name) / 25,) * 3, (0.0, 0.0, 0.0))}
         assert overlaps({name: taken[name]}, robot, off)[name] < RIGHT
         page.goto("about:blank")
@@ -170,5 +170,7 @@ def of_meshes(link: Link) -> bool:
     return any(isinstance(visual.geometry, Mesh) for visual in link.visuals)
 
 
-def reach(robot: Robot, link: str) -> float:
-    return bounding_radius(robot.links[link].visuals[0].geometry) or math.inf
+def reach(robot: Robot, link: str) -> float | None:
+    """How far what is seen first of a link reaches from its middle, m; None for a mesh without a file."""
+    parts = body_of(robot.links[link]).visuals
+    return parts[0].reach(robot.links[link].visuals[0].pose.xyz) if parts else None

@@ -251,20 +251,6 @@ class Context:
     def sure_joints(self) -> tuple[Joint, ...]:
         return tuple(joint for name, joint in self.robot.joints.items() if name not in self.unsure)
 
-    @cached_property
-    def movable_links(self) -> frozenset[str]:
-        """Links that some movable joint above them moves; on a robot with wheels, every link."""
-        if any(j.is_movable and "wheel" in j.name.lower() for j in self.robot.joints.values()):
-            return frozenset(self.robot.links)
-        moving: set[str] = set()
-        waiting = [(self.robot.root, False)]
-        while waiting:
-            link, moves = waiting.pop()
-            if moves:
-                moving.add(link)
-            waiting += [(j.child, moves or j.is_movable) for j in self.robot.child_joints[link]]
-        return frozenset(moving)
-
 
 def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
     inner = [(root, iter(root.children))]

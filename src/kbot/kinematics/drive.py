@@ -61,13 +61,6 @@ class DifferentialDrive:
         speeds.update({name: right * self.forward[name] for name in self.right})
         return speeds
 
-    def wheel_angles(self, positions: Mapping[str, float]) -> tuple[float, float]:
-        """Mean angle of the left and right wheels in rad, forwards positive, from joint positions (or
-        speeds from joint speeds)."""
-        left = sum(positions[name] * self.forward[name] for name in self.left) / len(self.left)
-        right = sum(positions[name] * self.forward[name] for name in self.right) / len(self.right)
-        return left, right
-
     def integrate(self, pose: PlanarPose, left: float, right: float) -> PlanarPose:
         """The base's pose after its left and right wheels turned by `left` and `right` rad, forwards
         positive; exact for constant speeds, and for a base that is not on the axle."""

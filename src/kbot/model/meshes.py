@@ -64,20 +64,13 @@ class MeshData:
         return np.concatenate([part.faces + at for part, at in zip(self.parts, starts, strict=True)])
 
     @cached_property
-    def solid(self) -> SolidMesh:
-        """What the mesh weighs at density 1, taken as a closed surface."""
-        return _solid(self)
+    def volume(self) -> float | None:
+        """m^3 within the surface; None where it is not closed or encloses nothing."""
+        import trimesh
 
-
-@dataclass(frozen=True)
-class SolidMesh:
-    """A closed mesh filled at density 1: volume in m^3, centre (3,) in m, tensor (3, 3) in m^5 about it;
-    all zero where the surface is not closed or encloses nothing."""
-
-    volume: float
-    center: Array
-    inertia: Array
-    is_closed: bool
+        mesh = trimesh.Trimesh(self.vertices, self.faces, process=True)
+        volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0  # some write triangles inside out
+        return volume if volume >= 1e-15 else None
 
 
 def load_mesh(path: str) -> MeshData:
@@ -181,19 +174,3 @@ def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN4
         return None
     r, g, b, a = (float(c) / 255.0 for c in color)
     return r, g, b, a
-
-
-def _solid(data: MeshData) -> SolidMesh:
-    import trimesh
-
-    mesh = trimesh.Trimesh(data.vertices, data.faces, process=True)
-    if not mesh.is_watertight or abs(mesh.volume) < 1e-15:
-        return SolidMesh(0.0, np.zeros(3), np.zeros((3, 3)), False)
-    properties = mesh.mass_properties
-    outwards = -1.0 if properties["volume"] < 0.0 else 1.0  # some exporters write triangles inside out
-    return SolidMesh(
-        outwards * float(properties["volume"]),
-        np.asarray(properties["center_mass"], dtype=np.float64),
-        outwards * np.asarray(properties["inertia"], dtype=np.float64),
-        True,
-    )

@@ -6,7 +6,6 @@ from math import isfinite
 
 from kbot.kinematics.frames import mimics
 from kbot.kinematics.joint_pose import JointPose
-from kbot.kinematics.transform import Transform
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
@@ -109,13 +108,3 @@ class _Said:
             self._child,
             msg.Transform(msg.Vector3(*translation), msg.Quaternion(*rotation)),
         )
-
-
-def transform_message(transform: Transform, header: msg.Header, child: str) -> msg.TransformStamped:
-    """`header.frame_id`_from_`child` as a message."""
-    x, y, z = transform.translation.tolist()
-    return msg.TransformStamped(
-        header,
-        child,
-        msg.Transform(msg.Vector3(x, y, z), msg.Quaternion(*transform.quaternion_xyzw)),
-    )

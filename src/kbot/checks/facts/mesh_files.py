@@ -49,7 +49,5 @@ def _read(path: str, _modified: int, _size: int) -> MeshFacts | str:
         return str(error)
     low, high = (tuple(float(v) for v in m) for m in (mesh.vertices.min(0), mesh.vertices.max(0)))
     triangles = len(mesh.faces)
-    volume = None
-    if triangles <= 200_000 and mesh.solid.is_closed and mesh.solid.volume > 0.0:
-        volume = float(mesh.solid.volume)
+    volume = mesh.volume if triangles <= 200_000 else None
     return MeshFacts(((low[0], low[1], low[2]), (high[0], high[1], high[2])), triangles, volume)
