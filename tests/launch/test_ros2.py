@@ -379,6 +379,53 @@ def test_a_package_that_is_missing_is_told_at_the_line_that_asks_for_it(folder: 
     assert (found.code, found.origin.span.text) == ("L012", "share('nav9')")
 
 
+def _placed(plan: Plan, name: str) -> str:
+    origin = plan.params[name].origin
+    return f"{Path(origin.span.file).name}:{origin.span.line}:{origin.span.text}"
+
+
+def test_a_parameter_s_place_is_where_it_is_written(folder: Path) -> None:
+    (folder / "p.yaml").write_text("/**:\n  ros__parameters:\n    gains:\n      p: 1.0\n")
+    xml = """<launch>
+      <set_parameter name="all" value="2"/>
+      <node pkg="p" exec="e" name="n">
+        <param name="rate" value="5"/>
+        <param name="a"><param name="b" value="$(var missing 1)"/>
+          <param name="c" value="1"/></param>
+        <param from="$(dirname)/p.yaml"/>
+      </node></launch>"""
+    plan = read(folder, "a.launch.xml", xml.replace("$(var missing 1)", "2"))
+    assert _placed(plan, "/n/all") == 'a.launch.xml:2:<set_parameter name="all" value="2"/>'
+    assert _placed(plan, "/n/rate") == 'a.launch.xml:4:<param name="rate" value="5"/>'
+    assert _placed(plan, "/n/a.b") == 'a.launch.xml:5:<param name="b" value="2"/>'
+    assert _placed(plan, "/n/a.c") == 'a.launch.xml:6:<param name="c" value="1"/>'
+    assert _placed(plan, "/n/gains.p") == "p.yaml:4:p"
+    node = """Node(package="p", executable="e", name="n", parameters=[
+        {"ü": 1, "rate": 5}, "p.yaml", dict(other=2)])"""
+    plan = python(folder, node.replace('"p.yaml"', repr(str(folder / "p.yaml"))))
+    line = plan.nodes[0].origin.span.line
+    assert _placed(plan, "/n/rate") == f'a.launch.py:{line + 1}:"rate"'
+    assert _placed(plan, "/n/gains.p") == "p.yaml:4:p"
+    assert plan.params["/n/other"].origin == plan.nodes[0].origin
+
+
+def test_a_parameter_that_cannot_be_read_is_told_where_it_is_written(folder: Path) -> None:
+    (folder / "p.yaml").write_text("/**:\n  ros__parameters:\n    a: [1,\n")
+    told = only(
+        read(
+            folder,
+            "a.launch.xml",
+            '<launch><node pkg="p" exec="e"><param from="$(dirname)/p.yaml"/></node></launch>',
+        )
+    )
+    assert told.origin is not None
+    assert (told.code, Path(told.origin.span.file).name, told.origin.span.line) == ("L033", "p.yaml", 4)
+    node = '<node pkg="p" exec="e">\n<param name="a" value="$(var v)"/></node>'
+    told = only(read(folder, "a.launch.xml", f'<launch><let name="v" value="]["/>{node}</launch>'))
+    assert told.origin is not None
+    assert (told.code, told.origin.span.line) == ("L031", 2)
+
+
 def test_a_shell_s_line_is_split_into_words(folder: Path) -> None:
     plan = clean(python(folder, "ExecuteProcess(cmd=[['ros2 ', 'bag ', 'record -o ', 'run']], shell=True)"))
     assert [(node.type, node.args) for node in plan.nodes] == [("ros2", "bag record -o run")]

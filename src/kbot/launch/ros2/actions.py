@@ -10,6 +10,7 @@ from typing import Any
 
 from kbot.launch.ros2.places import here
 from kbot.launch.ros2.substitutions import Condition, Substitution
+from kbot.text import Origin
 
 Value = Any
 """What may stand where a substitution is expected."""
@@ -269,6 +270,13 @@ class EmitEvent(Action):
 class ParameterValue:
     def __init__(self, value: Value, *, value_type: Value = None) -> None:
         self.value, self.type = value, value_type
+
+
+class PlacedParameter:
+    """Parameters by name, as a `<param>` gives them, with its place."""
+
+    def __init__(self, values: dict[str, Any], origin: Origin) -> None:
+        self.values, self.origin = values, origin
 
 
 class ParameterFile:

@@ -13,7 +13,7 @@ from kbot.launch.plan import Argument, Included, Node, Param, Plan
 from kbot.launch.reading import Reporter
 from kbot.launch.ros2 import actions as act
 from kbot.launch.ros2.context import Context
-from kbot.launch.ros2.parameters import parameter_files, parameters_of, parameters_of_file, plain
+from kbot.launch.ros2.parameters import Placed, parameter_files, parameters_of, parameters_of_file, plain
 from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
 from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
@@ -114,7 +114,8 @@ class Carrier:
                     (performed(action.pair[0], context), performed(action.pair[1], context))
                 )
             case act.SetParameter():
-                context.parameters[performed(action.name, context)] = plain(action.value, context)
+                value = Placed(plain(action.value, context), origin)
+                context.parameters[performed(action.name, context)] = value
             case act.SetParametersFromFile():
                 found = parameters_of_file(performed(action.filename, context), "/**", context)
                 context.parameters.update(found)
@@ -241,9 +242,9 @@ class Carrier:
         )
         self._names[id(action)] = node.full_name
         full = node.full_name
-        values = {**context.parameters, **parameters_of(action.parameters, full, context)}
-        for key, value in values.items():
-            self._set(f"{full}/{key}", value, origin)
+        values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
+        for key, placed in values.items():
+            self._set(f"{full}/{key}", placed.value, placed.origin or origin)
         known_nodes = known.NODES.get(package, {})
         if known_nodes and executable not in known_nodes:
             hint = did_you_mean(executable, known_nodes)

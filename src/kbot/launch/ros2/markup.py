@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from kbot.launch.reading import Reporter
@@ -180,7 +180,7 @@ class _Markup:
             if "from" in child.attributes:
                 parameters.append(act.ParameterFile(self._of(child, "from")))
             else:
-                parameters.append(self._parameter(child))
+                parameters += self._parameters(child)
         return act.Node(
             package=self._of(element, "pkg"),
             executable=self._of(element, "exec"),
@@ -199,19 +199,21 @@ class _Markup:
             on_exit=act.Shutdown() if element.attributes.get("on_exit") == "shutdown" else None,
         )
 
-    def _parameter(self, element: Element) -> dict[str, Any]:
-        name = element.attributes.get("name", "")
+    def _parameters(self, element: Element, above: str = "") -> Iterator[act.PlacedParameter]:
+        """One, or those that are nested in it, by the names `a.b`."""
+        name = above + element.attributes.get("name", "")
         nested = list(element.elements("param"))
+        for child in nested:
+            yield from self._parameters(child, f"{name}.")
         if nested:
-            inner: dict[str, Any] = {}
-            for child in nested:
-                inner.update(self._parameter(child))
-            return {name: inner}
+            return
         type_ = str if element.attributes.get("type") == "str" else None
-        value = element.attributes.get("value", "")
-        if "$(" not in value and type_ is None:
-            return {name: load_yaml(value)}
-        return {name: act.ParameterValue(self._of(element, "value"), value_type=type_)}
+        text = element.attributes.get("value", "")
+        is_plain = "$(" not in text and type_ is None
+        value = (
+            load_yaml(text) if is_plain else act.ParameterValue(self._of(element, "value"), value_type=type_)
+        )
+        yield act.PlacedParameter({name: value}, element.origin)
 
     def _words(self, element: Element, name: str) -> list[object]:
         text = element.attributes.get(name, "")

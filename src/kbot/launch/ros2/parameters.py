@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from kbot.launch import names
-from kbot.launch.ros2.actions import ParameterFile, ParameterValue, is_value
+from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
 from kbot.launch.ros2.context import Context
+from kbot.launch.ros2.places import parameter_place
 from kbot.launch.ros2.substitutions import performed
 from kbot.launch.substitution import Fault
 from kbot.launch.values import load_yaml
-from kbot.text import read_source
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
+
+Place = Callable[[Keys], Origin | None]
 
 _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 
 
-def parameters_of(given: Iterable[Any], node: str, context: Context) -> dict[str, Any]:
-    """The parameters of a node, by name (`a.b` for nested ones); later ones replace earlier ones."""
-    found: dict[str, Any] = {}
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A parameter's value, and where it was written; None for a place that only its node tells."""
+
+    value: Any
+    origin: Origin | None = None
+
+
+def parameters_of(given: Iterable[Any], node: str, context: Context, origin: Origin) -> dict[str, Placed]:
+    """The parameters of a node that was made at `origin`, by name (`a.b` for nested ones); later ones replace
+    earlier ones."""
+    found: dict[str, Placed] = {}
     for item in given:
-        if isinstance(item, Mapping):
-            found.update(_flat(item, context))
+        if isinstance(item, PlacedParameter):
+            found.update(_flat(item.values, context, lambda keys, at=item.origin: at))
+        elif isinstance(item, Mapping):
+            found.update(_flat(item, context, lambda keys: parameter_place(origin, keys[-1])))
         else:
             found.update(parameters_of_file(_path(item, context), node, context))
     return found
@@ -29,22 +45,28 @@ def parameters_of(given: Iterable[Any], node: str, context: Context) -> dict[str
 
 def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:
     """The paths of the files among the parameters of a node."""
-    return tuple(_path(item, context) for item in given if not isinstance(item, Mapping))
+    return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
 
 
 def _path(item: Any, context: Context) -> str:
     return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
-def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Any]:
+def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Placed]:
     """What a parameter file says of a node.
 
     Raises:
-        Fault: L033, it is no parameter file.
-        DescriptionError: it cannot be read.
+        DescriptionError: L033, it is no parameter file; or it cannot be read.
     """
-    found: dict[str, Any] = {}
-    _collect(read_parameter_file(path), "", node, found, context)
+    source = read_source(path)
+    data, places = _read(source)
+
+    def place(keys: Keys) -> Origin | None:
+        span = places.get(keys)
+        return None if span is None else Origin(span)
+
+    found: dict[str, Placed] = {}
+    _collect(data, "", (), node, found, context, place)
     return found
 
 
@@ -52,41 +74,68 @@ def read_parameter_file(path: str) -> dict[str, Any]:
     """The whole of a parameter file, nodes by name.
 
     Raises:
-        Fault: L033, it is no parameter file.
-        DescriptionError: it cannot be read.
+        DescriptionError: L033, it is no parameter file; or it cannot be read.
     """
+    return _read(read_source(path))[0]
+
+
+def _read(source: Source) -> tuple[dict[str, Any], Mapping[Keys, Span]]:
     try:
-        data = load_yaml(read_source(path).text)
-    except ValueError as error:
-        raise Fault("L033", f"the YAML in {path} cannot be read: {error}") from None
+        data, places = load_placed_yaml(source)
+    except BadYaml as error:
+        message = f"the YAML cannot be read: {error}"
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
     if not isinstance(data, dict):
-        raise Fault("L033", f"{path} is no parameter file: NODE: ros__parameters: … is expected")
-    return data
+        message = f"{source.path} is no parameter file: NODE: ros__parameters: … is expected"
+        where = Origin(Span(source, 0, 0))
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
+    return data, places
 
 
 def _collect(
-    data: Mapping[str, Any], prefix: str, node: str, found: dict[str, Any], context: Context
+    data: Mapping[str, Any],
+    prefix: str,
+    keys: Keys,
+    node: str,
+    found: dict[str, Placed],
+    context: Context,
+    place: Place,
 ) -> None:
     for key, value in data.items():
         if not isinstance(value, dict):
             continue
-        name = f"{prefix}/{str(key).strip('/')}"
+        name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
         if "ros__parameters" in value:
             if names.matches(name, node) or node == "/**":
-                found.update(_flat(value["ros__parameters"] or {}, context))
+                own = value["ros__parameters"] or {}
+                found.update(_flat(own, context, place, (*below, "ros__parameters")))
         else:
-            _collect(value, name, node, found, context)
+            _collect(value, name, below, node, found, context, place)
 
 
-def _flat(values: Mapping[Any, Any], context: Context, prefix: str = "") -> dict[str, Any]:
-    found: dict[str, Any] = {}
+def _flat(
+    values: Mapping[Any, Any], context: Context, place: Place, keys: Keys = (), prefix: str = ""
+) -> dict[str, Placed]:
+    """`place` tells where the value beneath some keys was written."""
+    found: dict[str, Placed] = {}
     for key, value in values.items():
-        name = prefix + (performed(key, context) if is_value(key) else str(key))
+        own = performed(key, context) if is_value(key) else str(key)
+        name, below = prefix + own, (*keys, str(key))
         if isinstance(value, Mapping):
-            found.update(_flat(value, context, f"{name}."))
+            found.update(_flat(value, context, place, below, f"{name}."))
         else:
-            found[name] = plain(value, context)
+            found[name] = _placed(value, context, place(below))
     return found
+
+
+def _placed(value: Any, context: Context, origin: Origin | None) -> Placed:
+    try:
+        return Placed(plain(value, context), origin)
+    except Fault as fault:
+        if origin is None:
+            raise
+        found = Diagnostic(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
+        raise DescriptionError([found]) from None
 
 
 def plain(value: Any, context: Context) -> Any:

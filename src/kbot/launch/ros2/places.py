@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import sys
+from functools import lru_cache
 from types import FrameType
 
 from kbot.text import Origin, Source, Span
@@ -38,3 +40,27 @@ def line_origin(source: Source, number: int) -> Origin:
     indent = len(text) - len(text.lstrip())
     start = source.offset(number, indent + 1)
     return Origin(Span(source, start, start + len(text.strip().encode())))
+
+
+def parameter_place(node: Origin, name: str) -> Origin | None:
+    """Where the call that made a node, at its line, writes a parameter's name in `parameters=`; None where it
+    does not, or not as a text."""
+    source, line = node.span.source, node.span.line
+    for call in _calls(source.text) if source.path.endswith(".py") else ():
+        for keyword in call.keywords if call.lineno == line else ():
+            for part in ast.walk(keyword.value) if keyword.arg == "parameters" else ():
+                for key in part.keys if isinstance(part, ast.Dict) else ():
+                    if isinstance(key, ast.Constant) and key.value == name:
+                        return _origin(source, key)
+    return None
+
+
+@lru_cache(maxsize=8)
+def _calls(text: str) -> tuple[ast.Call, ...]:
+    return tuple(part for part in ast.walk(ast.parse(text)) if isinstance(part, ast.Call))
+
+
+def _origin(source: Source, part: ast.Constant) -> Origin:
+    first, last = part.col_offset, part.end_col_offset or part.col_offset  # in bytes, as spans are
+    start = source.offset(part.lineno, 1)
+    return Origin(Span(source, start + first, start + last))
