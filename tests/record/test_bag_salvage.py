@@ -108,7 +108,7 @@ def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
     sim = Simulation(kbot.load("kbot"))
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file))
     sim.run(1.0)
-    recorder._writer.flush()
+    recorder.flush()
     assert Recording(str(file)).summary().topics["/odom"].count == 50
     recorder.close()
     assert Recording(str(file)).summary().broken == ""

@@ -15,7 +15,7 @@ import mcap.reader
 import pytest
 
 import kbot
-from kbot.messages import Header, Time
+from kbot.messages import Header, String, Time, Twist, Vector3
 from kbot.messages.visualization import Marker, MarkerArray
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
@@ -129,7 +129,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
         sim.cmd_vel(0.3, 0.4)
         for _ in range(20):
             sim.run(0.5)
-            recorder._guarded(recorder._writer.flush)
+            recorder.flush()
         recorder.close()
         assert told == [recorder.failure], told
         print(sim.time, recorder.failure)
@@ -382,3 +382,27 @@ def test_a_recording_that_fails_as_it_begins_leaves_nothing(
         Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
     assert not list(tmp_path.iterdir())
     assert simulation.journal is None
+
+
+def test_a_command_that_cannot_be_recorded_is_refused_where_it_is_given(tmp_path: Path) -> None:
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.bag")) as recorder:
+        sim.run(0.1)
+        with pytest.raises(KbotError, match="/cmd_vel: a message cannot be recorded: no geometry_msgs/msg"):
+            sim.bus.publish("/cmd_vel", Twist(Vector3(0.1, "far")))  # type: ignore[arg-type]
+        sim.run(0.1)
+    assert recorder.failure is None
+
+
+def test_a_message_that_is_none_is_refused_and_the_others_are_recorded(tmp_path: Path) -> None:
+    sim = Simulation(kbot.load("kbot"))
+    talk = sim.bus.advertise("/talk", String)
+    path = str(tmp_path / "run.mcap")
+    recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path, topics=["/talk"])
+    for text in ("before", 5, "after"):
+        talk.publish(String(text))  # type: ignore[arg-type] - what a program may do
+    with pytest.raises(KbotError, match="/talk: a message cannot be recorded: no std_msgs/msg/String"):
+        recorder.close()
+    said = [entry.message().data for entry in Recording(path).entries() if entry.topic == "/talk"]
+    assert said == ["before", "after"]
+    assert not Recording(path).summary().broken

@@ -29,7 +29,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path))
     for _ in range(12):
         sim.run(0.5)
-        recorder._writer.flush()
+        recorder.flush()
     recorder.close()
     return path
 

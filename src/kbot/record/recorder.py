@@ -32,6 +32,9 @@ TRANSFORMS = "static_transforms"
 FLUSH_SECONDS = 1.0
 """Wall time after which what was said is in the file, at the latest."""
 LOOK_RATE = 5.0
+"""Hz of simulated time at which what was said is written down."""
+MOST_AT_ONCE = 1000
+"""Messages that wait to be written down."""
 
 
 class Recorder:
@@ -70,6 +73,9 @@ class Recorder:
         self._refuse_unknown()
         self._on_failure = on_failure
         self._open: set[str] = set()
+        self._waiting: list[Packet] = []
+        """What was said since it was written down last: many at once cost a fraction of each by itself."""
+        self._inputs: frozenset[str] = frozenset()
         self._seen = -1
         self._is_open = True
         self._surroundings: Surroundings | None = None
@@ -90,11 +96,19 @@ class Recorder:
             remove_recording(Path(path))
             raise
 
+    def flush(self) -> None:
+        """Let the file have what was said until now, whatever happens next."""
+        self._guarded(self._write_down)
+        self._guarded(self._writer.flush)
+
     def close(self) -> None:
         """Finish the file: readable whole, with the state that the run ended in."""
         if self._is_open:
-            self._guarded(self._finish)
-            self._detach()
+            try:
+                self._guarded(self._write_down)
+            finally:
+                self._guarded(self._finish)
+                self._detach()
 
     def interrupt(self, error: BaseException) -> None:
         """Raise an error that comes from outside, as Ctrl-C does: now, or when what is being written is."""
@@ -116,7 +130,7 @@ class Recorder:
         is_said = DESCRIPTION_TOPIC in simulation.bus.topics
         if not is_said or (self._wanted and DESCRIPTION_TOPIC not in self._wanted):
             self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds))
-        self._writer.flush()
+        self.flush()
 
     def _finish(self) -> None:
         simulation = self._simulation
@@ -138,18 +152,32 @@ class Recorder:
                 if not self._wanted or topic in self._wanted:
                     self._open.add(topic)
                     self._feed.open(topic, self._write)
+            self._inputs = bus.inputs
             self._seen = bus.changes
+        self._guarded(self._write_down)
         now = time.monotonic()
         if now - self._flushed > FLUSH_SECONDS:
             self._flushed = now
-            self._guarded(self._writer.flush)
+            self.flush()
 
     def _write(self, packet: Packet) -> None:
-        def write() -> None:
-            self._writer.write(packet)
-            self.count += 1
+        self._waiting.append(packet)
+        # what comes from outside is refused where it is given, if it is
+        if packet.topic in self._inputs or len(self._waiting) > MOST_AT_ONCE:
+            self._guarded(self._write_down)
 
-        self._guarded(write)
+    def _write_down(self) -> None:
+        """Raises KbotError: a message is not what its type says; the others are written."""
+        waiting, self._waiting = self._waiting, []
+        refused: KbotError | None = None
+        for packet in waiting:
+            try:
+                self._writer.write(packet)
+                self.count += 1
+            except KbotError as error:
+                refused = refused or KbotError(f"{packet.topic}: a message cannot be recorded: {error}")
+        if refused is not None:
+            raise refused
 
     def _note(self, what: str, numbers: dict[str, Any]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
@@ -189,6 +217,7 @@ class Recorder:
 
     def _detach(self) -> None:
         self._is_open = False
+        self._waiting.clear()
         self._simulation.journal = None
         if hasattr(self, "_timer"):
             self._timer.cancel()

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.messages.types import (
     Header,
     Quaternion,
     String,
     TFMessage,
-    Time,
     Transform,
     TransformStamped,
     Vector3,
@@ -21,7 +21,6 @@ from kbot.messages.types import (
 from kbot.wire import Packet
 
 if TYPE_CHECKING:
-    from kbot.kinematics.transform import Transform as Pose
     from kbot.sim import Simulation
 
 WORLD_TOPIC = "/kbot/world"
@@ -34,6 +33,8 @@ WHOLE_EVERY = 50
 """Of so many messages one tells of everything, the others of what moved since."""
 STILL = 1e-6
 """Metres, or parts of a turn's matrix, below which nothing moved."""
+_NEVER = np.inf
+"""Where nothing stands: what was told of last."""
 
 
 class Surroundings:
@@ -41,7 +42,12 @@ class Surroundings:
 
     def __init__(self, simulation: Simulation, write: Callable[[Packet], None]) -> None:
         self._simulation, self._write = simulation, write
-        self._told: dict[str, np.ndarray] = {}
+        self._model: Any = None
+        self._names: tuple[str, ...] = ()
+        self._bodies: NDArray[np.intp] = np.empty(0, np.intp)
+        """The engine's indices of what is told of, by the order of its names."""
+        self._told: NDArray[np.float64] = np.empty((0, 12))
+        """Place (3) and axes (9) of each, as they were told last."""
         self._count, self._seen = 0, -1
         self.look()
         self._tell_poses()
@@ -54,7 +60,7 @@ class Surroundings:
         self._seen = len(self._simulation.changes)
         text = json.dumps([{"do": what, **numbers} for what, numbers in self._simulation.changes])
         self._say(WORLD_TOPIC, String(text))
-        self._told.clear()
+        self._told[:] = _NEVER
 
     def close(self) -> None:
         self._timer.cancel()
@@ -63,30 +69,40 @@ class Surroundings:
         self._write(Packet(topic, message, self._simulation.clock.nanoseconds))
 
     def _tell_poses(self) -> None:
+        """All at once by numpy, for it is done every control period and most things stand still."""
+        model, data = self._simulation.engine()
+        if model is not self._model:
+            bodies = _bodies(self._simulation)
+            self._model, self._names = model, tuple(bodies)
+            self._bodies = np.array(list(bodies.values()), np.intp)
+            self._told = np.full((len(bodies), 12), _NEVER)
         if self._count % WHOLE_EVERY == 0:
-            self._told.clear()
+            self._told[:] = _NEVER
         self._count += 1
-        stamp = self._simulation.clock.stamp
-        moved = []
-        for name, pose in true_poses(self._simulation).items():
-            before = self._told.get(name)
-            if before is None or np.abs(before - pose.matrix).max() > STILL:
-                self._told[name] = pose.matrix.copy()
-                moved.append(_stamped(stamp, name, pose))
-        if moved:
-            self._say(POSES_TOPIC, TFMessage(tuple(moved)))
+        now = np.concatenate((data.xpos[self._bodies], data.xmat[self._bodies]), axis=1)
+        moved = np.flatnonzero(np.abs(now - self._told).max(axis=1) > STILL)
+        if not len(moved):
+            return
+        self._told[moved] = now[moved]
+        header = Header(self._simulation.clock.stamp, WORLD_FRAME)
+        transforms = []
+        for index in moved.tolist():
+            w, x, y, z = data.xquat[self._bodies[index]].tolist()
+            place = Vector3(*now[index, :3].tolist())
+            transforms.append(
+                TransformStamped(header, self._names[index], Transform(place, Quaternion(x, y, z, w)))
+            )
+        self._say(POSES_TOPIC, TFMessage(tuple(transforms)))
 
 
-def true_poses(simulation: Simulation) -> dict[str, Pose]:
-    """`world_from` the first robot's root, things that can move, and links of the other robots."""
-    first, *others = simulation.robots.items()
-    root = first[1].robot.root
-    poses = {root: first[1].link_pose(root), **simulation.body_poses()}
-    for name, robot in others:
-        poses.update({f"{name}/{link}": pose for link, pose in robot.link_poses().items()})
-    return poses
+def _bodies(simulation: Simulation) -> dict[str, int]:
+    """The engine's indices of the first robot's root, things that can move, and links of other robots."""
+    from kbot.sim.engine.world_builder import moving_bodies  # the engine, which no recording is read with
 
-
-def _stamped(stamp: Time, name: str, pose: Pose) -> TransformStamped:
-    transform = Transform(Vector3(*pose.translation.tolist()), Quaternion(*pose.quaternion_xyzw))
-    return TransformStamped(Header(stamp, WORLD_FRAME), name, transform)
+    model, _ = simulation.engine()
+    first, *others = simulation.robots.values()
+    root = first.robot.root
+    bodies = {root: first.body(root), **moving_bodies(model, simulation.world)}
+    for robot in others:
+        bodies.update({f"{robot.name}/{link}": robot.body(link) for link in robot.links})
+    return bodies
