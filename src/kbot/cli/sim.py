@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import click
@@ -16,6 +17,7 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
+from kbot.cli.busy import busy
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.goto import run_goto
 from kbot.cli.numbers import pose_of, speeds_of
@@ -134,7 +136,13 @@ def command(
         from kbot.xacro import Packages
 
         report(first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES))
-        with going_along(wishes, served=True) as join:
+        with going_along(wishes, served=True) as join, ExitStack() as loading:
+            loading.enter_context(busy(f"loading {world}"))
+
+            def attend(simulation: Simulation) -> None:
+                loading.close()
+                join(simulation, "", world)
+
             serve(
                 file,
                 simulate=True,
@@ -147,7 +155,7 @@ def command(
                 seed=seed,
                 contacts=contacts,
                 package_path=package_path,
-                attend=lambda simulation: join(simulation, "", world),
+                attend=attend,
                 start=start,
             )
         return 0
@@ -226,10 +234,11 @@ def _simulation(
     from kbot.world import load_world
     from kbot.xacro import Packages
 
-    place = load_world(world)
-    loaded = load_robot(file, arguments, packages=Packages(package_path))
-    robot = loaded.require()
-    simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
+    with busy(f"loading {world}"):
+        place = load_world(world)
+        loaded = load_robot(file, arguments, packages=Packages(package_path))
+        robot = loaded.require()
+        simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
     report([*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics])
     return loaded, simulation
 

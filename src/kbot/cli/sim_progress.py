@@ -6,9 +6,9 @@ import sys
 import time
 from types import TracebackType
 
+from kbot.cli.busy import PATIENCE
 from kbot.sim import Simulation
 
-PATIENCE = 1.0
 INTERVAL = 0.2
 
 

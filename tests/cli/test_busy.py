@@ -1,0 +1,41 @@
+"""What a terminal is told while something lasts; what is no terminal is told nothing."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+import pytest
+
+from kbot.cli import busy
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(busy, "PATIENCE", 0.0)
+
+
+def test_a_pipe_is_told_nothing(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
+    with busy.busy("loading it"):
+        time.sleep(0.1)
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")
+def test_a_terminal_is_told_what_lasts(monkeypatch: pytest.MonkeyPatch, at_once: None) -> None:
+    master, slave = os.openpty()
+    with os.fdopen(slave, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        monkeypatch.setenv("TERM", "xterm")
+        said = b""
+        with busy.busy("loading it"):
+            while b"loading it" not in said:
+                said += os.read(master, 1000)
+        terminal.flush()
+    os.close(master)
+
+
+def test_what_goes_wrong_meanwhile_is_raised() -> None:
+    with pytest.raises(ValueError, match="so it is"), busy.busy("loading it"):
+        raise ValueError("so it is")
