@@ -24,8 +24,8 @@ from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation
 from kbot.navigation.footprint import outline
-from kbot.navigation.guard import ObstacleGuard
-from kbot.navigation.inflate import inflate
+from kbot.navigation.inflation import inflate
+from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit

@@ -10,7 +10,7 @@ from kbot.kinematics.odometry import arc
 from kbot.navigation.controller import Limits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose
-from kbot.navigation.guard import ObstacleGuard
+from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit
 from kbot.text import KbotError

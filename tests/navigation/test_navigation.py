@@ -9,7 +9,7 @@ from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
-from kbot.navigation.goal import GoalState
+from kbot.navigation.goal_status import GoalState
 from kbot.navigation.navigator import Navigator, Settings
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import Pilot, go_to

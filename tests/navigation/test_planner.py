@@ -10,7 +10,7 @@ from kbot.model.load import load_robot
 from kbot.navigation.footprint import turning_radius
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath, Refusal
-from kbot.navigation.taut import pull_taut, sees
+from kbot.navigation.string_pulling import pull_taut, sees
 from kbot.text import KbotError
 from kbot.world.builders import box
 from kbot.world.occupancy import OccupancyGrid
@@ -143,7 +143,7 @@ def test_unknown_ground_can_be_allowed():
 
 def test_a_string_pulled_tight_is_no_longer_than_the_way():
     random = np.random.default_rng(8)
-    from kbot.navigation.jump_points import JumpPointSearch
+    from kbot.navigation.jump_point_search import JumpPointSearch
 
     for _ in range(20):
         free = random.random((30, 30)) > 0.15

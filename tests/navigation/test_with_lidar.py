@@ -9,9 +9,9 @@ from kbot.kinematics import PlanarPose, Transform
 from kbot.model.load import load_robot
 from kbot.navigation.controller import twist
 from kbot.navigation.footprint import Outline, outline
-from kbot.navigation.goal import GoalState
-from kbot.navigation.guard import ObstacleGuard
+from kbot.navigation.goal_status import GoalState
 from kbot.navigation.navigator import Settings
+from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.simulated import LidarPoints, Pilot, go_to
 from kbot.sensors import Contact, Lidar
 from kbot.sim import Simulation

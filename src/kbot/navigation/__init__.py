@@ -8,10 +8,10 @@ trip.status.state, trip.status.reason
 from kbot.navigation.controller import Controller, Limits, Observation, twist
 from kbot.navigation.footprint import Outline, outline, turning_radius
 from kbot.navigation.go_to_pose import GoToPose
-from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.goals import Goals
-from kbot.navigation.guard import ObstacleGuard
 from kbot.navigation.navigator import Navigator, Settings
+from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
 from kbot.navigation.planner import GridPlanner, NoPath, Refusal
 from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit

@@ -11,7 +11,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.footprint import outline, turning_radius
-from kbot.navigation.goal import GoalStatus
+from kbot.navigation.goal_status import GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner

@@ -14,11 +14,11 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist
 from kbot.navigation.footprint import Outline
-from kbot.navigation.goal import GoalState, GoalStatus
-from kbot.navigation.guard import ObstacleGuard
+from kbot.navigation.goal_status import GoalState, GoalStatus
+from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
-from kbot.navigation.progress import Progress
+from kbot.navigation.progress_checker import Progress
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
 from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError

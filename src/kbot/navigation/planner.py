@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.navigation.inflate import inflate
-from kbot.navigation.jump_points import Cell, Cells, JumpPointSearch
+from kbot.navigation.inflation import inflate
+from kbot.navigation.jump_point_search import Cell, Cells, JumpPointSearch
 from kbot.navigation.path import Path
-from kbot.navigation.taut import pull_taut
+from kbot.navigation.string_pulling import pull_taut
 from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OCCUPIED, UNKNOWN, OccupancyGrid
 

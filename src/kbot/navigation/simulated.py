@@ -15,7 +15,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.navigation.controller import Controller, Observation
 from kbot.navigation.footprint import height, outline, turning_radius
-from kbot.navigation.goal import GoalState, GoalStatus
+from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
 from kbot.navigation.planner import GridPlanner
 from kbot.sensors.declared import mount_declared

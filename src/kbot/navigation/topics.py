@@ -7,7 +7,7 @@ from kbot.messages import String, Twist
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
-from kbot.navigation.goal import GoalState
+from kbot.navigation.goal_status import GoalState
 from kbot.navigation.goals import Goals
 from kbot.navigation.path import Path, from_pose_stamped
 from kbot.sim import Simulation

@@ -1,10 +1,10 @@
 """Robot and world put into physics: step, drive, read where it is."""
 
+from kbot.sim.divergence import SimulationDiverged
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import Contacts
 from kbot.sim.simulation import Simulation
 from kbot.sim.state import State
-from kbot.sim.watch import SimulationDiverged
 
 __all__ = ["Contacts", "DriveLimits", "Motion", "Simulation", "SimulationDiverged", "State"]

@@ -13,6 +13,7 @@ from kbot.kinematics.steered_drive import find_base
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.model.writer import to_urdf
+from kbot.sim.divergence import ELSEWHERE
 from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.assembly import Assembly, plan_of
@@ -28,7 +29,6 @@ from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot, driving_joints
 from kbot.sim.running import Running
 from kbot.sim.topics import RobotTopics
-from kbot.sim.watch import ELSEWHERE
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World

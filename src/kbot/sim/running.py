@@ -12,10 +12,10 @@ import numpy as np
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
+from kbot.sim.divergence import SimulationDiverged, diverged
 from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_finite, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.topics import RobotTopics
-from kbot.sim.watch import SimulationDiverged, diverged
 from kbot.text import KbotError
 from kbot.world import World
 

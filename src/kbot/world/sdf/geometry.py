@@ -11,8 +11,8 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
+from kbot.world.extrusion import Outline, prisms
 from kbot.world.images import read_picture
-from kbot.world.outline import Outline, prisms
 from kbot.world.sdf.values import Values
 from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
 

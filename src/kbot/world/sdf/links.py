@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
-from kbot.world.pieces import convex_pieces
+from kbot.world.convex_decomposition import convex_pieces
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour

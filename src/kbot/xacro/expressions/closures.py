@@ -23,7 +23,7 @@ from kbot.xacro.expressions.operations import (
     refuse_private,
 )
 from kbot.xacro.expressions.operators import COMPARE
-from kbot.xacro.expressions.text_methods import format_value
+from kbot.xacro.expressions.string_methods import format_value
 from kbot.xacro.values import Value, attribute, public_names
 
 TYPE_CHECKING = False

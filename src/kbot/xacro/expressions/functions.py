@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from kbot.xacro.budget import SIZED, Budget
-from kbot.xacro.expressions.text_methods import TEXT_METHODS
+from kbot.xacro.expressions.string_methods import TEXT_METHODS
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import TYPES, Value, attribute
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.world.outline import PRISM
+from kbot.world.extrusion import PRISM
 from kbot.world.world import Mesh
 
 THICKNESS = 0.005

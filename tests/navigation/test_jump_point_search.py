@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from kbot.navigation.inflate import inflate
-from kbot.navigation.jump_points import JumpPointSearch
+from kbot.navigation.inflation import inflate
+from kbot.navigation.jump_point_search import JumpPointSearch
 
 
 def _dijkstra(free, start, goal):

@@ -3,7 +3,7 @@
 import numpy as np
 import trimesh
 
-from kbot.world.pieces import convex_pieces
+from kbot.world.convex_decomposition import convex_pieces
 from kbot.world.world import Mesh
 
 
