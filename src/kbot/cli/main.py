@@ -65,7 +65,7 @@ class Verbs(click.Group):
         word = args[0]
         if word in VERBS:
             return super().resolve_command(ctx, args)
-        hint = did_you_mean(word, VERBS)
+        hint: str = did_you_mean(word, VERBS)
         if word == "kbot" or Path(word).is_file():
             hint = f"to look at it: kbot view {word}"
         raise click.UsageError(f"no such verb: {word}" + (f"; {hint}" if hint else ""), ctx)

@@ -126,8 +126,7 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
             near = did_you_mean(key, others)
             raise KbotError(f"{name}: the key '{key}' is missing" + (f": {near}" if near else ""))
     for key in ("occupied_thresh", "free_thresh"):
-        near = did_you_mean(key, others) if key not in settings else ""
-        if near:
+        if key not in settings and (near := did_you_mean(key, others)):
             raise KbotError(f"{name}: the key '{key}' is missing: {near}")
     marks = {str(key.value): value.start_mark for key, value in (tree.value if tree else ())}
     return settings, {key: f"{name}:{mark.line + 1}:{mark.column + 1}" for key, mark in marks.items()}

@@ -35,12 +35,16 @@ def parameters_of(given: Iterable[Any], node: str, context: Context, origin: Ori
     found: dict[str, Placed] = {}
     for item in given:
         if isinstance(item, PlacedParameter):
-            found.update(_flat(item.values, context, lambda keys, at=item.origin: at))
+            found.update(_flat(item.values, context, _always(item.origin)))
         elif isinstance(item, Mapping):
             found.update(_flat(item, context, lambda keys: parameter_place(origin, keys[-1])))
         else:
             found.update(parameters_of_file(_path(item, context), node, context))
     return found
+
+
+def _always(origin: Origin) -> Place:
+    return lambda keys: origin
 
 
 def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def _check_attributes(element: Element, known: _Names, findings: Findings) -> No
         if name in known.attributes or name == "xmlns" or _OWN_PREFIX in name:
             continue
         message = f"<{element.tag}> has no attribute '{name}' in SDF: it is not read"
-        hint = did_you_mean(name, known.attributes)
+        hint: str = did_you_mean(name, known.attributes)
         if not hint and name in known.children:
             hint = f"it is an element: <{name}>{element.attributes[name]}</{name}>"
         findings.warning("W209", message, element.origin, hint)

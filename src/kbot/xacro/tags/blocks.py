@@ -36,7 +36,7 @@ def _undefined(name: str, node: Element, place: Place, scope: Scope) -> Fault:
     known = scope.find(name)
     if known is not None and known.state == FAILED and known.problem is not None:
         return Fault("X129", "", problem=known.problem)
-    hint = did_you_mean(name, scope.blocks())
+    hint: str = did_you_mean(name, scope.blocks())
     if not hint and known is not None:
         hint = f"'{name}' is a property with a value: write ${{{name}}}"
     origin = locate(node, "name", place.call, None)
