@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeGuard
 
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes
@@ -83,7 +84,7 @@ def _bookmark(number: int, entry: Marked) -> Bookmark:
     return Bookmark(number, float(at), float(time), note)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
