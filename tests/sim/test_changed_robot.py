@@ -86,3 +86,32 @@ def test_a_robot_that_fits_no_longer_begins_at_its_start() -> None:
     other = sim.with_robot(bigger())
     assert other.ground_truth.pose.x == pytest.approx(0.0, abs=0.01)
     assert other.body_poses()["crate"].is_close(sim.body_poses()["crate"], 1e-12)
+
+
+def test_what_is_attached_stays_attached() -> None:
+    sim = Simulation("kbot")
+    sim.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.run(0.5)
+    sim.attach("base_link", to="crate")
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(2.0)
+    other = sim.with_robot(bigger())
+    assert other.attachments == 1
+    between = other.link_pose("base_footprint").inverse() @ other.body_poses()["crate"]
+    other.cmd_vel(0.2, 0.0)
+    other.run(2.0)
+    after = other.link_pose("base_footprint").inverse() @ other.body_poses()["crate"]
+    assert other.body_poses()["crate"].translation[0] > sim.body_poses()["crate"].translation[0] + 0.2
+    assert np.allclose(after.translation, between.translation, atol=5e-3)  # drawn along
+    other.detach("base_link")  # and can be let go
+
+
+def test_what_was_attached_to_a_link_that_is_no_more_is_let_go() -> None:
+    sim = Simulation(kbot.load("kbot", lidar="true"))
+    sim.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.attach("lidar_link", to="crate")
+    other = sim.with_robot(kbot.load("kbot"))
+    assert (sim.attachments, other.attachments) == (1, 0)
+    other.cmd_vel(0.2, 0.0)
+    other.run(1.0)
+    assert other.body_poses()["crate"].translation[0] == pytest.approx(-0.4, abs=1e-3)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from kbot.sim.disturbed import Disturbed
-from kbot.sim.engine.welds import STANDING, weld_as_it_stands
+from kbot.sim.engine.welds import STANDING, Weld, weld_as_it_stands
 from kbot.text import KbotError
 
 
@@ -48,6 +50,25 @@ class Attached(Disturbed):
             raise KbotError(f"'{link}' is attached to nothing")
         self._use(self._assembly.with_welds(kept))
         self._note("detach", link=link, robot=robot)
+
+    @property
+    def attachments(self) -> int:
+        """How many pairs are attached to each other."""
+        return len(self._assembly.welds)
+
+    def attach_again(self, welds: Iterable[Weld]) -> None:
+        """Attach, as they stand now, what was attached in a world before: those of which both are here."""
+        self.refresh()
+        names = {
+            self._model.body(i).name: self._model.body(i).weldid.item() for i in range(self._model.nbody)
+        }
+        kept = tuple(
+            weld_as_it_stands(self._model, self._data, weld.first, weld.second)
+            for weld in welds
+            if weld.first in names and weld.second in names and names[weld.first] != names[weld.second]
+        )
+        if kept:
+            self._use(self._assembly.with_welds(kept))
 
     def _take_apart(self) -> None:
         """Detach all."""

@@ -11,7 +11,24 @@ from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot
 
 
-def put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before: Assembly) -> None:
+def go_on_as(new: Models, old: Models) -> None:
+    """Let a simulation at its start, whose first robot is a changed one, go on where another stands."""
+    new._assembly.let_things_be_as_in(old._assembly)
+    new.frames_are_old()
+    first, *others = old.robots.values()
+    _put_as(new.named(), first, new, old._assembly)
+    moved = _make_room(new)
+    for robot in others:
+        pose, named = robot.ground_truth.pose, robot.naming
+        again = new.spawn_model(
+            robot.robot, robot.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
+        )
+        _put_as(again, robot, new, old._assembly)
+    away = {new.named().prefix + link for link in new.named().robot.links} if moved else set()
+    new.attach_again(weld for weld in old._assembly.welds if not away & {weld.first, weld.second})
+
+
+def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before: Assembly) -> None:
     """Let a changed robot stand as it stood `before`, its wheels on the same ground, and go on with what it
     was told."""
     held = old.joint_positions
@@ -27,13 +44,15 @@ def put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before:
     new.take_over(old)
 
 
-def make_room(simulation: Models) -> None:
-    """Put the robot at its start where it is inside something now, and is not there."""
+def _make_room(simulation: Models) -> bool:
+    """Put the robot at its start where it is inside something now, and is not there; whether it was put."""
     robot, assembly = simulation.named(), simulation._assembly
     plan = assembly.plans[robot.name]
     if robot.root_qpos < 0 or not assembly.what_it_is_inside(plan):
-        return
+        return False
     stood = simulation.get_model_state(robot.name).pose
     simulation.set_pose(simulation.start.x, simulation.start.y, simulation.start.yaw)
-    if assembly.what_it_is_inside(plan):
-        simulation.set_model_state(robot.name, stood)
+    if not assembly.what_it_is_inside(plan):
+        return True
+    simulation.set_model_state(robot.name, stood)
+    return False

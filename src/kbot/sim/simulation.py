@@ -15,7 +15,7 @@ from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
-from kbot.sim.carry_over import make_room, put_as
+from kbot.sim.carry_over import go_on_as
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.joint_control.kinds import Interface
@@ -100,9 +100,9 @@ class Simulation(Models):
 
     def with_robot(self, robot: Robot) -> Simulation:
         """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
-        positions, odometry and command, and the other robots and things with theirs. What was attached is not
-        any more. A robot that would be inside something where it stood begins at its start, where that is
-        free.
+        positions, odometry and command, the other robots and things with theirs, and what is attached to each
+        other. A robot that would be inside something where it stood begins at its start, where that is free,
+        and lets go.
 
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
@@ -110,16 +110,7 @@ class Simulation(Models):
         other = Simulation(
             robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start, self._naming
         )
-        other._assembly.let_things_be_as_in(self._assembly)
-        other.frames_are_old()
-        put_as(other._robot, self._robot, other, self._assembly)
-        make_room(other)
-        for old in list(self.robots.values())[1:]:
-            pose, named = old.ground_truth.pose, old.naming
-            new = other.spawn_model(
-                old.robot, old.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
-            )
-            put_as(new, old, other, self._assembly)
+        go_on_as(other, self)
         other.changes[:] = self.changes
         other._start_at(self._steps)
         return other

@@ -275,6 +275,8 @@ class Driving:
         other.paused = self.paused
         if not other._stands_as(self):
             other.note = "The robot no longer fits where it stood: it is at its start again."
+        if other._sim.attachments < self._sim.attachments:
+            other.note += " " * bool(other.note) + "What was attached to what is no more has been let go."
         return other
 
     def _stands_as(self, before: Driving) -> bool:
