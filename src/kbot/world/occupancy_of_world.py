@@ -63,6 +63,27 @@ def world_grid(
         outline for thing in things if (outline := footprint(*thing, low, _SKY)) is not None
     ] + _extents_of_ground(world)
     corners = np.concatenate([*extents, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
+    grid = _free_grid(corners, resolution, margin, most_cells, world.name)
+    ground = ground_heights(world, grid)
+    if ground is not None:
+        grid.cells[impassable(ground, grid.resolution)] = OCCUPIED
+    grid.cells[walls_of_planes(world, grid, low)] = OCCUPIED
+    for shape, pose in things:
+        base = 0.0 if ground is None else _ground_beneath(grid, ground, pose)
+        outline = footprint(shape, pose, base + low, base + high)
+        if outline is not None:
+            _fill(grid, outline)
+    return grid
+
+
+def _free_grid(
+    corners: Points, resolution: float, margin: float, most_cells: int | None, name: str
+) -> OccupancyGrid:
+    """A grid that reaches `margin` m beyond all corners (n, 2), each of its cells free.
+
+    Raises:
+        KbotError: there would be too many cells.
+    """
     if not len(corners):
         corners = np.zeros((1, 2))
     if most_cells is not None:
@@ -74,21 +95,10 @@ def world_grid(
     across, along = np.maximum(last - first, 1).tolist()
     if not across * along <= MOST_CELLS:
         wide = f"{across * resolution:.4g} x {along * resolution:.4g} m"
-        raise KbotError(f"world '{world.name}' spreads over {wide}: too much for cells of {resolution} m")
-    columns, rows = int(across), int(along)
+        raise KbotError(f"world '{name}' spreads over {wide}: too much for cells of {resolution} m")
     x, y = (first * resolution).tolist()
-    cells = np.full((rows, columns), FREE, dtype=np.int8)
-    grid = OccupancyGrid(cells, resolution, PlanarPose(x, y))
-    ground = ground_heights(world, grid)
-    if ground is not None:
-        cells[impassable(ground, resolution)] = OCCUPIED
-    cells[walls_of_planes(world, grid, low)] = OCCUPIED
-    for shape, pose in things:
-        base = 0.0 if ground is None else _ground_beneath(grid, ground, pose)
-        outline = footprint(shape, pose, base + low, base + high)
-        if outline is not None:
-            _fill(grid, outline)
-    return grid
+    cells = np.full((int(along), int(across)), FREE, dtype=np.int8)
+    return OccupancyGrid(cells, resolution, PlanarPose(x, y))
 
 
 def _extents_of_ground(world: World) -> list[Points]:
