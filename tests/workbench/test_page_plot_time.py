@@ -15,7 +15,7 @@ from kbot.workbench.played_session import played_session
 from kbot.workbench.serve import serving
 from kbot.workbench.session import Session
 
-from .conftest import until
+from .conftest import until, wait_for_page
 from .test_plot import points, ticks
 
 OpenPage = Callable[..., Any]
@@ -110,6 +110,54 @@ def test_plots_show_what_was_before_they_were_opened(page: Any) -> None:
     assert way == pytest.approx(page.session.state().odometry[0], abs=0.02)
 
 
+def test_plots_show_what_was_while_no_page_was_open(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address, viewport=WIDE)
+    page.goto("about:blank")
+    left = session.state().time
+    until(lambda: session.state().time > left + 4.0)
+    page.goto(address)
+    wait_for_page(page)
+    open_plots(page)
+    rows = once(page, lambda rows: rows[0, 0] < left + 0.5 and rows[-1, 0] > left + 4.0)
+    assert np.diff(rows[:, 0]).max() < 0.5
+    assert rows[-1, 0] == pytest.approx(session.state().at, abs=1.0)  # nothing reset it: both clocks are one
+
+
+def test_what_is_plotted_of_topics_outlives_the_page(page: Any) -> None:
+    name = "/odom twist.twist.linear.x"
+    page.keyboard.press("y")
+    page.locator("[data-topic='/odom'] .head").click()
+    page.keyboard.press("p")  # so that it says something
+    field = page.locator("[data-topic='/odom']").get_by_role("button", name="twist.twist.linear.x")
+    until(field.count)
+    field.click()
+    until(lambda: page.get_by_role("button", name=name).count() == 1)
+    page.reload()
+    wait_for_page(page)
+    heard = page.session.topics._wanted
+    until(lambda: "/odom" not in heard)  # nobody looks at it
+    open_plots(page)
+    until(lambda: "/odom" in heard)
+    page.get_by_role("button", name=name).click()
+    until(lambda: "/odom" not in heard)
+
+
+def test_more_curves_than_colours_are_told_apart(page: Any) -> None:
+    chips = page.locator("#plots .chip")
+    add = page.get_by_label("Plot another field")
+    for field in ("x", "y", "yaw", "left_wheel_joint", "right_wheel_joint", "turning speed asked"):
+        before = chips.count()
+        add.select_option(field)
+        until(lambda before=before: chips.count() == before + 1)
+    assert chips.count() == 9
+    assert page.locator("#plots .chip.dashed").count() == 3
+    rows = shown(page, page.began + 0.2)
+    assert rows.shape[1] == 10
+
+
 def test_a_click_goes_there_and_the_line_stands_there(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     click(page, 0.5)
@@ -153,6 +201,15 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     at = page.evaluate("kbot.time")
     page.keyboard.press("ArrowLeft")
     until(lambda: page.evaluate("kbot.time") < at)
+    page.keyboard.press("End")
+    until(lambda: not is_past(page))
+    for _ in range(4):
+        page.keyboard.press("+")
+    page.keyboard.press("ArrowLeft")  # of a hundredth of what is on show
+    until(lambda: is_past(page))
+    page.keyboard.press("0")
+    until(lambda: abs(np.ptp(table(page)[:, 0]) - np.ptp(rows[:, 0])) < 0.1)
+    line(page).focus()
     page.keyboard.press("+")
     until(lambda: np.ptp(table(page)[:, 0]) < 0.6 * np.ptp(rows[:, 0]))
     line(page).focus()

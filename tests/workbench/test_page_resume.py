@@ -65,6 +65,7 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     until(lambda: is_past(page) and shown_x(page) < 0.55)
     page.get_by_role("button", name="Resume from here").click()
     until(lambda: not is_past(page) and session.state().odometry[0] < 0.6)
+    until(lambda: session.state().command == (0.0, 0.0))
     told = page.get_by_role("log").get_by_text("The simulation goes on from")
     until(lambda: told.count() == 1)
     assert "the recording holds both ways" in told.inner_text()

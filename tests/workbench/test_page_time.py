@@ -13,7 +13,7 @@ from kbot.workbench.protocol import Seek
 from kbot.workbench.serve import serving
 from kbot.workbench.session import Session
 
-from .conftest import until
+from .conftest import until, wait_for_page
 from .pictures import pixels_per_metre, screenshot
 
 OpenPage = Callable[..., Any]
@@ -113,6 +113,17 @@ def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
     until(lambda: not is_past(page) and trail_ends(page) > 0.15)
 
 
+def test_a_new_tab_shows_the_whole_trail(
+    page: Any, driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    other = open_page(driving[0])
+    other.keyboard.press("8")  # the view does not follow
+    other.evaluate("kbot.look([0, -0.001, 1.6], [0, 0, 0])")
+    until(lambda: trail_ends(other) > 0.15)
+    drag(other, 0.05)
+    until(lambda: is_past(other) and shown_x(other) < 0.1 and trail_ends(other) < shown_x(other) + 0.01)
+
+
 def test_time_goes_back_by_keys(page: Any) -> None:
     slider(page).focus()
     now = page.session.state().time
@@ -123,11 +134,40 @@ def test_time_goes_back_by_keys(page: Any) -> None:
     until(lambda: slider(page).evaluate("s => s.valueAsNumber === Number(s.min)"))
     first = settled(page)
     assert shown_x(page) < 0.05
-    for _ in range(10):  # of 0.02 s
+    for _ in range(10):  # of 0.1 s
         page.keyboard.press("ArrowRight")
-    until(lambda: first < settled(page) < first + 0.25)
+    until(lambda: first + 0.8 < settled(page) < first + 1.2)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
+
+
+def test_one_step_back_leaves_what_is_now(page: Any) -> None:
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    until(lambda: float(slider(page).evaluate("s => s.max")) == round(page.session.state().at, 3))
+    slider(page).focus()
+    page.keyboard.press("ArrowLeft")
+    until(lambda: is_past(page))
+    now = page.session.state().time
+    until(lambda: now - 0.3 < page.evaluate("kbot.time") < now - 0.05)
+    until(lambda: "0.1 seconds ago" in slider(page).get_attribute("aria-valuetext"))
+    page.keyboard.press("ArrowRight")
+    until(lambda: not is_past(page))
+
+
+def test_who_went_back_by_pointer_goes_on_by_keys(page: Any) -> None:
+    drag(page, 0.5)
+    then = settled(page)
+    for _ in range(4):
+        page.keyboard.press("ArrowLeft")
+    until(lambda: then - 0.6 < page.evaluate("kbot.time") < then - 0.1)
+    assert is_past(page)
+    assert page.session.state().command == (0.0, 0.0)  # the arrows drive where what is now is on show
+    page.keyboard.press("Escape")
+    until(lambda: not is_past(page))
+    page.keyboard.down("ArrowLeft")
+    until(lambda: page.session.state().command[1] > 0)
+    page.keyboard.up("ArrowLeft")
 
 
 def test_who_looks_back_sees_whether_time_waits(page: Any) -> None:
@@ -157,7 +197,9 @@ def test_each_tab_looks_where_it_wants(page: Any, driving: tuple[str, Session], 
     until(lambda: is_past(other) and shown_x(other) < 0.15)
 
 
-def test_bookmarks_are_set_named_and_gone_to(page: Any) -> None:
+def test_bookmarks_are_set_named_and_gone_to(
+    page: Any, driving: tuple[str, Session], open_page: OpenPage
+) -> None:
     drag(page, 0.2)
     until(lambda: is_past(page))
     first = settled(page)
@@ -178,16 +220,32 @@ def test_bookmarks_are_set_named_and_gone_to(page: Any) -> None:
     note.press("Enter")
     page.get_by_role("button", name=f"Go to it starts at {first:.2f} s").click()
     until(lambda: page.evaluate("kbot.time") == first)
-    page.get_by_role("button", name="Remove it starts").click()
+    page.reload()
+    wait_for_page(page)
+    other = open_page(driving[0])
+    other.get_by_role("button", name="2 bookmarks").click()
+    until(lambda: other.get_by_label(f"Note at {first:.2f} s").input_value() == "it starts")
+    other.get_by_role("button", name="Remove it starts").click()
     until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
+    page.keyboard.press("[")
+    until(lambda: page.evaluate("kbot.time") == second)
 
 
 def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
-    page.get_by_role("button", name="Record", exact=True).click()
+    page.reload()  # it was told of another folder
+    wait_for_page(page)
+    record = page.get_by_role("button", name="Record", exact=True)
+    until(lambda: record.get_attribute("title") == f"Record to a new file in {tmp_path}")
+    record.click()
     name = until(lambda: page.locator(".recording .name").inner_text())
+    until(lambda: page.locator(".notice").get_by_text(f"Recording to {tmp_path / name}").is_visible())
     until(lambda: page.locator(".recording .size").inner_text() > "0:00.9")
     page.get_by_role("button", name="End the recording").click()
     until(lambda: page.locator(".notice").get_by_text(f"Recorded to {tmp_path / name}.").is_visible())
+    with page.expect_download() as saved:
+        page.get_by_role("link", name="Download").click()
+    assert saved.value.suggested_filename == name
+    assert saved.value.path().read_bytes() == (tmp_path / name).read_bytes()
     summary = Recording(str(tmp_path / name)).summary()
     assert summary.broken == ""
     assert summary.seconds > 0.9
@@ -210,8 +268,14 @@ def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> N
     with serving(session) as address:
         player = open_page(address)
         until(lambda: shown_x(player) > 0.6)
+        assert player.title() == f"{Path(path).name} \u00b7 KBot"
+        until(lambda: player.locator(".crumbs").inner_text().split() == [Path(path).name, "recording"])
+        assert player.locator(".topbar .status").inner_text() == "connected"
         player.keyboard.press("p")
         until(lambda: session.paused)
+        player.keyboard.press("k")
+        until(lambda: player.get_by_role("button", name="1 bookmark").is_visible())
+        assert "Bookmark 1" in Path(f"{path}.bookmarks.yaml").read_text()
         drag(player, 0.02)
         until(lambda: shown_x(player) < 0.45)
         assert " of " in slider(player).get_attribute("aria-valuetext")
@@ -231,8 +295,32 @@ def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_p
     box = slider(page).bounding_box()
     assert box["height"] >= 40
     assert box["x"] >= 0
+    assert box["width"] > 340
     assert box["x"] + box["width"] <= 390
     page.touchscreen.tap(box["x"] + box["width"] * 0.3, box["y"] + box["height"] / 2)
     until(lambda: is_past(page))
     page.get_by_role("button", name="Live").tap()
     until(lambda: not is_past(page))
+
+
+@pytest.mark.parametrize("size", [(390, 844), (640, 400)])
+def test_on_a_narrow_page_all_is_in_reach(
+    driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    width, height = size
+    page = open_page(driving[0], viewport={"width": width, "height": height})
+    page.get_by_role("button", name="Topics and log", exact=True).click()
+    until(lambda: page.get_by_role("log").is_visible())
+    page.get_by_role("button", name="Plots", exact=True).click()
+    until(lambda: page.locator("#plots canvas").count() == 1)
+    until(lambda: not page.get_by_role("log").is_visible())  # one at a time
+    tabs = page.get_by_role("navigation", name="Panels")
+    for part in (tabs, page.locator("#plots"), page.locator(".timeline"), page.locator(".transport")):
+        box = part.bounding_box()
+        assert box["y"] >= 0
+        assert box["y"] + box["height"] <= height + 1
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width + 1
+    assert not page.get_by_label("Drive", exact=True).is_visible()
+    tabs.get_by_role("button", name="Joints").click()
+    until(lambda: page.locator("#joints").is_visible() and not page.locator("#plots").is_visible())

@@ -2,7 +2,7 @@ import { Connection, type Line } from "./connection";
 import { DisplaySet, type LookingFrom, type Setup, type Status } from "./displays/set";
 import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
-import { fieldName, TopicField } from "./plots/topic-field";
+import { fieldName, rememberedTopics, TopicField } from "./plots/topic-field";
 import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, Recorded, SaveDisplays, Scene, Series, SourceText, State, Trail } from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
@@ -41,7 +41,7 @@ export class App {
   /** Whether topics and the log are seen. */
   readonly traffic = new Signal(false);
   /** The fields of topics that were ever plotted here. */
-  readonly topicFields = new Signal<readonly TopicField[]>([]);
+  readonly topicFields = new Signal<readonly TopicField[]>(rememberedTopics(this));
   readonly options = rememberedOptions();
   readonly displays = new DisplaySet();
   /** How each display fares, by its number. */

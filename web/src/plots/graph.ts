@@ -6,7 +6,17 @@ import { clock } from "../time/words";
 import type { Span } from "./span";
 import type { Table } from "./table";
 
-export const COLOURS = ["--plot-1", "--plot-2", "--plot-3", "--plot-4", "--plot-5", "--plot-6"];
+const COLOURS = ["--plot-1", "--plot-2", "--plot-3", "--plot-4", "--plot-5", "--plot-6"];
+/** Where colours come again the curves are dashed; as the server draws them. */
+const DASHES = [[], [8, 4]];
+/** Curves that are told apart. */
+export const MOST_CURVES = COLOURS.length * DASHES.length;
+
+/** The colour of a curve, as a property of the style, and its dashes. */
+export function strokeOf(index: number): { colour: string; dash: number[] } {
+  return { colour: COLOURS[index % COLOURS.length]!, dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length]! };
+}
+
 /** Pixels beside the line of the moment in which it is taken hold of. */
 const REACH = 7;
 /** Pixels that a hand may move and still have clicked. */
@@ -172,12 +182,13 @@ export class Graph {
     return [table.at.slice(first, last).map((at) => at + offset), ...table.columns.map((column) => column.slice(first, last))];
   }
 
-  /** What the simulation's clock said at a place of the axis: another time, where it was set back since. */
-  private timeAt(x: number): string {
+  /** What the simulation's clock said at a place of the axis: another time, where it was set back since, that is
+   * not as round. */
+  private timeAt(x: number, apart: number): string {
     const index = this.table.indexAt(this.toAt(x));
     const time = this.table.time[index];
     const isOther = !this.app.travel.timeline.value?.played && time !== undefined && Math.abs(time - x) > 0.1;
-    return `${Number((isOther ? time : x).toFixed(2))} s`;
+    return `${Number(isOther ? time.toFixed(apart < 1 ? 2 : 1) : x.toFixed(2))} s`;
   }
 
   private options(): uPlot.Options {
@@ -189,8 +200,8 @@ export class Graph {
       legend: { show: false },
       cursor: { y: false, drag: { x: true, y: false, setScale: false, dist: STILL }, bind: { dblclick: () => () => null, mousedown: (_, __, handler) => (event) => (this.isAtLine(event.clientX) ? null : handler(event)) } },
       scales: { x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] }, y: { range: (_, low, high) => around(low, high) } },
-      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick)) }, { ...axis, size: 54 }],
-      series: [{}, ...this.table.fields.map((field, index) => ({ label: field.name, stroke: colour(COLOURS[index % COLOURS.length]!), width: 1.5, points: { show: false } }))],
+      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick, (ticks[1] ?? tick + 1) - ticks[0]!)) }, { ...axis, size: 54 }],
+      series: [{}, ...this.table.fields.map((field, index) => ({ label: field.name, stroke: colour(strokeOf(index).colour), dash: strokeOf(index).dash, width: 1.5, points: { show: false } }))],
       hooks: {
         setSelect: [(chart) => this.select(chart)],
         setCursor: [(chart) => this.pointed(chart.cursor.left === undefined || chart.cursor.left < 0 ? -1 : this.table.indexAt(this.toAt(chart.posToVal(chart.cursor.left, "x"))))],

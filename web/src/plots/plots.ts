@@ -4,7 +4,7 @@ import { icon } from "../icons";
 import { DRAGGED } from "../panels/topics";
 import type { Scene } from "../protocol";
 import { fields, labelled, rememberedFields, rememberFields, type Field } from "./fields";
-import { COLOURS, Graph } from "./graph";
+import { Graph, MOST_CURVES, strokeOf } from "./graph";
 import { Span, SPANS, type SpanName } from "./span";
 import { Table } from "./table";
 
@@ -39,6 +39,8 @@ export function plots(app: App): HTMLElement {
     pointed = index;
     tell();
   });
+  let wasOpened = false;
+  const listen = (): void => app.topicFields.value.forEach((field) => field.listen(wasOpened && table.fields.includes(field)));
   const choose = (names: string[]): void => {
     rememberFields(names);
     show(names);
@@ -46,6 +48,7 @@ export function plots(app: App): HTMLElement {
   const show = (names: string[]): void => {
     const chosen = names.flatMap((name) => all.find((field) => field.name === name) ?? []);
     table.choose(chosen);
+    listen();
     values = chosen.map(() => h("span", { class: "value" }));
     chips.replaceChildren(...chosen.map((field, index) => chip(field, index, values[index]!, () => choose(names.filter((name) => name !== field.name)))));
     add.replaceChildren(h("option", { value: "" }, "Add…"), ...groups(all.filter((field) => !names.includes(field.name))));
@@ -53,7 +56,7 @@ export function plots(app: App): HTMLElement {
     draw(true);
   };
   add.addEventListener("change", () => {
-    choose([...table.fields.map((field) => field.name), add.value].slice(-COLOURS.length));
+    choose([...table.fields.map((field) => field.name), add.value].slice(-MOST_CURVES));
     add.blur();
   });
   spans.addEventListener("change", () => {
@@ -80,12 +83,13 @@ export function plots(app: App): HTMLElement {
     all = [...fields(scene, played), ...app.topicFields.value];
     show(rememberedFields());
   });
+  const restored = app.topicFields.value;
   app.topicFields.watch((of) => {
     const newest = of.at(-1)?.name;
-    if (newest === undefined) return;
+    if (newest === undefined || of === restored) return;
     all = [...fields(app.scene.value, app.about.value?.mode === "play"), ...of];
     const others = table.fields.map((field) => field.name).filter((name) => name !== newest);
-    choose([...others, newest].slice(-COLOURS.length));
+    choose([...others, newest].slice(-MOST_CURVES));
   });
   const dragged = (event: DragEvent): boolean => event.dataTransfer?.types.includes(DRAGGED) === true;
   dock.addEventListener("dragover", (event) => {
@@ -111,6 +115,8 @@ export function plots(app: App): HTMLElement {
   app.theme.watch(() => void graph.rebuild());
   app.plots.watch((open) => {
     dock.hidden = !open;
+    wasOpened ||= open;
+    listen();
     table.forget();
     void graph.rebuild();
     draw(true);
@@ -120,7 +126,9 @@ export function plots(app: App): HTMLElement {
 
 function chip(field: Field, index: number, value: HTMLElement, remove: () => void): HTMLElement {
   const button = h("button", { type: "button", class: "chip", title: `Remove ${field.name}`, onclick: remove }, field.name, value, field.unit && h("span", { class: "unit" }, field.unit));
-  button.style.setProperty("--colour", `var(${COLOURS[index % COLOURS.length]})`);
+  const { colour, dash } = strokeOf(index);
+  button.style.setProperty("--colour", `var(${colour})`);
+  button.classList.toggle("dashed", dash.length > 0);
   return button;
 }
 

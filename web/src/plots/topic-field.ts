@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import type { State } from "../protocol";
-import type { Field } from "./fields";
+import { rememberedFields, type Field } from "./fields";
 
 /** Samples of one field that are kept: a minute at the most that pages are sent. */
 const MOST = 2000;
@@ -10,7 +10,15 @@ export function fieldName(topic: string, path: readonly string[]): string {
   return `${topic} ${path.join(".")}`;
 }
 
-/** A number in a topic's messages against time; heard from when it is first plotted on. */
+/** The fields of topics among names that were plotted in this browser before. */
+export function rememberedTopics(app: App): TopicField[] {
+  return rememberedFields().flatMap((name) => {
+    const [topic, path] = name.split(" ");
+    return topic?.startsWith("/") && path ? [new TopicField(app, topic, path.split("."))] : [];
+  });
+}
+
+/** A number in a topic's messages against time, heard while it is plotted. */
 export class TopicField implements Field {
   readonly name: string;
   readonly key: string;
@@ -18,14 +26,22 @@ export class TopicField implements Field {
   readonly unit = "";
   private times: number[] = [];
   private values: number[] = [];
+  private stop: (() => void) | null = null;
 
   constructor(
-    app: App,
+    private readonly app: App,
     readonly topic: string,
     readonly path: readonly string[],
   ) {
     this.name = this.key = fieldName(topic, path);
-    app.topics.listen(topic, ({ time, message }) => this.add(time, numberAt(message, path)));
+  }
+
+  /** Hears the topic, or no longer. */
+  listen(on: boolean): void {
+    if (on === (this.stop !== null)) return;
+    this.stop?.();
+    [this.times, this.values] = [[], []];
+    this.stop = on ? this.app.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path))) : null;
   }
 
   /** What it was last told of before a state; NaN, which is not drawn, before the first. */

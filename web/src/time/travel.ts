@@ -92,7 +92,8 @@ export class TimeTravel {
   jump(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
-    const one = this.bookmarks.next(this.isElsewhere ? now.at : Infinity, direction, now.start);
+    const shown = this.wanted ?? this.app.state.value?.at ?? now.at;
+    const one = this.bookmarks.next(this.isElsewhere ? shown : Infinity, direction, now.start);
     if (one !== undefined) this.seek(one.at);
     else if (direction > 0) this.goLive();
   }
