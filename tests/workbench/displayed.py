@@ -63,6 +63,21 @@ def hear(session: Session, topic: str, kind: type) -> list[Any]:
     return heard
 
 
+def do(session: Session, what: Callable[[Any], None]) -> None:
+    """Act on what moves the robot, between two steps of it."""
+    done = threading.Event()
+
+    def once() -> bool:
+        if done.is_set():
+            return False
+        what(session._motion)
+        done.set()
+        return True
+
+    session._motion._sim.errands.append(once)
+    assert done.wait(60.0), "nobody runs the simulation's errands"
+
+
 class Show:
     """One page, whose simulation is paused at its start, with nothing shown but what a test adds."""
 

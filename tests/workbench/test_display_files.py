@@ -260,6 +260,33 @@ Visualization Manager:
     )
 
 
+def test_a_view_is_told_from_its_target_frame() -> None:
+    """As rviz has it: the focal point is in that frame, and goes along with it."""
+    text = """\
+Visualization Manager:
+  Views:
+    Current:
+      Class: rviz_default_plugins/Orbit
+      Distance: 2
+      Focal Point: {X: 0.5, Y: 0, Z: 0}
+      Pitch: 0
+      Yaw: 0
+      Target Frame: base_link
+"""
+    found = read_rviz(text, "a.rviz")
+    assert found.settings.view == View((2.5, 0.0, 0.0), (0.5, 0.0, 0.0), follow=True, frame="base_link")
+    kept = write_settings(found.settings)
+    assert read_settings(kept, "a.kbot.yaml").view == found.settings.view
+
+    def written(view: View) -> str:
+        current = yaml.safe_load(write_rviz(Settings({}, (), view), found.document))
+        return str(current["Visualization Manager"]["Views"]["Current"]["Target Frame"])
+
+    eye, at = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    assert written(View(eye, at, follow=True, frame="gripper")) == "gripper"
+    assert written(View(eye, at, follow=False)) == "<Fixed Frame>"
+
+
 @pytest.mark.parametrize("text", [RVIZ1, RVIZ2])
 def test_what_is_read_is_written_back_with_all_that_rviz_had(text: str) -> None:
     found = read_rviz(text, "a.rviz")

@@ -55,7 +55,7 @@ def test_a_display_opens_with_its_settings_and_says_how_it_fares(viewing: str, o
     row = page.locator(".display[data-display=Map]")
     until(lambda: row.locator(".head[aria-expanded=true]").count())
     lamp = row.locator(".lamp")
-    until(lambda: "no topic carries a OccupancyGrid" in lamp.get_attribute("aria-label"))
+    until(lambda: "there is no topic of type OccupancyGrid" in lamp.get_attribute("aria-label"))
     row.get_by_label("Show Map").uncheck()
     until(lambda: "not shown" in lamp.get_attribute("aria-label"))
     # of what there is one at most no second can be added

@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from kbot.workbench.protocol import MoveModel
 from kbot.workbench.session import Session
 
 from .conftest import until
+from .displayed import do
 from .pictures import blue, id_image, screenshot
 
 OpenPage = Callable[..., Any]
@@ -60,6 +62,38 @@ def test_an_address_opens_the_same_view(viewing: str, open_page: OpenPage) -> No
     assert np.allclose(clip(page), clip(other), rtol=1e-3, atol=1e-3)
     lost = open_page(viewing + "#eye=1,2&at=nonsense")
     assert share(lost, "base_link") > 0.02
+
+
+def test_an_address_opens_the_same_view_of_a_robot_that_has_moved(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    """Told from the robot where it is followed, from the world where it is not."""
+    address, session = driving
+    page = open_page(address)
+    page.get_by_role("button", name="Top", exact=True).click()
+    until(lambda: "&frame=base_footprint" in page.url)
+    along = page.url
+    start = clip(page)
+    page.get_by_role("toolbar", name="View").get_by_role("button", name="Follow").click()
+    until(lambda: page.url.endswith("&still"))
+    assert "frame" not in page.url
+    still = page.url
+    do(session, lambda motion: motion.act(MoveModel("kbot", 1.0, 0.5, 0.0, 0.0)))
+    until(lambda: np.allclose(session.state().poses[:2], (1.0, 0.5), atol=0.01))
+    # the same part of the picture: a metre before and half a metre beside
+    expected = start @ np.array([[1, 0, 0, -1.0], [0, 1, 0, -0.5], [0, 0, 1, 0], [0, 0, 0, 1]])
+    followed, stays = open_page(along), open_page(still)
+    until(lambda: np.allclose(clip(followed), expected, atol=0.02))
+    until(lambda: np.allclose(clip(stays), start, atol=0.02))
+
+
+def test_a_view_is_told_from_any_frame(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0] + "#eye=1,0.5,0.5&at=0,0,0&frame=left_wheel")
+    time = driving[1].state().time
+    until(lambda: driving[1].state().time > time + 0.2)  # and stays there
+    seen, size = page.evaluate("kbot.where('left_wheel')"), page.locator(".centre").bounding_box()
+    middle = size["x"] + size["width"] / 2, size["y"] + size["height"] / 2
+    assert np.allclose((seen["x"], seen["y"]), middle, atol=25)  # the timeline lies over its foot
 
 
 def test_an_address_opens_the_same_kind_of_view(driving: tuple[str, Session], open_page: OpenPage) -> None:

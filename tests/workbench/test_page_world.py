@@ -1,7 +1,6 @@
 """The world on show: its parameters, what is told of it, and what happens to those in it."""
 
 import re
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,23 +13,9 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
 
 from .conftest import until
+from .displayed import do
 
 OpenPage = Callable[..., Any]
-
-
-def do(session: Session, what: Callable[[Any], None]) -> None:
-    """Act on what moves the robot, between two steps of it."""
-    done = threading.Event()
-
-    def once() -> bool:
-        if done.is_set():
-            return False
-        what(session._motion)
-        done.set()
-        return True
-
-    session._motion._sim.errands.append(once)
-    assert done.wait(60.0), "nobody runs the simulation's errands"
 
 
 @pytest.fixture

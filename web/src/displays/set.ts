@@ -24,12 +24,13 @@ export interface DisplayConfig {
 
 export type Saved = Omit<DisplayConfig, "id">;
 
-/** From where one looks, in the fixed frame; `flat` is without perspective. */
+/** From where one looks, along the axes of the fixed frame from its origin, or that of `frame`; `flat` is without perspective. */
 export interface LookingFrom {
   readonly eye: readonly number[];
   readonly target: readonly number[];
   readonly flat: boolean;
   readonly follow: boolean;
+  readonly frame?: string;
 }
 
 /** All that is set, as it is kept. */

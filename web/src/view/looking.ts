@@ -16,22 +16,37 @@ export interface Seen {
   readonly rootObject: Object3D | undefined;
   /** Middle of the robot, in the picture. */
   centre(): Vector3;
+  /** The origin of a frame, in the picture; that of the robot's root where there is no such frame. */
+  origin(frame: string): Vector3;
 }
 
 /** From where one looks: at all or at a link, from a side, as the robot sees, as an address or a file says. */
 export class Looking {
+  /** The frame that one looks along with, empty for the robot's root. */
+  frame = "";
+
   constructor(
     private readonly app: App,
     private readonly stage: Stage,
     private readonly seen: Seen,
   ) {
     stage.controls.addEventListener("end", () => this.writeAddress());
-    app.lookingFrom = () => ({
-      eye: stage.eye.toArray(),
-      target: stage.controls.target.toArray(),
-      flat: stage.isOrthographic,
-      follow: app.options.value.follow,
-    });
+    app.lookingFrom = () => ({ ...this.told(), flat: stage.isOrthographic, follow: app.options.value.follow });
+  }
+
+  /** From where and at what, told from the frame that is followed, where one is: it may have moved when one looks again. */
+  private told(): { eye: number[]; target: number[]; frame: string } {
+    const { follow } = this.app.options.value;
+    const origin = follow ? this.seen.origin(this.frame) : new Vector3();
+    const from = (place: Vector3): number[] => place.clone().sub(origin).toArray();
+    return { eye: from(this.stage.eye), target: from(this.stage.controls.target), frame: follow ? this.frame || (this.app.scene.value?.root ?? "") : "" };
+  }
+
+  private lookFrom(eye: readonly number[], target: readonly number[], frame: string): void {
+    this.frame = frame === this.app.scene.value?.root ? "" : frame;
+    const origin = frame === "" ? new Vector3() : this.seen.origin(this.frame);
+    this.stage.camera.position.fromArray(eye as number[]).add(origin);
+    this.stage.lookAt(new Vector3().fromArray(target as number[]).add(origin));
   }
 
   /** Looks at the whole robot, from the side that is held or aslant from above. */
@@ -84,10 +99,9 @@ export class Looking {
   }
 
   /** Looks from where a file of displays says. */
-  fromFile({ eye, target, flat, follow }: LookingFrom): void {
+  fromFile({ eye, target, flat, follow, frame = "" }: LookingFrom): void {
     this.app.options.set({ ...this.app.options.value, flat, follow, ride: false, side: flat ? sideOf(eye, target) : "" });
-    this.stage.camera.position.fromArray(eye as number[]);
-    this.stage.lookAt(new Vector3().fromArray(target as number[]));
+    this.lookFrom(eye, target, frame);
   }
 
   /** Takes the view from the page's address, where it has one. */
@@ -96,17 +110,15 @@ export class Looking {
     if (view === null) return false;
     const side = view.orthographic && !view.ride ? sideOf(view.eye, view.target) : "";
     this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow, side });
-    this.stage.camera.position.fromArray(view.eye);
-    this.stage.lookAt(new Vector3().fromArray(view.target));
+    this.lookFrom(view.eye, view.target, view.frame);
     return true;
   }
 
   /** Puts the view into the page's address, so that a link to it opens the same. */
   writeAddress(): void {
     if (location.protocol === "about:") return; // within another page, which has the address
-    const { eye, controls } = this.stage;
     const { flat, ride, follow } = this.app.options.value;
-    const hash = viewHash({ eye: eye.toArray(), target: controls.target.toArray(), orthographic: flat, ride, follow });
+    const hash = viewHash({ ...this.told(), orthographic: flat, ride, follow });
     history.replaceState(null, "", hash);
   }
 }

@@ -35,7 +35,9 @@ export class View implements Picture {
   private readonly world = new Group();
   /** The robot before, while the one on show is not drawn yet. */
   private parted: Object3D | null = null;
+  /** Where the frame that is followed was last, and which that was. */
   private readonly lastSeen = new Vector3();
+  private lastFrame = "";
   private placed = false;
   /** The state in the picture, null where it must be drawn anew. */
   private drawn: State | null = null;
@@ -150,7 +152,8 @@ export class View implements Picture {
     this.bodies?.apply(state);
     this.displays.state(state);
     const isGone = state.fallen.some(({ name }) => name === "");
-    const centre = isGone ? this.lastSeen : this.centre();
+    const { frame } = this.looking;
+    const followed = isGone && this.placed ? this.lastSeen : this.origin(frame);
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
@@ -162,14 +165,15 @@ export class View implements Picture {
     } else if (this.app.options.value.ride) {
       this.looking.ride();
       this.stage.invalidate();
-    } else if (this.app.options.value.follow) {
-      const moved = centre.clone().sub(this.lastSeen);
+    } else if (this.app.options.value.follow && frame === this.lastFrame) {
+      const moved = followed.clone().sub(this.lastSeen);
       this.stage.controls.target.add(moved);
       this.stage.camera.position.add(moved);
     }
-    this.lastSeen.copy(centre);
+    this.lastSeen.copy(followed);
+    this.lastFrame = frame;
     const radius = this.app.scene.value?.radius ?? 1;
-    this.stage.lights.shineAround(centre, radius * 1.5);
+    this.stage.lights.shineAround(this.centre(), radius * 1.5);
     const { x, y } = this.root;
     if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, isGone ? 0 : PALETTES[this.app.theme.value].shadow);
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
@@ -191,6 +195,11 @@ export class View implements Picture {
     const { x, y, z } = this.root;
     const [cx = 0, cy = 0, cz = 0] = scene.centre;
     return new Vector3(x + cx, y + cy, z + cz).applyMatrix4(this.world.matrix);
+  }
+
+  origin(frame: string): Vector3 {
+    const place = frame === "" ? null : this.transforms.lookup(frame, null);
+    return (place === null ? this.root.clone() : new Vector3().setFromMatrixPosition(place)).applyMatrix4(this.world.matrix);
   }
 
   private beforeFrame(): void {
@@ -242,7 +251,7 @@ export class View implements Picture {
     if (this.placed && moved.length() > 0) {
       this.stage.controls.target.add(moved);
       this.stage.camera.position.add(moved);
-      this.lastSeen.add(moved);
+      this.lastSeen.copy(this.origin(this.looking.frame));
     }
     this.stage.invalidate();
   }

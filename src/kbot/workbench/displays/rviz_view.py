@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from kbot.workbench.displays.marked_yaml import Marked
+from kbot.workbench.displays.rviz_values import FIXED_FRAME
 from kbot.workbench.displays.settings import View
 
 PICTURE_HEIGHT = 800
@@ -23,24 +24,25 @@ def read_view(views: Marked, notes: list[str]) -> View | None:
         return None
     fields = current.plain
     kind = str(fields.get("Class")).rpartition("/")[2]
+    frame = _target_frame(fields)
     yaw, pitch = _number(fields, "Yaw", 0.785), _number(fields, "Pitch", 0.785)
     if kind in ORBITS:
         target = _triple(fields.get("Focal Point"))
         distance = max(1e-3, _number(fields, "Distance", 10.0))
         away = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch))
         eye = _along(target, away, distance)
-        return View(eye, target, follow=kind == "ThirdPersonFollower" or _follows(fields))
+        return View(eye, target, follow=kind == "ThirdPersonFollower" or frame != "", frame=frame)
     if kind == "FPS":
         eye = _triple(fields.get("Position"))
         ahead = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch))
-        return View(eye, _along(eye, ahead, 1.0), follow=_follows(fields))
+        return View(eye, _along(eye, ahead, 1.0), follow=frame != "", frame=frame)
     if kind == "TopDownOrtho":
         target = (_number(fields, "X", 0.0), _number(fields, "Y", 0.0), 0.0)
         scale = max(1e-3, _number(fields, "Scale", 10.0))
         height = PICTURE_HEIGHT / scale / 2.0 / math.tan(HALF_ANGLE)
         angle = _number(fields, "Angle", 0.0)
         back = (STRAIGHT_DOWN * math.sin(angle), -STRAIGHT_DOWN * math.cos(angle), 1.0)
-        return View(_along(target, back, height), target, flat=True, follow=_follows(fields))
+        return View(_along(target, back, height), target, flat=True, follow=frame != "", frame=frame)
     notes.append(f"the view {fields.get('Class')}, line {current.line}: there is none such here; it is kept")
     return None
 
@@ -55,7 +57,7 @@ def write_view(view: View, views: dict[str, Any], package: str) -> None:
     pitch = math.asin(max(-1.0, min(1.0, away[2] / distance)))
     yaw = math.atan2(away[1], away[0])
     x, y, z = view.target
-    frame = old.get("Target Frame", "<Fixed Frame>")
+    frame = view.frame or (view.follow and _target_frame(old)) or FIXED_FRAME
     kind = str(old.get("Class")).rpartition("/")[2]
     if view.flat and pitch > math.radians(89):
         new: dict[str, Any] = {
@@ -85,9 +87,10 @@ def write_view(view: View, views: dict[str, Any], package: str) -> None:
     views["Current"] = {**kept, **new, "Target Frame": frame}
 
 
-def _follows(fields: dict[str, Any]) -> bool:
-    """Whether the view goes along with a frame that is not the fixed one."""
-    return str(fields.get("Target Frame", "<Fixed Frame>")) not in ("<Fixed Frame>", "")
+def _target_frame(fields: dict[str, Any]) -> str:
+    """The frame that the view goes along with, from whose origin it is told; empty for the fixed one."""
+    frame = str(fields.get("Target Frame", FIXED_FRAME))
+    return "" if frame == FIXED_FRAME else frame
 
 
 def _number(fields: dict[str, Any], name: str, default: float) -> float:

@@ -32,12 +32,14 @@ class Display:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """From where one looks (m, in the fixed frame), whether without perspective, and along with the robot."""
+    """From where one looks: m along the axes of the fixed frame, from its origin or that of `frame`. Whether
+    without perspective, and along with the frame, which is the robot's root where it is empty."""
 
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
     flat: bool = False
     follow: bool = True
+    frame: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +108,7 @@ def plain(settings: Settings, *, sources: bool = True) -> dict[str, Any]:
             "target": [round(v, 6) for v in view.target],
             "flat": view.flat,
             "follow": view.follow,
+            **({"frame": view.frame} if view.frame else {}),
         }
     return found
 
@@ -194,12 +197,13 @@ def _values(entries: Marked, known: Mapping[str, Property], what: str) -> dict[s
 
 def _view(entry: Marked) -> View:
     fields = entry.fields
-    _known(entry, fields, ("eye", "target", "flat", "follow"))
+    _known(entry, fields, ("eye", "target", "flat", "follow", "frame"))
     return View(
         _triple(entry, fields.get("eye")),
         _triple(entry, fields.get("target")),
         _of_type(fields, "flat", bool, False),
         _of_type(fields, "follow", bool, True),
+        _of_type(fields, "frame", str, "")[:256],
     )
 
 
