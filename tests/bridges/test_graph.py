@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,6 +57,15 @@ def test_files_of_dead_ones_are_taken_away(graph: GraphServer, folder: Path, cap
     (folder / "half.json").write_text('{"pid"')
     assert "/odom" in told(capsys, "topic", "list").splitlines()
     assert not stale.exists()
+
+
+def test_where_processes_cannot_be_asked_an_address_that_answers_tells_who_lives(graph: GraphServer) -> None:
+    (known,) = presence.running()
+    assert presence.answers(known.address)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    assert not presence.answers(f"ws://127.0.0.1:{port}/?token=a")
+    assert not presence.answers("nothing")
 
 
 def test_several_run_and_one_is_named(graph: GraphServer, capsys: Said) -> None:

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from kbot.text import DescriptionError, KbotError, parse_xml, read_source, write_text
+from kbot.text.files import from_file_uri
 
 
 def code(path: Path, **options: int) -> str:
@@ -132,3 +133,9 @@ def test_a_device_is_written_to_and_not_replaced() -> None:
 def test_a_folder_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match="cannot be written"):
         write_text(tmp_path / "none" / "out", "text")
+
+
+def test_an_address_of_windows_names_a_drive() -> None:
+    assert from_file_uri("/C:/robot/a.stl", windows=True) == "C:/robot/a.stl"
+    assert from_file_uri("/C:/robot/a.stl", windows=False) == "/C:/robot/a.stl"
+    assert from_file_uri("/robot/a.stl", windows=True) == "/robot/a.stl"

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import tempfile
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from kbot.text import KbotError
+
+LOOK_SECONDS = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +50,7 @@ def running() -> list[Presence]:
             presence = Presence(**json.loads(path.read_text()))
         except (OSError, ValueError, TypeError):
             continue  # it is being written, or is no such file
-        if _is_alive(presence.pid):
+        if _is_alive(presence):
             found.append(presence)
         else:
             with suppress(OSError):
@@ -90,13 +94,23 @@ def _age(path: Path) -> float:
         return 0.0
 
 
-def _is_alive(pid: int) -> bool:
+def _is_alive(presence: Presence) -> bool:
     if os.name == "nt":
-        return True  # signal 0 would end it there; one that is dead does not answer
+        return answers(presence.address)  # signal 0 would end it there
     try:
-        os.kill(pid, 0)
+        os.kill(presence.pid, 0)
     except ProcessLookupError:
         return False
     except OSError:
         return True  # another user's
+    return True
+
+
+def answers(address: str) -> bool:
+    """Whether anybody listens at an address as `ws://127.0.0.1:4711/?token=…`."""
+    place = urlsplit(address)
+    try:
+        socket.create_connection((place.hostname or "", place.port or 0), LOOK_SECONDS).close()
+    except (OSError, ValueError):
+        return False
     return True

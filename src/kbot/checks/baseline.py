@@ -9,6 +9,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from kbot.text import Diagnostic, KbotError, write_text
@@ -20,7 +21,10 @@ Key = tuple[str, str, str]
 def _key(diagnostic: Diagnostic, folder: str) -> Key:
     file = diagnostic.origin.span.file if diagnostic.origin else ""
     if file:
-        file = Path(os.path.relpath(os.path.abspath(file), folder)).as_posix()
+        file = os.path.abspath(file)
+        with suppress(ValueError):  # on Windows it may be on another drive
+            file = os.path.relpath(file, folder)
+        file = Path(file).as_posix()
     return diagnostic.code, file, diagnostic.message
 
 

@@ -114,7 +114,7 @@ def _uri(path: str) -> str:
     from urllib.parse import quote
 
     name = relative(path)
-    return ("file://" if name.startswith("/") else "") + quote(name)
+    return Path(name).as_uri() if Path(name).is_absolute() else quote(name)
 
 
 def github(found: Sequence[Diagnostic]) -> str:

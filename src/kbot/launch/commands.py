@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import shlex
 import subprocess
 from collections.abc import Callable
 from pathlib import PurePath
 
 from kbot.launch.plan import Description
+from kbot.launch.quoting import split_words
 from kbot.launch.reading import part_of
 from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin, Severity, read_source
@@ -32,7 +31,7 @@ def run(
         Fault: L040 the command is not one that is stood in for, L041 it fails.
     """
     try:
-        words = shlex.split(command, posix=os.name != "nt")
+        words = split_words(command)
     except ValueError as error:
         raise Fault("L041", f"the command cannot be split into words: {error}", "", command) from None
     if not words:

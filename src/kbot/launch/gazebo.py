@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kbot.launch.known import Role, role
 from kbot.launch.plan import Included, Node, Plan
+from kbot.launch.quoting import split_words
 from kbot.launch.words import split
 from kbot.text import Diagnostic, Severity
 
@@ -64,7 +64,7 @@ def _included(included: Included) -> GazeboSettings | None:
 def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
     """Gazebo starts paused unless `-r` is given, and without a window where `-s` is."""
     try:
-        parts = shlex.split(words)
+        parts = split_words(words)
     except ValueError:
         parts = words.split()
     world, skip = "", False

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
-
 from kbot.launch import names
 from kbot.launch.context import Context
 from kbot.launch.known import NODES, RENAMED, SPAWN_MODEL_VALUES
 from kbot.launch.parameters import Parameters
 from kbot.launch.plan import Node, Param
+from kbot.launch.quoting import split_words
 from kbot.launch.reading import Attributes, Reporter
 from kbot.launch.schema import CHILDREN
 from kbot.launch.words import place_of
@@ -150,7 +149,7 @@ def _review(node: Node, reporter: Reporter) -> None:
 def _review_spawn_model(node: Node, reporter: Reporter) -> None:
     """spawn_model refuses to start over one option that it does not know."""
     try:
-        words = shlex.split(node.args)
+        words = split_words(node.args)
     except ValueError as error:
         reporter.finding(Diagnostic("L056", Severity.ERROR, f"args: {error}", node.spans.get("args")))
         return

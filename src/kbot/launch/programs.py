@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -16,6 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from kbot.launch.plan import Node, Plan
+from kbot.launch.quoting import split_words
 from kbot.launch.words import split
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 from kbot.xacro.packages import PackageNotFound, Packages
@@ -96,7 +96,7 @@ def environment(program: Program) -> dict[str, str]:
 
 def split_prefix(prefix: str | None) -> list[str]:
     """The words of a launch-prefix."""
-    return shlex.split(prefix, posix=os.name != "nt") if prefix else []
+    return split_words(prefix) if prefix else []
 
 
 def _not_run(node: Node, why: str, hint: str) -> Diagnostic:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from kbot.launch.plan import Node
+from kbot.launch.quoting import split_words
 from kbot.text import Diagnostic, Origin, Severity, Span
 from kbot.text.numbers import to_float
 
@@ -39,7 +39,7 @@ class Options:
 def split(node: Node) -> list[str]:
     """The words of a node's arguments; none where a quote is not closed."""
     try:
-        return shlex.split(node.args)
+        return split_words(node.args)
     except ValueError:
         return []
 

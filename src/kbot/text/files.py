@@ -18,6 +18,7 @@ from kbot.text.suggest import did_you_mean
 MAX_BYTES = 32 * 1024 * 1024
 
 _STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
+_DRIVE = re.compile(r"/[A-Za-z]:[/\\]")
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
 
 _unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039 - nobody writes into it
@@ -110,9 +111,14 @@ def _missing(name: str) -> tuple[str, str]:
     """What is said of a file that is not there, and the hint."""
     if os.path.islink(name):
         return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
-    folder, _, last = name.rpartition("/")
+    folder, last = os.path.split(name)
     siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []
     return f"{name} does not exist", did_you_mean(last, siblings)
+
+
+def from_file_uri(rest: str, *, windows: bool = os.name == "nt") -> str:
+    """The path of a `file://` address, whose scheme is gone: on Windows `/C:/robot.stl` is `C:/robot.stl`."""
+    return rest[1:] if windows and _DRIVE.match(rest) else rest
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:

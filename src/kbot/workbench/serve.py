@@ -204,6 +204,8 @@ def bind(host: str, port: int | None) -> socket.socket:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
             return listening
         except PermissionError:
+            if port is None:
+                continue  # Windows keeps some of them for itself
             raise KbotError(f"--port {candidate} may not be served on without more rights") from None
         except OSError as error:
             if not _is_taken(error):

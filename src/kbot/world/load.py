@@ -38,7 +38,7 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
         from kbot.world.maps import map_world
 
         return map_world(text)
-    if os.sep in text or Path(text).is_file():
+    if "/" in text or os.sep in text or Path(text).is_file():
         known = ", ".join((*SDF_SUFFIXES, *MAP_SUFFIXES))
         near = did_you_mean(text, BUILDERS)
         raise KbotError(f"{text} is no world: a file of one ends in {known}" + (f"; {near}" if near else ""))

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from kbot.text.errors import KbotError
-from kbot.text.files import check_regular
+from kbot.text.files import check_regular, from_file_uri
 from kbot.text.suggest import did_you_mean
 
 TYPE_CHECKING = False
@@ -105,7 +105,7 @@ class Packages:
             except PackageNotFound:
                 return None
         elif separator and scheme == "file":
-            path = rest
+            path = from_file_uri(rest)
         elif separator:
             return None
         else:

@@ -10,6 +10,7 @@ from typing import Any
 
 from kbot.launch import known, names
 from kbot.launch.plan import Argument, Included, Node, Param, Plan
+from kbot.launch.quoting import split_words
 from kbot.launch.reading import Reporter
 from kbot.launch.ros2 import actions as act
 from kbot.launch.ros2.context import Context
@@ -260,7 +261,7 @@ class Carrier:
     def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
         words = [word for written in action.command for word in _words(written, self.context)]
         if is_true(performed(action.shell, self.context)):
-            words = shlex.split(" ".join(words))
+            words = split_words(" ".join(words))
         program = Path(words[0]).name if words else ""
         name = performed(action.name, self.context) if action.name is not None else program
         node = Node(
@@ -291,7 +292,7 @@ def _ends_launch(on_exit: Any) -> bool:
 def _words(written: Any, context: Context) -> list[str]:
     """One word of a command, or all of a command line."""
     text = performed(written, context)
-    return shlex.split(text) if isinstance(written, CommandLine) else [text]
+    return split_words(text) if isinstance(written, CommandLine) else [text]
 
 
 def _word(argument: object, text: str) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable
 
+from kbot.launch.quoting import split_words
 from kbot.launch.ros2 import substitutions as sub
 from kbot.launch.substitution import Fault
 from kbot.text.suggest import did_you_mean
@@ -114,7 +114,7 @@ def _split(pieces: list[object], whole: str) -> list[object]:
             joined = True
             continue
         try:
-            words = shlex.split(piece)
+            words = split_words(piece)
         except ValueError:
             raise Fault("L015", "a quote is not closed", "", whole) from None
         for number, word in enumerate(words):

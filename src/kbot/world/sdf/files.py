@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from kbot.text import DescriptionError, Element, KbotError, read_source
+from kbot.text.files import from_file_uri
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.world.sdf.model_paths import LIBRARY, fuel_stores, model_paths
@@ -110,8 +111,8 @@ class Files:
                 found = self._packages[around].resolve(text)
                 if found:
                     yield Path(found)
-        elif mark and scheme == "file" and Path(rest).is_absolute():
-            yield Path(rest)
+        elif mark and scheme == "file" and (path := Path(from_file_uri(rest))).is_absolute():
+            yield path
         elif mark and scheme in ("model", "file"):
             yield from (root / rest for root in self._roots(folder))
         else:
