@@ -4,41 +4,26 @@ from __future__ import annotations
 
 from math import inf
 
-from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
-from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.engine.world_builder import PREFIX
 from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
-from kbot.sim.naming import Naming
 from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
-from kbot.sim.population import Population
+from kbot.sim.population import Population, Setup
 from kbot.sim.pushes import Push, apply
-from kbot.sim.recipe import Contacts
 from kbot.sim.running import FOREVER
 from kbot.sim.schedule import Placed, Schedule
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world import World
 
 
 class Disturbed(Population):
     """What acts on robots from outside, and until when."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        world: World,
-        seed: int,
-        timestep: float,
-        contacts: Contacts,
-        drive_limits: DriveLimits | None,
-        start: PlanarPose,
-        naming: Naming,
-    ) -> None:
+    def __init__(self, robot: Robot, setup: Setup) -> None:
         self._pushes: list[Push] = []
         self._schedule = Schedule()
-        super().__init__(robot, world, seed, timestep, contacts, drive_limits, start, naming)
+        super().__init__(robot, setup)
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
         """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.

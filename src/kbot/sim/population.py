@@ -35,39 +35,50 @@ from kbot.world import World
 from kbot.world.findings import Findings
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Setup:
+    """What a simulation is of, but for its first robot: as `Simulation` is given it.
+
+    Raises:
+        KbotError: a start, or limits, that are none.
+    """
+
+    world: World
+    seed: int
+    timestep: float
+    contacts: Contacts
+    limits: DriveLimits | None
+    start: PlanarPose
+    naming: Naming
+
+    def __post_init__(self) -> None:
+        start, limits = self.start, self.limits
+        if not isinstance(start, PlanarPose):
+            raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
+        if not (limits is None or isinstance(limits, DriveLimits)):
+            raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {shortened(limits)}")
+        vector("a start", (start.x, start.y, start.yaw), FURTHEST)
+
+
 class Population(Running):
     """Robots by name, in an engine's model that is built anew when one comes or goes."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        world: World,
-        seed: int,
-        timestep: float,
-        contacts: Contacts,
-        drive_limits: DriveLimits | None,
-        start: PlanarPose,
-        naming: Naming,
-    ) -> None:
-        if not isinstance(start, PlanarPose):
-            raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
-        if not (drive_limits is None or isinstance(drive_limits, DriveLimits)):
-            raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {shortened(drive_limits)}")
-        vector("a start", (start.x, start.y, start.yaw), FURTHEST)
-        super().__init__(world, seed, timestep)
-        self.contacts = contacts
+    def __init__(self, robot: Robot, setup: Setup) -> None:
+        world, start, limits, naming = setup.world, setup.start, setup.limits, setup.naming
+        super().__init__(world, setup.seed, setup.timestep)
+        self.contacts = setup.contacts
         self.lost_commands = 0.0
         """Share of the commands from outside that are lost, as a fault has it."""
-        self._limits = drive_limits
+        self._limits = limits
         self.start = start
         self.when_robots_change: list[Callable[[], None]] = []
         """Called once a robot came or went."""
         self._naming = naming
         name = naming.name or robot.name
         naming = dataclasses.replace(naming, name=name)
-        self._robot, plan, findings = self._prepare(robot, naming, start, drive_limits)
+        self._robot, plan, findings = self._prepare(robot, naming, start, limits)
         self.robots = {name: self._robot}
-        assembly = Assembly.of(world, contacts, timestep, {name: plan})
+        assembly = Assembly.of(world, self.contacts, self.timestep, {name: plan})
         self._inside = assembly.what_it_is_inside(plan)
         self.diagnostics: tuple[Diagnostic, ...] = (
             *world.diagnostics,

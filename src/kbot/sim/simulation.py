@@ -23,7 +23,7 @@ from kbot.sim.models import Models
 from kbot.sim.motion import Motion
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.numbers import shortened
-from kbot.sim.population import read_robot
+from kbot.sim.population import Setup, read_robot
 from kbot.sim.recipe import Contacts
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
 from kbot.text import KbotError
@@ -68,9 +68,8 @@ class Simulation(Models):
             DescriptionError: the robot cannot be simulated; every reason at its line.
             KbotError: no such world, a step or a seed that is none.
         """
-        super().__init__(
-            read_robot(robot), load_world(world), seed, timestep, _contacts(contacts), limits, start, naming
-        )
+        robot, place = read_robot(robot), load_world(world)
+        super().__init__(robot, Setup(place, seed, timestep, _contacts(contacts), limits, start, naming))
         self.reset()
 
     def reset(self) -> None:
