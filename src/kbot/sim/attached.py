@@ -56,7 +56,7 @@ class Attached(Disturbed):
         """How many pairs are attached to each other."""
         return len(self._assembly.welds)
 
-    def attach_again(self, welds: Iterable[Weld]) -> None:
+    def _attach_again(self, welds: Iterable[Weld]) -> None:
         """Attach, as they stand now, what was attached in a world before: those of which both are here."""
         self.refresh()
         names = {

@@ -25,7 +25,7 @@ def go_on_as(new: Models, old: Models) -> None:
         )
         _put_as(again, robot, new, old._assembly)
     away = {new.named().prefix + link for link in new.named().robot.links} if moved else set()
-    new.attach_again(weld for weld in old._assembly.welds if not away & {weld.first, weld.second})
+    new._attach_again(weld for weld in old._assembly.welds if not away & {weld.first, weld.second})
 
 
 def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before: Assembly) -> None:
