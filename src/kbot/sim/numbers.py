@@ -1,11 +1,11 @@
-"""The engine's arrays as plain numbers, and what is one."""
+"""What is a number, and how large one may be that a simulation is given."""
 
 from __future__ import annotations
 
 import math
 import reprlib
 from numbers import Real
-from typing import Any, Protocol, cast
+from typing import Any
 
 from kbot.text import KbotError
 
@@ -20,18 +20,6 @@ STRONGEST = 1e6
 """N or N m: the weight of a hundred tonnes."""
 LONGEST = 1e9
 """Seconds: thirty years."""
-
-
-class Numbers(Protocol):
-    """Floats by index."""
-
-    def __getitem__(self, index: int, /) -> float: ...
-    def __setitem__(self, index: int, value: float, /) -> None: ...
-
-
-def numbers(array: Any) -> Numbers:
-    """A view of a one-dimensional array; reading one number is three times as fast as by numpy."""
-    return cast(Numbers, memoryview(array))
 
 
 def shortened(value: Any) -> str:

@@ -12,11 +12,11 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
+from kbot.sim.engine.arrays import numbers
 from kbot.sim.engine.inertia import held_joints
 from kbot.sim.engine.joints import rest
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.motion import Motion
-from kbot.sim.numbers import numbers
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 

@@ -13,7 +13,7 @@ import mujoco
 
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.sim.drive.wheel_servos import slack
-from kbot.sim.numbers import numbers
+from kbot.sim.engine.arrays import numbers
 
 FREQUENCY = 40.0
 """rad/s: how fast a wheel is turned aside."""

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 
 from kbot.kinematics.differential_drive import DifferentialDrive
-from kbot.sim.numbers import numbers
+from kbot.sim.engine.arrays import numbers
 
 
 class WheelServos:

@@ -16,10 +16,11 @@ from typing import Any
 import mujoco
 
 from kbot.model import Robot
+from kbot.sim.engine.arrays import numbers
 from kbot.sim.joint_control.bounds import JointBounds
 from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.trajectory import Point, Trajectory
-from kbot.sim.numbers import FURTHEST, is_within, numbers, shortened
+from kbot.sim.numbers import FURTHEST, is_within, shortened
 from kbot.text import KbotError
 
 FREQUENCY = 50.0
