@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from kbot.bridges.presence import find, running
@@ -21,6 +22,7 @@ from kbot.record.playback import Playback
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
+    from kbot.launch.processes import Processes
     from kbot.launch.stage import Stage
     from kbot.launch.teleop import HandDriving
 
@@ -94,17 +96,24 @@ def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
         processes = start_programs(stack, plan, staged.programs, wishes)
         if not players:
             tell("There is no robot here. Ctrl-C ends it.")
-        due = time.monotonic()
         with suppress(KeyboardInterrupt):
-            while not is_over[0]:
-                for errand in tuple(said.errands):
-                    errand()
-                _pass_time(said.clock, speed if players else None)
-                if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
-                    break
-                due = max(due + PERIOD, time.monotonic() - BEHIND)
-                time.sleep(max(0.0, due - time.monotonic()))
+            _run(said, players, speed, processes, is_over)
     return processes.status if processes is not None else 0
+
+
+def _run(
+    said: _Said, players: Sequence[Playback], speed: float, processes: Processes | None, is_over: list[bool]
+) -> None:
+    """Let time pass, at `speed` times the wall's where there are players, until it is over."""
+    due = time.monotonic()
+    while not is_over[0]:
+        for errand in tuple(said.errands):
+            errand()
+        _pass_time(said.clock, speed if players else None)
+        if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
+            return
+        due = max(due + PERIOD, time.monotonic() - BEHIND)
+        time.sleep(max(0.0, due - time.monotonic()))
 
 
 def _tell_what_is_not_said(staged: Stage) -> None:
@@ -126,13 +135,13 @@ def _pass_time(clock: Clock, speed: float | None) -> None:
 
 
 def _as_the_environment_says(wishes: Wishes) -> Wishes:
-    """With a bridge to the ROS that is there, where none is asked for, as nodes of one's own have it."""
+    """With a bridge to the ROS that is there, if it can be had, where none is asked for."""
     from kbot.client import wanted_transport
 
     if wishes.is_live:
         return wishes
     kind = wanted_transport(os.environ)
-    return replace(wishes, ros1=kind == "ros1", ros2=kind == "ros2")
+    return replace(wishes, ros1=kind == "ros1", ros2=kind == "ros2" and find_spec("cyclonedds") is not None)
 
 
 def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:
