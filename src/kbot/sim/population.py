@@ -10,13 +10,14 @@ from typing import Any
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.steered_drive import find_base
+from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.model.writer import to_urdf
 from kbot.sim.divergence import ELSEWHERE
 from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_settings
 from kbot.sim.drive.twist_controller import DriveLimits
-from kbot.sim.engine.assembly import Assembly, plan_of
+from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.inertia import drive_with_masses
 from kbot.sim.engine.joints import rest
 from kbot.sim.engine.robot_builder import RobotPlan
@@ -232,9 +233,11 @@ class Population(Running):
         driven = driving_joints(drive)
         name = naming.name
         # topics that gz names by the model bear its name in the world
-        control = joint_control(dataclasses.replace(robot, name=name), driven, findings)
+        control = joint_control(dataclasses.replace(robot, name=name), driven, findings, naming)
         simulated = SimulatedRobot(name, robot, drive, settings, self.timestep, self, control, naming)
-        plan = plan_of(name, robot, drive, settings, self.contacts, pose)
+        place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+        torque = settings.torque if settings is not None else None
+        plan = RobotPlan(name, robot, drive, self.contacts, place, others=False, torque=torque)
         return simulated, plan, tuple(findings.diagnostics)
 
     def _use(self, assembly: Assembly) -> None:

@@ -9,11 +9,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
-from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.transform import Transform
-from kbot.model import Robot
-from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.engine.compile import compile_model
 from kbot.sim.engine.contacts import GROUND
 from kbot.sim.engine.placing import lowest_point, terrain_height
@@ -128,20 +123,6 @@ class Assembly:
             if any(own):
                 return (names[own.index(False)] if False in own else names[0]).strip("/")
         return ""
-
-
-def plan_of(
-    name: str,
-    robot: Robot,
-    drive: DifferentialDrive | NoDrive,
-    settings: DriveSettings | None,
-    contacts: Contacts,
-    pose: PlanarPose,
-) -> RobotPlan:
-    """A robot to be built at a place on the ground."""
-    place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
-    torque = settings.torque if settings is not None else None
-    return RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
 
 
 def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> None:

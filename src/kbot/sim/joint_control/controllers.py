@@ -17,6 +17,8 @@ from kbot.sim.joint_control.kinds import (
     is_done_elsewhere,
 )
 from kbot.sim.joint_control.transmissions import joint_interfaces
+from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
@@ -47,10 +49,12 @@ class JointControl:
     state_topics: tuple[str, ...] = ()
 
 
-def joint_control(robot: Robot, driven: tuple[str, ...], findings: Findings) -> JointControl:
-    """How the description has its joints commanded, those that are `driven` left out. What it names and the
-    robot does not have is said at its line."""
-    reader = _Reader(robot, driven, findings)
+def joint_control(
+    robot: Robot, driven: tuple[str, ...], findings: Findings, naming: Naming = PLAIN
+) -> JointControl:
+    """How the description has its joints commanded, those that are `driven` left out, of a robot that the
+    simulation calls `naming`. What it names and the robot does not have is said at its line."""
+    reader = _Reader(robot, driven, findings, naming)
     controllers = (*reader.of_parameters(), *reader.of_plugins())
     known = tuple(controller for controller in controllers if controller.joints)
     held = {j for c in known if c.is_active and c.interface is not Interface.EFFORT for j in c.joints}
@@ -77,8 +81,8 @@ def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
 
 
 class _Reader:
-    def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings) -> None:
-        self.robot, self.findings = robot, findings
+    def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings, naming: Naming) -> None:
+        self.robot, self.findings, self._naming = robot, findings, naming
         self._free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
         self._offered = joint_interfaces(robot, findings)
         self._has_manager = any("gazeboroscontrol" in _words_of(plugin) for plugin in _plugins(robot))
@@ -176,6 +180,8 @@ class _Reader:
     def of_plugins(self) -> Iterator[JointController]:
         for plugin in _plugins(self.robot):
             kind = _kind(plugin)
+            if is_of_gazebo_ros(plugin) and "jointstatepublisher" in _words_of(plugin):
+                self.state_topics.append(PluginNames(plugin, self._naming).topic("joint_states"))
             if kind is None:
                 continue
             input_, interface, ending = kind
@@ -185,8 +191,10 @@ class _Reader:
                 joints += self._known([element.text.strip()], "the plugin", element.origin)
             if input_ is Input.TRAJECTORY and not elements:
                 joints = tuple(j.name for j in self.robot.movable_joints if j.name in self._free)
-            said = plugin.find("topic")
+            said = plugin.find("topic") or plugin.find("topicName")
             topic = said.text.strip() if said is not None else ""
+            if input_ is Input.TRAJECTORY and is_of_gazebo_ros(plugin):
+                topic = PluginNames(plugin, self._naming).topic(topic or ending)
             if input_ is Input.TRAJECTORY:
                 name = plugin.attributes.get("name", "joint_trajectory")
                 yield JointController(name, topic or ending, input_, joints, interface)
