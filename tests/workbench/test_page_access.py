@@ -41,6 +41,25 @@ def test_axe_finds_nothing(
         assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
 
 
+def test_colours_that_the_system_forces_hide_no_state(
+    driving: tuple[str, Session], open_page: OpenPage, axe: str
+) -> None:
+    page = open_page(driving[0], color_scheme="dark", forced_colors="active")
+    page.locator("#links [data-link=left_wheel]").click()
+    until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
+
+    def ground(selector: str) -> str:
+        return str(page.locator(selector).first.evaluate("e => getComputedStyle(e).backgroundColor"))
+
+    assert ground(".chips [aria-pressed=true]") != ground(".chips [aria-pressed=false]")
+    assert ground("#links [aria-selected=true]") != ground("#links [aria-selected=false]")
+    # green, and nothing where it is off
+    assert ground(".lamp[data-level=ok]") != ground(".lamp[data-level=off]")
+    page.evaluate(axe)
+    found = page.evaluate("axe.run()")["violations"]
+    assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+
+
 def test_everything_is_reached_by_the_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     missing = {

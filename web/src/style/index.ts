@@ -7,3 +7,4 @@ import "./source.css";
 import "./plots.css";
 import "./tools.css";
 import "./time.css";
+import "./forced.css";
