@@ -6,6 +6,7 @@ import pytest
 
 from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
 from kbot.sim import Simulation
+from kbot.sim.naming import Naming
 from kbot.text import KbotError
 
 MASS, LENGTH, MOMENT = 2.0, 0.5, 0.01
@@ -201,6 +202,18 @@ def test_the_plugin_of_classic_follows_trajectories(urdf):
     )
     sim.run(2.0)
     assert sim.joint_positions["shoulder"] == pytest.approx(0.4, abs=1e-3)
+
+
+def test_plugins_of_gazebo_ros_speak_in_their_namespace(urdf):
+    """Also beside a robot of the namespace `fleet`, which only what has no namespace of its own is in."""
+    plugins = """<gazebo>
+      <plugin name="p" filename="libgazebo_ros_joint_pose_trajectory.so">
+        <robotNamespace>/bot</robotNamespace><topicName>move</topicName></plugin>
+      <plugin name="j" filename="libgazebo_ros_joint_state_publisher.so">
+        <ros><remapping>joint_states:=states</remapping></ros></plugin></gazebo>"""
+    sim = Simulation(urdf(arm(plugins)), naming=Naming("arm", "fleet"))
+    assert sim.bus.topics["/bot/move"] is JointTrajectory
+    assert sim.bus.topics["/fleet/states"] is sim.bus.topics["/fleet/joint_states"]
 
 
 def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(controlled, urdf):
