@@ -330,6 +330,34 @@ def test_real_robots_sensors_are_read(shared):
     assert {"Lidar", "Camera", "Imu", "Contact"} <= set(counts)
 
 
+@pytest.mark.parametrize(
+    ("file", "topics"),
+    [
+        (
+            "ros-navigation+navigation2_tutorials/sam_bot_description/src/description/"
+            "sam_bot_description.urdf.urdf",
+            {"/demo/imu", "/demo/cmd_vel", "/demo/odom", "/scan", "/depth_camera/image_raw"},
+        ),
+        (
+            "ros-simulation+gazebo_ros_demos/rrbot_description/urdf/rrbot.xacro.urdf",
+            {"/rrbot/camera1/image_raw", "/rrbot/camera1/camera_info", "/rrbot/laser/scan"},
+        ),
+        (
+            "linorobot+linorobot2/linorobot2_description/urdf/robots/2wd.urdf.xacro.urdf",
+            {"/odom/unfiltered", "/imu/data", "/camera/color/image_raw", "/camera/depth/image_rect_raw"},
+        ),
+    ],
+)
+def test_real_robots_topics_are_those_of_gazebo(shared, file, topics):
+    """As their descriptions and the launch files beside them name them."""
+    simulation = Simulation(load_robot(shared / "corpus/expected" / file).require())
+    mount_declared(simulation, strict=False)
+    pictures = {topic for topic in topics if "camera" in topic}
+    _, said = mount_declared(simulation)
+    without = pictures if any("OpenGL" in d.message for d in said) else set()
+    assert topics - without <= simulation.bus.topics.keys()
+
+
 def test_mounting_twice_hands_out_the_same_sensors():
     simulation = Simulation(_robot(CLASSIC.format(link="base_link")))
     first, _ = mount_declared(simulation)
