@@ -278,6 +278,11 @@ def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> N
         assert np.allclose(rows[rows[:, 0] < 1.9, 1], 0.0, atol=0.01)
         assert rows[-1, -1] * 0.035 == pytest.approx(0.25 * 2.0, abs=0.03)  # wheel's angle times its radius
         assert page.get_by_role("option", name="forward speed asked").count() == 0
+        slider = page.get_by_role("slider", name="Moment on show").bounding_box()
+        for part in np.linspace(0.9, 0.25, 12):  # the line goes where the last of many presses went
+            page.mouse.click(slider["x"] + slider["width"] * part, slider["y"] + slider["height"] / 2)
+        until(lambda: played.timeline().at == pytest.approx(1.5, abs=0.1))
+        until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 4) < 12)
         click(page, 0.5)
         until(lambda: played.timeline().at == pytest.approx(3.0, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)

@@ -130,6 +130,31 @@ def test_a_recording_goes_as_it_went(run: Run) -> None:
         session.obey(Drive(0.1, 0.0), 1)
 
 
+def test_the_trail_is_the_way_of_the_whole_recording(run: Run) -> None:
+    session = played_session(str(run.path))
+    start = session._motion._run.index.start * 1e-9
+    way = whole(session)
+    times, places = zip(*((1e-3 * at, poses[0, :2, 3]) for at, poses in run.poses.items()), strict=True)
+    at, *place = np.array(way).T
+    known = at + start > times[0]
+    for axis in range(2):
+        truth = np.interp(at + start, times, np.array(places)[:, axis])
+        assert np.allclose(place[axis][known], truth[known], atol=0.02)
+    assert len(way) > 20
+    assert np.hypot(*(np.array(way[-1][1:]) - places[-1])) < 0.05
+    assert whole(session) == way
+
+
+def whole(session: Session) -> list[tuple[float, float, float]]:
+    making = session.way(0.01) if session.way is not None else iter(())
+    while True:
+        try:
+            next(making)
+        except StopIteration as done:
+            way: list[tuple[float, float, float]] = done.value
+            return way
+
+
 def write(path: Path, *packets: tuple[str, float, object]) -> str:
     """An MCAP file as any program of ROS 2 would write it, with nothing of KBot's own in it."""
     with path.open("wb") as stream:

@@ -32,7 +32,7 @@ const ALONG: readonly Chip[] = [
   { name: "follow", image: "follow", label: "Follow", key: "8", option: "follow" },
   { name: "ride", image: "drive", label: "Ride", key: "9", option: "ride" },
 ];
-const FOR_DRIVING = ["trail", "follow", "ride"];
+const FOR_MOVING = ["trail", "follow", "ride"];
 
 function isOn(app: App, chip: Chip): boolean {
   return chip.option === undefined ? app.displays.isOn(chip.display ?? "", chip.property ?? null) : app.options.value[chip.option];
@@ -66,7 +66,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
     for (const one of [...buttons, ...along]) {
       const name = one.dataset["option"] ?? "";
       if (name === "scan") one.hidden = app.topics.first(["sensor_msgs/msg/LaserScan"]) === "";
-      else one.hidden = FOR_DRIVING.includes(name) && app.about.value?.mode !== "sim";
+      else one.hidden = FOR_MOVING.includes(name) && (app.about.value?.mode ?? "view") === "view";
     }
   };
   app.about.watch(hide);

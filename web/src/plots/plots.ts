@@ -64,8 +64,16 @@ export function plots(app: App): HTMLElement {
     spans.blur();
     draw(true);
   });
+  let later: ReturnType<typeof setTimeout> | undefined;
   const draw = (atOnce = false): void => {
-    if (!app.plots.value || (!atOnce && performance.now() - drawnAt < EVERY)) return;
+    if (!app.plots.value) return;
+    const wait = drawnAt + EVERY - performance.now();
+    if (!atOnce && wait > 0) {
+      later ??= setTimeout(() => draw(true), wait); // the last of many changes is drawn too
+      return;
+    }
+    clearTimeout(later);
+    later = undefined;
     drawnAt = performance.now();
     const [low, high] = span.range();
     table.need(Math.max(low, span.start), Math.min(high, span.end));

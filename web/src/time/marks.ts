@@ -2,6 +2,7 @@ import type { App } from "../app";
 import { h } from "../dom";
 import { icon } from "../icons";
 import type { Bookmark } from "../protocol";
+import { clock } from "./words";
 
 /** The bookmarks along the track; they are pressed in the list, with keys too. */
 export function marks({ travel }: App): HTMLElement {
@@ -51,11 +52,11 @@ class Row {
   private readonly remove: HTMLButtonElement;
 
   constructor(
-    app: App,
+    private readonly app: App,
     private one: Bookmark,
   ) {
-    const { number, at, time } = one;
-    const shown = `${time.toFixed(2)} s`;
+    const { number, at } = one;
+    const shown = this.when();
     this.go = h("button", { type: "button", class: "time", onclick: () => app.travel.seek(at) }, shown);
     this.note = h("input", { type: "text", maxlength: 200, "aria-label": `Note at ${shown}`, onchange: () => app.send({ type: "note_mark", number, note: this.note.value }) });
     this.remove = h("button", { type: "button", class: "icon-button", title: "Remove", onclick: () => app.send({ type: "remove_mark", number }) }, icon("close"));
@@ -65,8 +66,13 @@ class Row {
   tell(one: Bookmark): void {
     this.one = one;
     if (document.activeElement !== this.note) this.note.value = one.note;
-    this.go.setAttribute("aria-label", `Go to ${one.note} at ${one.time.toFixed(2)} s`);
+    this.go.setAttribute("aria-label", `Go to ${one.note} at ${this.when()}`);
     this.remove.setAttribute("aria-label", `Remove ${one.note}`);
+  }
+
+  /** By the clock that the page shows: the simulation's, or that of the place in a recording. */
+  private when(): string {
+    return this.app.about.value?.mode === "play" ? clock(this.one.at) : `${this.one.time.toFixed(2)} s`;
   }
 
   /** What was before all that is kept cannot be gone to; what was noted of it stays. */

@@ -50,6 +50,8 @@ log = logging.getLogger(__name__)
 
 FRAME_SECONDS = 1 / 60
 STATE_SECONDS = 1 / 50
+UNSEEN_SECONDS = 1 / 10
+"""Between two states that are kept of what no page sees."""
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
 _CHANGE_NOTHING = (
@@ -179,7 +181,8 @@ class Server:
             client.put_topic(topic, frame)
 
     async def _keep_time(self) -> None:
-        """Let simulated time follow wall time, and send each new state at most fifty times a second."""
+        """Let simulated time follow wall time, and tell of each new state at most fifty times a second, for
+        later also where no page sees it."""
         before = sent = time.monotonic()
         while True:
             await asyncio.sleep(FRAME_SECONDS)
@@ -187,7 +190,8 @@ class Server:
             self._changed |= self._advance(min(now - before, 0.1))
             before = now
             with self._surviving("telling of the run"):
-                if self._changed and now - sent >= STATE_SECONDS - FRAME_SECONDS / 2:
+                apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
+                if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
                     self._changed, sent = False, now
                     self.past.tell_state(self.session.state())
                 for topic, frame, pages in self.session.topics.news():
