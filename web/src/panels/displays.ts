@@ -36,7 +36,7 @@ export function displays(app: App): HTMLElement {
   app.statuses.watch((statuses) => {
     for (const [id, row] of rows) row.tell(statuses.get(id));
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
-    worst.textContent = bad.length === 0 ? "" : `${bad.length} to look at`;
+    worst.textContent = bad.length === 0 ? "" : `${bad.length} to see`;
   });
   const refresh = (): void => rows.forEach((row) => row.refresh());
   app.topics.list.watch(refresh);
