@@ -176,9 +176,11 @@ class _Play(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words: list[str] = []
         several = False
-        for word in args:
+        for word, after in zip(args, [*args[1:], "-"], strict=True):
             if word.startswith("-"):
                 several = word == "--topics"
+                if several and after.startswith("-"):
+                    raise click.UsageError("--topics is followed by names of topics", ctx)
                 words += [] if several else [word]
             else:
                 words += ["--topic", word] if several else [word]
