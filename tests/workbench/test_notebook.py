@@ -87,7 +87,7 @@ def test_a_simulation_is_drawn_and_a_slider_goes_through_what_was(page: Any) -> 
         return float(frame.evaluate("kbot.poses()[0]"))
 
     end = 0.4 - 0.02  # 2 s at 0.2 m/s, less the speeding up
-    slider = frame.get_by_label("Moment")
+    slider = frame.get_by_role("slider", name="Moment", exact=True)
     slider.press("End")
     until(lambda: abs(x() - end) < 0.02)
     slider.press("Home")
