@@ -107,11 +107,6 @@ class Sensor(ABC, Generic[M]):
             self._latest = None
         return self._latest[1] if self._latest else None
 
-    @property
-    def latest_time(self) -> float:
-        """Simulated time in s of the latest reading, -inf before the first."""
-        return self._latest[0] / NANOSECONDS if self.latest is not None and self._latest else -math.inf
-
     @abstractmethod
     def measure(self, sample: int | None = None) -> M:
         """What it senses now: without its noise, or with that of a sample's number."""
