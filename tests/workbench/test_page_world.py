@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kbot.text import KbotError
 from kbot.workbench.protocol import Delete, MoveModel, Spawn
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session import Session
@@ -110,6 +111,26 @@ def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
     page.get_by_label("Reset", exact=True).click()
     until(lambda: robot.get_attribute("aria-label") == "fine" == lamp.get_attribute("aria-label"))
     until(lambda: np.allclose(seen(), start, atol=1e-3))
+
+
+def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
+    island: tuple[str, Session], open_page: OpenPage, tmp_path: Path
+) -> None:
+    address, session = island
+    page = open_page(address)
+    choice = page.get_by_label("World", exact=True)
+    until(lambda: choice.locator("option:checked").inner_text() == "island.sdf")
+    choice.select_option("boxes")
+    until(lambda: len(session.scene.bodies) > 5)
+    choice.select_option(label="island.sdf")
+    until(lambda: [body.name for body in session.scene.bodies] == ["floor"])
+    page.get_by_role("button", name="World and faults").click()
+    page.locator("#world-menu").get_by_role("button", name="Start", exact=True).click()
+    until(lambda: session.state().time < 1.0)
+    other = tmp_path / "other.sdf"
+    other.write_text(ISLAND)
+    with pytest.raises(KbotError, match="no world"):
+        session._motion.enter(str(other), 0)
 
 
 def test_the_topics_of_a_robot_go_with_it(driving: tuple[str, Session], open_page: OpenPage) -> None:

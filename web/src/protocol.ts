@@ -6,7 +6,7 @@ export interface WorldParameter {
   is_whole: boolean;
 }
 
-/** A built-in world and what its parameters are: those of the present world, or what they are when not given. */
+/** A built-in world, or the file of one, and what its parameters are: those of the present world, or what they are when not given. */
 export interface WorldChoice {
   name: string;
   parameters: readonly WorldParameter[];
@@ -460,7 +460,7 @@ export interface JointSpeed {
   type: "joint_speed";
 }
 
-/** Start again in another world: a built-in world's name, with parameters if any. `seed` is that of whatever is random in a run, as the noise of sensors is. */
+/** Start again in another world: a built-in world's name, with parameters if any, or the file of the world that the run was started in. `seed` is that of whatever is random in a run, as the noise of sensors is. */
 export interface SetWorld {
   world: string;
   seed: number;

@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias
 from kbot.model import Robot
 from kbot.workbench.protocol import About, WorldChoice
 from kbot.workbench.source.shown import Shown
+from kbot.world import built_in
 from kbot.world.world import World
 
 Mode: TypeAlias = Literal["view", "sim", "play"]
@@ -46,7 +47,7 @@ def about(
         file=shown.file,
         played=played,
         mode=mode,
-        world=world.name if world else "",
+        world=(built_in(offers.named) or offers.named) if offers.named else world.name if world else "",
         cannot_drive=offers.cannot_drive(shown.robot),
         linear_limit=linear,
         angular_limit=angular,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
@@ -13,7 +15,7 @@ from kbot.workbench.protocol import WorldChoice, WorldParameter
 from kbot.workbench.session import Session
 from kbot.workbench.source.shown import Reader
 from kbot.workbench.world_actions import SPAWNED
-from kbot.world import BUILDERS, load_world
+from kbot.world import BUILDERS, built_in, load_world
 from kbot.world.builtin.registry import parameters
 
 
@@ -32,20 +34,22 @@ def driven_session(
         DescriptionError: it makes no robot, or one that cannot be simulated.
         KbotError: there is no such world.
     """
-    setup = Setup(load_world(world), world, seed, contacts, attend, start, naming)
+    setup = Setup(load_world(world), world, world, seed, contacts, attend, start, naming)
     return Session(
         reader,
         "sim",
         lambda robot: Driving(robot, setup),
         setup.world,
-        Offers(why_not, limits, world_choices, world, SPAWNED),
+        Offers(why_not, limits, partial(world_choices, world), world, SPAWNED),
     )
 
 
-def world_choices(named: str) -> tuple[WorldChoice, ...]:
-    """The built-in worlds; `named` is the present one, as in `boxes:count=20`."""
-    present = named.partition(":")[0].replace("-", "_")
-    return tuple(
+def world_choices(first: str, named: str) -> tuple[WorldChoice, ...]:
+    """The built-in worlds, and that of the start where it is a file; `named` is the present one, as in
+    `boxes:count=20`."""
+    present = built_in(named)
+    files = () if built_in(first) else (WorldChoice(first, ()),)
+    return files + tuple(
         WorldChoice(
             name,
             tuple(

@@ -46,7 +46,7 @@ from kbot.workbench.world_actions import (
     other_robots,
     push,
 )
-from kbot.world import World, load_world
+from kbot.world import World, load_world, parameters
 
 BUSY_SECONDS = 0.03
 """The longest that one call steps, in wall time, so that the server keeps answering."""
@@ -65,6 +65,8 @@ class Setup:
     world: World
     named: str
     """What named the world."""
+    first: str
+    """What named the world of the start: besides those that are built in, pages may choose that one."""
     seed: int
     contacts: str
     attend: Attend
@@ -285,6 +287,8 @@ class Driving:
 
     def enter(self, world: str, seed: int) -> tuple[Driving, World]:
         """The robot at the start of another world."""
+        if world != self._setup.first:
+            parameters(world)  # a page opens no other file
         place = load_world(world)
         setup = dataclasses.replace(self._setup, world=place, named=world, seed=seed, start=ORIGIN)
         other = Driving(self._sim.robot, setup)

@@ -1,6 +1,6 @@
 """Floors, walls and things: what a robot drives on and runs into."""
 
-from kbot.world.builtin.registry import BUILDERS, parameters
+from kbot.world.builtin.registry import BUILDERS, built_in, parameters
 from kbot.world.load import load_world
 from kbot.world.world import (
     Body,
@@ -31,6 +31,7 @@ __all__ = [
     "Shape",
     "Sphere",
     "World",
+    "built_in",
     "load_world",
     "parameters",
 ]

@@ -38,7 +38,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     world.hidden = about.mode !== "sim";
     const known = about.worlds.map((choice) => choice.name);
     const names = known.includes(about.world) ? known : [about.world, ...known];
-    world.replaceChildren(...names.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+    world.replaceChildren(...names.map((name) => h("option", { value: name }, baseName(name).replaceAll("_", " "))));
     world.value = about.world;
     document.title = `${baseName(shown)} · KBot`;
     tellOfLink();

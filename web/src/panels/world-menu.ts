@@ -1,7 +1,7 @@
 import { MathUtils, Vector3 } from "three";
 
 import type { App } from "../app";
-import { h } from "../dom";
+import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import { robotPose } from "../tools/poses";
 import { faultForm, faultList } from "./faults";
@@ -38,7 +38,7 @@ function parametersOf(app: App, done: () => void): HTMLElement {
     const values = JSON.stringify(choice?.parameters);
     if (shown === about.world && filled === values) return;
     [shown, filled] = [about.world, values];
-    title.textContent = shown.replaceAll("_", " ");
+    title.textContent = baseName(shown).replaceAll("_", " ");
     fields.replaceChildren(
       ...(choice?.parameters ?? []).map(({ name, value, is_whole }) => h("label", {}, name, h("input", { type: "number", name, value, step: is_whole ? 1 : "any", required: true }))),
     );

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from kbot.workbench.protocol.values import Name, Range
+from kbot.workbench.protocol.values import Name, PathName, Range
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +17,8 @@ class WorldParameter:
 
 @dataclass(frozen=True, slots=True)
 class WorldChoice:
-    """A built-in world and what its parameters are: those of the present world, or what they are when not
-    given."""
+    """A built-in world, or the file of one, and what its parameters are: those of the present world, or what
+    they are when not given."""
 
     name: str
     parameters: tuple[WorldParameter, ...]
@@ -26,10 +26,10 @@ class WorldChoice:
 
 @dataclass(frozen=True, slots=True)
 class SetWorld:
-    """Start again in another world: a built-in world's name, with parameters if any. `seed` is that of
-    whatever is random in a run, as the noise of sensors is."""
+    """Start again in another world: a built-in world's name, with parameters if any, or the file of the world
+    that the run was started in. `seed` is that of whatever is random in a run, as the noise of sensors is."""
 
-    world: Name
+    world: PathName
     seed: Annotated[float, Range(0, 2**53)]
     type: Literal["set_world"] = "set_world"
 

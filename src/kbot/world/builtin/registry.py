@@ -42,6 +42,12 @@ def parameters(text: str) -> dict[str, int | float]:
     return {key: p.default for key, p in inspect.signature(builder).parameters.items()} | values
 
 
+def built_in(text: str) -> str:
+    """The built-in world that a text names, empty for none."""
+    name = text.partition(":")[0].replace("-", "_")
+    return name if name in BUILDERS else ""
+
+
 def _read(text: str) -> tuple[Callable[..., World], dict[str, int | float]]:
     """A world's builder and the parameters that are given."""
     name, _, written = text.partition(":")
