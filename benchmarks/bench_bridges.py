@@ -6,9 +6,10 @@ Real time at 50 Hz, with a lidar of 360 beams at 10 Hz, in circles that touch no
 own topics (the one of ROS 1 the clock alone, for a connection of TCPROS is for one topic). Alone, the same
 topics are heard within the process, so that simulating and making messages is told apart from what bridges
 add. Shares are CPU time of the simulating process over time that passed; memory is what it has more than
-alone. A delay is from the publication of /clock to its arrival at a peer, both by this machine's clock. A
-command's way is from its arrival at the bridge to the first control period that drives by it. Beside each
-number stands what is wanted of it.
+alone. A delay is from the publication of /clock to its arrival at a peer, both by this machine's clock; what
+the machine takes for as little between two Python processes without KBot, over a plain socket while all that
+runs, stands before them. A command's way is from its arrival at the bridge to the first control period that
+drives by it. Beside each number stands what is wanted of it.
 """
 
 from __future__ import annotations
@@ -131,6 +132,22 @@ with zenoh.open(config) as session:
 }
 """Each is told the address of its bridge, where it has one."""
 
+BARE = """
+import contextlib, os, socket, struct, time
+server = socket.create_server(("127.0.0.1", 0))
+if os.fork() == 0:
+    with contextlib.suppress(OSError), socket.create_connection(server.getsockname()) as connection:
+        while True:
+            time.sleep(0.02)
+            connection.sendall(struct.pack("<d", time.monotonic()))
+    os._exit(0)
+connection, _ = server.accept()
+while True:
+    (sent,) = struct.unpack("<d", connection.recv(8))
+    print(time.monotonic() - sent, flush=True)
+"""
+"""Prints the seconds that eight bytes take from one process to another, fifty times a second."""
+
 
 class Run:
     """A simulation with a lidar in real time, and what it cost."""
@@ -157,6 +174,7 @@ class Run:
             for name, code in PEERS.items()
             if getattr(wishes, name)
         }
+        bare = subprocess.Popen((sys.executable, "-c", BARE), stdout=subprocess.PIPE, text=True)
         run_in_real_time(sim, WARM_SECONDS)
         before = time.process_time()
         run_in_real_time(sim, REAL_SECONDS)
@@ -168,6 +186,8 @@ class Run:
         self.delays = {
             name: _delays(peer.communicate()[0].splitlines(), published) for name, peer in peers.items()
         }
+        bare.kill()
+        self.bare = [float(line) for line in bare.communicate()[0].splitlines()[:-1]]
         companions.close()
 
 
@@ -210,7 +230,7 @@ def _free_port() -> int:
 
 
 def _say(name: str, value: float, unit: str, wanted: float | None = None) -> None:
-    print(f"{name:34} {value:8.2f} {unit:12}" + (f" (wanted: {wanted:g})" if wanted else ""))
+    print(f"{name:35} {value:8.2f} {unit:12}" + (f" (wanted: {wanted:g})" if wanted else ""))
 
 
 def main() -> None:
@@ -224,6 +244,7 @@ def main() -> None:
         _say(name, 100 * share, "% of a core", 100 * WANTED_SHARE)
     _say("what the bridges add", 100 * (together.share - alone.share), "% of a core")
     _say("memory for them", together.megabytes - alone.megabytes, "MB", WANTED_MEGABYTES)
+    _say("between two processes, without KBot", 1e3 * statistics.median(together.bare), "ms")
     for name, delays in together.delays.items():
         _say(f"publication to receipt, {name}", 1e3 * statistics.median(delays), "ms", 1e3 * WANTED_DELAY)
     _say("command to wheels, at most", 1e3 * max(command_delays()), "ms", 1e3 * PERIOD)

@@ -1,5 +1,7 @@
 """From the simulation's thread to the loop: opened once for all who want it, handed out to each."""
 
+from functools import partial
+
 from kbot.bridges.loop import Batch, later, wait_for
 from kbot.bridges.outlets import Flush, Sink
 from kbot.messages import types as msg
@@ -73,9 +75,11 @@ def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(run
     def peer(name: str) -> tuple[Sink, Flush]:
         return (lambda packet: given.append(f"{name} {packet.topic}")), (lambda: given.append(f"{name} sent"))
 
-    for sink, flush in map(peer, ("first", "second")):
+    for name in ("last", "first", "second"):
+        sink, flush = peer(name)
         for topic in ("/scan", "/clock"):
-            later(lambda topic=topic, sink=sink, flush=flush: outlets.want(topic, sink, flush))
+            want = partial(outlets.want, topic, sink, flush, late=name == "last")
+            later(want)
     wait_for(_nothing())
     running.simulation.run(0.1)
     wait_for(_nothing())
@@ -83,9 +87,10 @@ def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(run
     scan.publish(LaserScan())
     clock.publish(msg.ClockMessage())
     running.simulation.step(1)
-    wait_until(lambda: len(given) == 6)
+    wait_until(lambda: len(given) == 9)
     assert given[:3] == ["first /clock", "first /scan", "first sent"]
-    assert given[3:] == ["second /clock", "second /scan", "second sent"]
+    assert given[3:6] == ["second /clock", "second /scan", "second sent"]
+    assert given[6:] == ["last /clock", "last /scan", "last sent"]
 
 
 async def _nothing() -> None:

@@ -29,16 +29,23 @@ class Outlets:
     def __init__(self, link: Link) -> None:
         self._link = link
         self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
-        """The sinks of each topic, by what sends on what they collect."""
+        """The sinks of each topic, by what sends on what they collect, in the order they are served."""
+        self._late = set[Flush]()
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
         self._is_stirred = False
 
-    def want(self, topic: str, sink: Sink, flush: Flush = _at_once) -> None:
+    def want(self, topic: str, sink: Sink, flush: Flush = _at_once, *, late: bool = False) -> None:
         """Hear a topic; what is latched comes at once. `flush` is called when the sinks that have it in
-        common were given all that was said at one moment."""
+        common were given all that was said at one moment; those whose bytes take long to make are `late`,
+        so that the others need not wait for them."""
         is_first = not any(topic in sinks for sinks in self._peers.values())
-        self._peers.setdefault(flush, {}).setdefault(topic, []).append(sink)
+        if flush not in self._peers:
+            if late:
+                self._late.add(flush)
+            peers = {**self._peers, flush: {}}
+            self._peers = dict(sorted(peers.items(), key=lambda peer: peer[0] in self._late))
+        self._peers[flush].setdefault(topic, []).append(sink)
         if is_first:
             self._link.open(topic, self._receive)
         elif topic in self._last:
@@ -55,6 +62,7 @@ class Outlets:
                     del topics[topic]
                 if not topics and flush is not _at_once:
                     del self._peers[flush]
+                    self._late.discard(flush)
                 break
         else:
             return

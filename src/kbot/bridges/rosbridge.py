@@ -96,7 +96,7 @@ class _Talk(JsonTalk):
             self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
         )
         self._subscriptions[key] = subscription
-        self._bridge.link.outlets.want(topic.name, subscription.send, self._wire.send)
+        self._bridge.link.outlets.want(topic.name, subscription.send, self._wire.send, late=True)
 
     def _unsubscribe(self, request: Request) -> None:
         name, number = str(request["topic"]), request.get("id")
