@@ -62,7 +62,7 @@ def test_a_film(driving: tuple[str, Session], open_page: OpenPage) -> None:
 
 def test_the_first_picture_needs_no_socket(viewing: str, browser: Any) -> None:
     page = browser.new_page()
-    page.add_init_script("window.WebSocket = class { addEventListener() {} };")
+    page.add_init_script("window.WebSocket = class { static OPEN = 1; addEventListener() {} };")
     page.goto(viewing)
     until(lambda: page.evaluate("!!window.kbot && kbot.frames > 0 && kbot.revision > 0"))
     page.close()
