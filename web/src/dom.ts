@@ -17,6 +17,13 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
+/** Writes a text where it is another than before: to put the same one there would lay the page out anew. */
+export function write(element: HTMLElement, text: string): void {
+  const { firstChild } = element;
+  if (!(firstChild instanceof Text)) element.textContent = text;
+  else if (firstChild.data !== text) firstChild.data = text;
+}
+
 /** A titled part of the page. */
 export function panel(id: string, title: string, head: Child[], ...body: Child[]): HTMLElement {
   return h(

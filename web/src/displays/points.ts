@@ -123,15 +123,20 @@ class PointsDisplay implements Display {
 /** The beams that came back. */
 function readScan(message: Record<string, unknown>): Cloud {
   const scan = message as unknown as msg.LaserScan;
-  const places: number[] = [];
-  const intensity: number[] = [];
-  scan.ranges.forEach((range, beam) => {
-    if (!Number.isFinite(range) || range < scan.range_min || range > scan.range_max) return;
-    const angle = scan.angle_min + beam * scan.angle_increment;
-    places.push(range * Math.cos(angle), range * Math.sin(angle), 0);
-    intensity.push(scan.intensities[beam] ?? 0);
-  });
-  return { header: scan.header, places, intensity, rgb: null };
+  const { ranges, intensities, range_min, range_max, angle_min, angle_increment } = scan;
+  const places = new Float32Array(3 * ranges.length);
+  const intensity = new Float32Array(ranges.length);
+  let count = 0;
+  for (let beam = 0; beam < ranges.length; beam += 1) {
+    const range = ranges[beam]!;
+    if (!Number.isFinite(range) || range < range_min || range > range_max) continue;
+    const angle = angle_min + beam * angle_increment;
+    places[3 * count] = range * Math.cos(angle);
+    places[3 * count + 1] = range * Math.sin(angle);
+    intensity[count] = intensities[beam] ?? 0;
+    count += 1;
+  }
+  return { header: scan.header, places: places.subarray(0, 3 * count), intensity: intensity.subarray(0, count), rgb: null };
 }
 
 /** Readers of the numbers that a PointField may hold, by its datatype. */

@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
-import { h, panel } from "../dom";
+import { h, panel, write } from "../dom";
 
 /** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
 export function drive(app: App, driver: Driver): HTMLElement {
@@ -54,8 +54,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     y.set(state.odometry[1] ?? 0);
     yaw.set(((state.odometry[2] ?? 0) * 180) / Math.PI);
     const other = state.driver !== 0 && state.driver !== about.client;
-    const text = other ? "Driven from another tab" : "";
-    if (who.textContent !== text) who.textContent = text;
+    write(who, other ? "Driven from another tab" : "");
   });
   return panel("drive", "Drive", [], controls, why);
 }
@@ -106,11 +105,11 @@ function meter(label: string, unit: string, digits: number): Meter {
   return {
     element,
     set: (now, wanted, limit) => {
-      value.textContent = fixed(now, digits);
+      write(value, fixed(now, digits));
       const part = Math.max(-1, Math.min(1, now / (limit || 1)));
-      bar.style.left = `${50 + Math.min(0, part) * 50}%`;
-      bar.style.width = `${Math.abs(part) * 50}%`;
-      asked.style.left = `${50 + Math.max(-1, Math.min(1, wanted / (limit || 1))) * 50}%`;
+      bar.style.left = `${(50 + Math.min(0, part) * 50).toFixed(1)}%`;
+      bar.style.width = `${(Math.abs(part) * 50).toFixed(1)}%`;
+      asked.style.left = `${(50 + Math.max(-1, Math.min(1, wanted / (limit || 1))) * 50).toFixed(1)}%`;
     },
   };
 }
@@ -120,7 +119,7 @@ function reading(label: string, unit: string, digits: number): { element: HTMLEl
   return {
     element: h("span", { class: "reading" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit)),
     set: (now) => {
-      value.textContent = fixed(now, digits);
+      write(value, fixed(now, digits));
     },
   };
 }

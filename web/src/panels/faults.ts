@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h } from "../dom";
+import { h, write } from "../dom";
 import { icon } from "../icons";
 import type { Disturb, FaultView } from "../protocol";
 
@@ -64,7 +64,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
     list.append(made.row);
     return made;
   };
-  app.state.watch((state) => {
+  app.state.watchAtLeisure((state) => {
     const faults = state?.faults ?? [];
     for (const [number, { row }] of rows) {
       if (faults.some((one) => one.number === number)) continue;
@@ -72,7 +72,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
       rows.delete(number);
     }
     const time = state?.time ?? 0;
-    for (const fault of faults) (rows.get(fault.number) ?? add(fault)).left.textContent = timeOf(fault, time);
+    for (const fault of faults) write((rows.get(fault.number) ?? add(fault)).left, timeOf(fault, time));
     part.hidden = faults.length === 0;
     const now = faults.filter(({ start }) => start <= time).length;
     if (now !== acting) counted((acting = now));

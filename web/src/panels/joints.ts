@@ -4,6 +4,8 @@ import type { JointView, State } from "../protocol";
 
 /** From how many joints on there is a field to search for them. */
 const MANY = 8;
+/** By how much of its way a slider may be off before it is moved: what rests always trembles a little. */
+const UNSEEN = 1e-5;
 
 interface Row {
   joint: JointView;
@@ -98,7 +100,7 @@ function row(app: App, joint: JointView): Row {
   const element = h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, unit), follows, slider, limits, speed);
   const show = (position: number): void => {
     shown = (position * factor).toFixed(digits);
-    if (document.activeElement !== number) number.value = shown;
+    if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
   return { joint, element, slider, show };
 }
@@ -129,8 +131,10 @@ function update(rows: Row[], state: State): void {
     const position = state.positions[index] ?? 0;
     const wrapped = joint.kind === "continuous" ? wrap(position) : position;
     show(wrapped);
-    if (!slider.matches(":active")) slider.value = String(wrapped);
-    slider.style.setProperty("--at", String((slider.valueAsNumber - joint.lower) / (joint.upper - joint.lower)));
+    const span = joint.upper - joint.lower;
+    const isNew = Math.abs(slider.valueAsNumber - wrapped) > UNSEEN * span;
+    if (isNew && !slider.matches(":active")) slider.value = String(wrapped);
+    slider.style.setProperty("--at", ((slider.valueAsNumber - joint.lower) / span).toFixed(4));
   });
 }
 

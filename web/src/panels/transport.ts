@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h } from "../dom";
+import { h, write } from "../dom";
 import { icon } from "../icons";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -23,9 +23,9 @@ export function transport(app: App): HTMLElement {
   let isPaused: boolean | null = null;
   app.state.watchAtLeisure((state) => {
     if (state === null) return;
-    time.textContent = `${state.time.toFixed(2)} s`;
+    write(time, `${state.time.toFixed(2)} s`);
     if (document.activeElement !== speed) speed.value = String(state.speed);
-    rate.textContent = state.paused ? "paused" : `${state.rate.toFixed(2)}× real time`;
+    write(rate, state.paused ? "paused" : `${state.rate.toFixed(2)}× real time`);
     if (state.paused === isPaused) return;
     isPaused = state.paused;
     pause.replaceChildren(icon(isPaused ? "play" : "pause"));

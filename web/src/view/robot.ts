@@ -3,7 +3,7 @@ import { BoxGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegmen
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
-import { place, placeAt, solid, surface, type Paint } from "./solid";
+import { hold, place, placeAt, solid, surface, type Paint } from "./solid";
 
 /** Which of a link's parts are seen, and how opaque they are. */
 export interface Parts {
@@ -39,6 +39,7 @@ class LinkObject {
     private readonly changed: () => void,
   ) {
     this.group.add(this.visual, this.collision, this.inertia);
+    hold(this.visual, this.collision, this.inertia);
     const paint: Paint = { material: surface, edges };
     for (const shape of view.visuals) {
       this.visual.add(

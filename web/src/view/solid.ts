@@ -62,14 +62,22 @@ export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Text
 export function place(object: Object3D, position: readonly number[], quaternion: readonly number[]): void {
   object.position.fromArray(position as number[]);
   object.quaternion.fromArray(quaternion as number[]);
-  object.updateMatrix();
+  hold(object);
 }
 
 /** Puts an object at the pose that starts at `at` in a state's flat numbers. */
 export function placeAt(object: Object3D, poses: readonly number[], at: number): void {
   object.position.fromArray(poses as number[], at);
   object.quaternion.fromArray(poses as number[], at + 3);
-  object.updateMatrix();
+  hold(object);
+}
+
+/** Keeps an object where it was put: its place is not reckoned anew at each frame. */
+export function hold(...objects: Object3D[]): void {
+  for (const object of objects) {
+    object.matrixAutoUpdate = false;
+    object.updateMatrix();
+  }
 }
 
 /** An ordinary surface of a colour in 0..1, as URDF writes it. */
@@ -109,5 +117,6 @@ function add(
   object.castShadow = object.receiveShadow = !material.transparent;
   holder.add(object);
   if (edges !== null) holder.add(new LineSegments(edgesOf(geometry), edges));
+  hold(...holder.children);
   arrived(object);
 }

@@ -253,7 +253,7 @@ export class Stage {
   }
 
   private get aspect(): number {
-    return this.holder.clientWidth / Math.max(1, this.holder.clientHeight) || 1;
+    return this.size.x / Math.max(1, this.size.y) || 1;
   }
 
   private resize(): void {

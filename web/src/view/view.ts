@@ -206,7 +206,6 @@ export class View implements Picture {
     const { target } = this.stage.controls;
     const seen = target.clone().applyMatrix4(this.world.matrix.clone().invert());
     this.ground.follow(seen.x, seen.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
-    this.robot?.group.updateWorldMatrix(true, true);
     this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.displays.frame();
   }
