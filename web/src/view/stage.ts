@@ -245,11 +245,10 @@ export class Stage {
     for (const object of others) object.visible = false;
     this.renderer.render(this.scene, this.camera);
     for (const object of others) object.visible = true;
-    const shown = (): void => {
+    whenSeen(() => {
       this.invalidate();
       for (const action of this.first.splice(0)) action();
-    };
-    requestAnimationFrame(() => requestAnimationFrame(shown)); // the first of them still comes before it is on the screen
+    });
   }
 
   private get aspect(): number {
@@ -268,6 +267,16 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.invalidate();
   }
+}
+
+/** Calls back once the browser says that something of the page is on the screen. */
+function whenSeen(action: () => void): void {
+  const observer = new PerformanceObserver((painted) => {
+    if (painted.getEntriesByName("first-contentful-paint").length === 0) return;
+    observer.disconnect();
+    action();
+  });
+  observer.observe({ type: "paint", buffered: true });
 }
 
 /** The canvas whose context the page's own HTML has asked for already, where it has: used once. */
