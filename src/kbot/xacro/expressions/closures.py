@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
-from kbot.xacro.expressions import loops
+from kbot.xacro.expressions import comprehensions
 from kbot.xacro.expressions.functions import call
 from kbot.xacro.expressions.operations import (
     Closure,
@@ -260,11 +260,11 @@ _MAKERS: dict[type[ast.expr], Callable[[Any], Closure]] = {
     ast.Set: _set,
     ast.Dict: _dict,
     ast.Call: _call,
-    ast.Lambda: loops.lambda_closure,
-    ast.ListComp: loops.list_comprehension_closure,
-    ast.SetComp: loops.set_comprehension_closure,
-    ast.GeneratorExp: loops.generator_closure,
-    ast.DictComp: loops.dict_comprehension_closure,
+    ast.Lambda: comprehensions.lambda_closure,
+    ast.ListComp: comprehensions.list_comprehension_closure,
+    ast.SetComp: comprehensions.set_comprehension_closure,
+    ast.GeneratorExp: comprehensions.generator_closure,
+    ast.DictComp: comprehensions.dict_comprehension_closure,
     ast.NamedExpr: _assignment,
     ast.FormattedValue: _formatted,
     ast.JoinedStr: _joined,
