@@ -53,6 +53,7 @@ def saving(page: Any) -> str:
 
 def bookmarks(page: Any) -> str:
     page.keyboard.press("k")
+    until(lambda: page.locator(".marked").inner_text() == "1")  # the server has it
     page.locator(".marked").press("Enter")
     return ".timeline:has(:popover-open)"
 
