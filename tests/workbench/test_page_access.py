@@ -33,8 +33,8 @@ def test_axe_finds_nothing(
     for opened in (False, True):
         if opened:
             page.evaluate("document.querySelector('#links [data-link=left_wheel]').click()")
-            page.keyboard.press("l")
             until(lambda: page.locator(".line.here").count() == 1)
+            page.keyboard.press("l")
             until(lambda: page.locator("#plots canvas").count() == 1)
         page.evaluate(axe)
         found = page.evaluate("axe.run()")["violations"]
