@@ -123,7 +123,7 @@ def test_a_pose_estimate_puts_the_robot_there_by_touch(
 def test_a_clicked_point_is_that_of_the_surface(maze: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = maze
     session.paused = True
-    page = open_page(address)
+    page = open_page(address, viewport={"width": 1180, "height": 720})  # nothing lies over the robot
     heard = hear(session, "clicked_point", PointStamped)
     from_above(page)
     for place in ((0.6, 0.6, 0.0), (0.0, 0.0, top_of_plate(session))):
