@@ -12,7 +12,7 @@ from kbot.bridges.companions import Companions
 from kbot.bridges.wishes import Wishes
 from kbot.cli.launch_run import Place, _shown, _simulated
 from kbot.launch import read_launch
-from kbot.launch.stage import Stage, stage
+from kbot.launch.staging import Stage, stage
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.messages.sensing import Joy
@@ -23,7 +23,7 @@ from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
 from kbot.wire import Feed
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 from kbot.xacro import Packages
 
 ROBOT = '<param name="robot_description" command="xacro $(find my_robot)/urdf/my_robot.xacro"/>'

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from kbot.launch import Plan, read_launch
-from kbot.launch.known import Role, role
+from kbot.launch.known_packages import Role, role
 from kbot.xacro import Packages
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch, read_launch_2
-from kbot.launch.stage import stage
+from kbot.launch.staging import stage
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic
 from kbot.xacro import Packages

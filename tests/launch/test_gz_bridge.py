@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch_2
-from kbot.launch.gz_bridge import Direction
-from kbot.launch.stage import Stage, stage
+from kbot.launch.nodes.gz_bridge import Direction
+from kbot.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 TWIST = "geometry_msgs/msg/Twist"

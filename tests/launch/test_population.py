@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch, read_launch_2
-from kbot.launch.stage import Stage, stage
+from kbot.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 ROBOT = '<param name="robot_description" command="xacro $(dirname)/r.xacro"/>'

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch, read_launch_2
-from kbot.launch.joint_states import Dependent
-from kbot.launch.rosbag import Recording
-from kbot.launch.stage import Stage, stage
+from kbot.launch.nodes.joint_states import Dependent
+from kbot.launch.nodes.rosbag_record import Recording
+from kbot.launch.staging import Stage, stage
 
 HALF = math.sqrt(0.5)
 NOW = datetime(2026, 3, 4, 5, 6, 7)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch, read_launch_2
-from kbot.launch.stage import Stage, stage
-from kbot.launch.teleop import Driver, Gamepad, Keys, Stick
+from kbot.launch.nodes.teleop import Driver, Gamepad, Keys, Stick
+from kbot.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 

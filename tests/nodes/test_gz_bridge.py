@@ -3,7 +3,7 @@
 import pytest
 
 import kbot
-from kbot.launch.gz_bridge import Bridged, Direction
+from kbot.launch.nodes.gz_bridge import Bridged, Direction
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.messages.sensing import LaserScan
 from kbot.nodes.gz_bridge import GzBridge

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch.teleop import Driver, Gamepad, Stick
+from kbot.launch.nodes.teleop import Driver, Gamepad, Stick
 from kbot.messages import Bus, Clock
 from kbot.messages.sensing import Joy
 from kbot.nodes.joy import JoyNode, Joystick

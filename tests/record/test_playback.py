@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.launch.rosbag_play import Playing
+from kbot.launch.nodes.rosbag_play import Playing
 from kbot.messages import Bus, Clock, Odometry, String, Twist, Vector3
 from kbot.record import Recorder
 from kbot.record.playback import Playback

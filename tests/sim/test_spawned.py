@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch
-from kbot.launch.stage import stage
+from kbot.launch.staging import stage
 from kbot.messages import types as msg
 from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
 from kbot.model.load import load_robot_text

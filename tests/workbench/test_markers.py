@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from kbot.launch.stage import display_config, fixed_frame
+from kbot.launch.staging import display_config, fixed_frame
 from kbot.messages import Header, Time
 from kbot.messages.control import Duration
 from kbot.messages.visualization import (

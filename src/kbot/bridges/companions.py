@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from kbot.bridges.graph import GraphServer
 from kbot.bridges.link import Link, Live
 from kbot.bridges.wishes import Wishes
-from kbot.launch.static_transforms import to_json
+from kbot.launch.nodes.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
 from kbot.model.writer import to_urdf
 from kbot.nodes.state_publishers import StatePublishers

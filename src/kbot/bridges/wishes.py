@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from kbot.launch.static_transforms import StaticTransform
+from kbot.launch.nodes.static_transforms import StaticTransform
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from kbot.cli.companions import companion_options
 from kbot.cli.launch_text import print_answers, table
 from kbot.cli.output import fail, is_unusable, report, warn_of_others
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.launch.stage import Stage, stage
+from kbot.launch.staging import Stage, stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
 from kbot.text import Diagnostic, KbotError, Severity
 from kbot.text.suggest import did_you_mean

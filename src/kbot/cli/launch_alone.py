@@ -22,9 +22,9 @@ from kbot.record.playback import Playback
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
-    from kbot.launch.processes import Processes
-    from kbot.launch.stage import Stage
-    from kbot.launch.teleop import HandDriving
+    from kbot.launch.nodes.teleop import HandDriving
+    from kbot.launch.running.processes import Processes
+    from kbot.launch.staging import Stage
 
 PERIOD = 0.01
 BEHIND = 0.2

@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
-    from kbot.launch.stage import Stage
+    from kbot.launch.staging import Stage
     from kbot.messages import Bus
 
 

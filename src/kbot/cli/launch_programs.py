@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kbot.launch.processes import Process, Processes
-from kbot.launch.programs import Program, command_line, environment
+from kbot.launch.running.processes import Process, Processes
+from kbot.launch.running.programs import Program, command_line, environment
 from kbot.text import KbotError
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from kbot.model.spawned import with_controllers
 from kbot.text import DescriptionError, KbotError
 
 if TYPE_CHECKING:
-    from kbot.launch.spawning import Spawn, SpawnedRobot
-    from kbot.launch.stage import Stage
+    from kbot.launch.nodes.spawning import Spawn, SpawnedRobot
+    from kbot.launch.staging import Stage
     from kbot.sim import Simulation
 
 

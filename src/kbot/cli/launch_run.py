@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from kbot.bridges.companions import Companions
     from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
-    from kbot.launch.stage import Stage
-    from kbot.launch.teleop import HandDriving
+    from kbot.launch.nodes.teleop import HandDriving
+    from kbot.launch.staging import Stage
     from kbot.messages import Bus, Clock
     from kbot.record.playback import Playback
     from kbot.sim import Simulation
-    from kbot.workbench.session import Session
+    from kbot.workbench.session.session import Session
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +104,8 @@ def _simulated(
     from kbot.nodes.gz_bridge import GzBridge
     from kbot.sensors.declared import mount_on_others
     from kbot.sim.naming import Naming
-    from kbot.workbench.description import Description
-    from kbot.workbench.driven_session import driven_session
+    from kbot.workbench.session.driven_session import driven_session
+    from kbot.workbench.source.description import Description
 
     spawn = staged.spawn
     description = Description(
@@ -164,9 +164,9 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     from kbot.model.writer import to_urdf
     from kbot.nodes import with_dependent_joints
     from kbot.text import KbotError
-    from kbot.workbench.description import Description
-    from kbot.workbench.motion import Sliders, SliderSetting
-    from kbot.workbench.session import Session
+    from kbot.workbench.driving.motion import Sliders, SliderSetting
+    from kbot.workbench.session.session import Session
+    from kbot.workbench.source.description import Description
 
     joints = staged.joints
     players: list[Playback] = []

@@ -9,9 +9,9 @@ from pathlib import Path
 import click
 
 from kbot.launch import Node, Plan
-from kbot.launch.known import role
-from kbot.launch.spawning import Spawn
-from kbot.launch.stage import Stage
+from kbot.launch.known_packages import role
+from kbot.launch.nodes.spawning import Spawn
+from kbot.launch.staging import Stage
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 

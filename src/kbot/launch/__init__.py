@@ -4,11 +4,11 @@ from kbot.launch.plan import Argument, Description, Included, Machine, Node, Par
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.launch.reader import read_launch
+    from kbot.launch.ros1 import read_launch
     from kbot.launch.ros2 import read_launch_2
-    from kbot.launch.which import is_ros_2
+    from kbot.launch.ros_version import is_ros_2
 
-_READERS = {"is_ros_2": "which", "read_launch": "reader", "read_launch_2": "ros2"}
+_READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "ros2"}
 
 __all__ = [
     "Argument",

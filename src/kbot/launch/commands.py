@@ -6,10 +6,10 @@ import subprocess
 from collections.abc import Callable
 from pathlib import PurePath
 
+from kbot.launch.faults import Fault
 from kbot.launch.plan import Description
 from kbot.launch.quoting import split_words
-from kbot.launch.reading import part_of
-from kbot.launch.substitution import Fault
+from kbot.launch.reporter import part_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
 from kbot.xacro.packages import Packages
 

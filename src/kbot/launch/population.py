@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from kbot.launch.known import Role, role
+from kbot.launch.known_packages import Role, role
+from kbot.launch.nodes.spawning import Spawn, SpawnedRobot, is_sdf, read_spawn, spawned
 from kbot.launch.plan import Description, Node, Param, Plan
-from kbot.launch.spawning import Spawn, SpawnedRobot, is_sdf, read_spawn, spawned
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from kbot.launch.gz_bridge import Bridged, Direction
+from kbot.launch.nodes.gz_bridge import Bridged, Direction
 from kbot.messages import Publisher, Subscription, Twist
 from kbot.sim import Simulation
 from kbot.sim.robot import SimulatedRobot

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import isfinite, pi
 
-from kbot.launch.joint_states import RATE, Dependent
+from kbot.launch.nodes.joint_states import RATE, Dependent
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from kbot.launch.teleop import Gamepad
+from kbot.launch.nodes.teleop import Gamepad
 from kbot.messages import Bus, Clock, Header
 from kbot.messages.sensing import Joy
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.launch.static_transforms import StaticTransform
+from kbot.launch.nodes.static_transforms import StaticTransform
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from kbot.launch.teleop import Driver, Stick
+from kbot.launch.nodes.teleop import Driver, Stick
 from kbot.messages import Bus
 from kbot.messages.sensing import Joy
 

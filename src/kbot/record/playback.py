@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
-from kbot.launch.rosbag_play import Playing
+from kbot.launch.nodes.rosbag_play import Playing
 from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
 from kbot.nodes.static_transform_publisher import say_static

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.launch.static_transforms import from_json
+from kbot.launch.nodes.static_transforms import from_json
 from kbot.model.load import load_robot_text
 from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms

@@ -8,15 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from kbot.launch import known, names
+from kbot.launch import known_packages, names
+from kbot.launch.faults import Fault
 from kbot.launch.plan import Argument, Included, Node, Param, Plan
 from kbot.launch.quoting import split_words
-from kbot.launch.reading import Reporter
+from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.parameters import Placed, parameter_files, parameters_of, parameters_of_file, plain
 from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
-from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.numbers import to_float
@@ -198,10 +198,10 @@ class Carrier:
         path = performed(action.location, context)
         passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
         context.launch_configurations.update(passed)
-        stand_in = known.stand_in_file(path)
+        stand_in = known_packages.stand_in_file(path)
         if stand_in:
             package, name = stand_in[0], Path(stand_in[1]).name
-            if (package, name) not in known.LAUNCH_FILES_2:
+            if (package, name) not in known_packages.LAUNCH_FILES_2:
                 message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
                 raise Fault("L012", message, "install the package, or leave the include out")
             self.included.append(Included(package, name, passed, context.namespace, origin))
@@ -246,7 +246,7 @@ class Carrier:
         values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
         for key, placed in values.items():
             self._set(f"{full}/{key}", placed.value, placed.origin or origin)
-        known_nodes = known.NODES.get(package, {})
+        known_nodes = known_packages.NODES.get(package, {})
         if known_nodes and executable not in known_nodes:
             hint = did_you_mean(executable, known_nodes)
             if hint:

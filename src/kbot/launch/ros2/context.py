@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from kbot.launch import commands
-from kbot.launch.known import STAND_IN_PACKAGES, share_of
+from kbot.launch.evaluation import evaluated
+from kbot.launch.faults import Fault
+from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.plan import Description
-from kbot.launch.substitution import Fault, evaluated
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT

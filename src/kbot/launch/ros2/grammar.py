@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from kbot.launch.faults import Fault
 from kbot.launch.quoting import split_words
 from kbot.launch.ros2 import substitutions as sub
-from kbot.launch.substitution import Fault
 from kbot.text.suggest import did_you_mean
 
 _MAKERS: dict[str, Callable[..., sub.Substitution]] = {

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from kbot.launch.reading import Reporter
+from kbot.launch.faults import Fault
+from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
 from kbot.launch.ros2.grammar import parse
 from kbot.launch.ros2.substitutions import CommandLine, Condition, IfCondition, UnlessCondition
-from kbot.launch.substitution import Fault
 from kbot.launch.values import load_yaml
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
 from kbot.text.suggest import did_you_mean

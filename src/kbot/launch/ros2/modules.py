@@ -11,11 +11,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import IO, Any
 
+from kbot.launch.faults import Fault
 from kbot.launch.plan import Description
 from kbot.launch.ros2 import actions, nav2, substitutions
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import line_origin, place, running
-from kbot.launch.substitution import Fault
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.suggest import did_you_mean

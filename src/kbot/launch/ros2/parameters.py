@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.launch import names
+from kbot.launch.faults import Fault
 from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
 from kbot.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import parameter_place
 from kbot.launch.ros2.substitutions import performed
-from kbot.launch.substitution import Fault
 from kbot.launch.values import load_yaml
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
 

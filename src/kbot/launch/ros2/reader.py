@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kbot.launch.plan import Plan
-from kbot.launch.reading import Reporter
+from kbot.launch.reporter import Reporter
 from kbot.launch.ros2.carry import Carrier
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.markup import read_xml, read_yaml
@@ -33,7 +33,7 @@ def read_launch_2(
         source = source or read_source(path)
     except DescriptionError as error:
         return Plan(path, problems=error.diagnostics)
-    reporter = Reporter(packages or Packages(around=path), None)
+    reporter = Reporter(packages or Packages(around=path))
     start = Origin(source.whole())
     context = Context(path, reporter.packages, start, reporter.finding, allow_commands, dict(given))
     python = PythonFiles(context)

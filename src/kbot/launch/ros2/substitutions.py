@@ -9,9 +9,9 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from kbot.launch.faults import Fault
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import here
-from kbot.launch.substitution import Fault
 from kbot.text.suggest import did_you_mean
 
 

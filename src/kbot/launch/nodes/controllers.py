@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.launch import names
+from kbot.launch.node_arguments import Options, place_of, read_options
 from kbot.launch.placed_yaml import Keys, load_placed_yaml
 from kbot.launch.plan import Node, Plan
-from kbot.launch.words import Options, place_of, read_options
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
 from kbot.text.span import Call

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kbot.launch.known import SPAWN_MODEL_VALUES
+from kbot.launch.known_packages import SPAWN_MODEL_VALUES
+from kbot.launch.node_arguments import Options, number, place_of, read_options
 from kbot.launch.plan import Description, Node, Param, Plan
-from kbot.launch.words import Options, number, place_of, read_options
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Origin, Severity
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from kbot.launch import names
-from kbot.launch.known import Role
+from kbot.launch.known_packages import Role
+from kbot.launch.node_arguments import split
 from kbot.launch.plan import Node, Param, Plan
-from kbot.launch.words import split
 from kbot.text import Diagnostic, Severity
 from kbot.text.suggest import did_you_mean
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from kbot.launch.context import Context
-from kbot.launch.node_tags import read_env
-from kbot.launch.reading import Reporter
-from kbot.launch.schema import CHILDREN
+from kbot.launch.ros1.attributes import TagReporter
+from kbot.launch.ros1.context import Context
+from kbot.launch.ros1.node_tags import read_env
+from kbot.launch.ros1.schema import CHILDREN
 from kbot.text import Element, Origin
 from kbot.text.suggest import did_you_mean
 
@@ -14,7 +14,7 @@ Passed = dict[str, tuple[str, Origin]]
 
 
 def read_passed(
-    element: Element, context: Context, reporter: Reporter, passing_all: bool
+    element: Element, context: Context, reporter: TagReporter, passing_all: bool
 ) -> tuple[Passed, list[tuple[str, str]]]:
     """The arguments and the environment that an `<include>` gives the file."""
     here = context.origin(element)
@@ -52,7 +52,7 @@ def read_passed(
     return passed, surroundings.env
 
 
-def tell_unused(passed: Passed, declared: set[str], file: str, reporter: Reporter) -> None:
+def tell_unused(passed: Passed, declared: set[str], file: str, reporter: TagReporter) -> None:
     """Tell of arguments that the file does not declare."""
     for name, (_, origin) in passed.items():
         if name not in declared:

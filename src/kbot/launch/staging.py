@@ -8,20 +8,20 @@ from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
-from kbot.launch.controllers import read_controllers, runs_hardware
-from kbot.launch.gazebo import read_gazebo
-from kbot.launch.gz_bridge import Bridged, read_bridged
-from kbot.launch.joint_states import JointStateSettings, read_joint_states
-from kbot.launch.known import NODES, RENAMED, Role, role
+from kbot.launch.known_packages import NODES, RENAMED, Role, role
+from kbot.launch.node_arguments import split
+from kbot.launch.nodes.controllers import read_controllers, runs_hardware
+from kbot.launch.nodes.gazebo import read_gazebo
+from kbot.launch.nodes.gz_bridge import Bridged, read_bridged
+from kbot.launch.nodes.joint_states import JointStateSettings, read_joint_states
+from kbot.launch.nodes.rosbag_play import Playing, read_playing
+from kbot.launch.nodes.rosbag_record import Recording, read_recording
+from kbot.launch.nodes.spawning import Spawn, SpawnedRobot
+from kbot.launch.nodes.static_transforms import StaticTransform, read_static_transform
+from kbot.launch.nodes.teleop import HandDriving, read_hand_driving
 from kbot.launch.plan import Node, Plan
 from kbot.launch.population import read_population
-from kbot.launch.programs import Program, find_program
-from kbot.launch.rosbag import Recording, read_recording
-from kbot.launch.rosbag_play import Playing, read_playing
-from kbot.launch.spawning import Spawn, SpawnedRobot
-from kbot.launch.static_transforms import StaticTransform, read_static_transform
-from kbot.launch.teleop import HandDriving, read_hand_driving
-from kbot.launch.words import split
+from kbot.launch.running.programs import Program, find_program
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
 from kbot.xacro.packages import Packages

@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 
+from kbot.launch.node_arguments import number, read_options
 from kbot.launch.plan import Node
-from kbot.launch.words import number, read_options
 from kbot.text import Diagnostic, Severity
 
 _NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")

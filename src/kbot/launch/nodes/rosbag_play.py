@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kbot.launch import names
+from kbot.launch.node_arguments import Options, place_of, place_of_value, read_options
 from kbot.launch.plan import Node
-from kbot.launch.words import Options, place_of, place_of_value, read_options
 from kbot.text import Diagnostic, Origin, Severity
 
 _ROS1: Mapping[str, int] = {

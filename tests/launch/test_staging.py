@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from kbot.launch import read_launch
-from kbot.launch.spawning import Spawn
-from kbot.launch.stage import Stage, stage
+from kbot.launch.nodes.spawning import Spawn
+from kbot.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 GAZEBO = """<launch>

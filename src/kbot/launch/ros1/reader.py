@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from kbot.launch import known, names
-from kbot.launch.context import Context
-from kbot.launch.include_tags import Passed, read_passed, tell_unused
-from kbot.launch.node_tags import read_env, read_node, read_remap
-from kbot.launch.parameters import Parameters
+from kbot.launch import known_packages, names
 from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
-from kbot.launch.reading import Reporter
-from kbot.launch.schema import CHILDREN
+from kbot.launch.ros1.attributes import TagReporter
+from kbot.launch.ros1.context import Context
+from kbot.launch.ros1.include_tags import Passed, read_passed, tell_unused
+from kbot.launch.ros1.node_tags import read_env, read_node, read_remap
+from kbot.launch.ros1.parameters import Parameters
+from kbot.launch.ros1.schema import CHILDREN
 from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
@@ -37,12 +37,12 @@ def read_launch(
     it is. `allow_commands` lets `command=` run any program.
     """
     anonymous: dict[str, str] | None = {} if resolve_anonymous else None
-    reader = _Reader(Reporter(packages or Packages(around=path), anonymous), allow_commands)
+    reader = _Reader(TagReporter(packages or Packages(around=path), anonymous), allow_commands)
     return reader.read(path, dict(arguments or {}), source)
 
 
 class _Reader:
-    def __init__(self, reporter: Reporter, allow_commands: bool) -> None:
+    def __init__(self, reporter: TagReporter, allow_commands: bool) -> None:
         self.reporter = reporter
         self.parameters = Parameters(reporter, allow_commands)
         self.nodes: dict[str, Node] = {}
@@ -209,7 +209,7 @@ class _Reader:
         inner.env += env
         inner.forgiving = passing_all
         self._clear(element, context, inner, "clear_params" in found and found["clear_params"] == "true")
-        stand_in = known.stand_in_file(file)
+        stand_in = known_packages.stand_in_file(file)
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
             return
@@ -243,10 +243,10 @@ class _Reader:
     ) -> None:
         """A file of a package that is not here: what it would start is stood in for."""
         name = Path(file).name
-        defaults = known.LAUNCH_FILES.get((package, name))
+        defaults = known_packages.LAUNCH_FILES.get((package, name))
         origin = context.attribute_origin(element, "file")
         if defaults is None:
-            names_ = [f for p, f in known.LAUNCH_FILES if p == package]
+            names_ = [f for p, f in known_packages.LAUNCH_FILES if p == package]
             hint = did_you_mean(name, names_) or "install the package, or leave the include out"
             message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
             self.reporter.problem("L012", message, origin, hint)

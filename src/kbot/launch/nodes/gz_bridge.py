@@ -10,9 +10,9 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from kbot.launch import names
+from kbot.launch.node_arguments import place_of, split
 from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
 from kbot.launch.plan import Node, Plan
-from kbot.launch.words import place_of, split
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean

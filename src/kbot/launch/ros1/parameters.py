@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from kbot.launch import commands, names
-from kbot.launch.context import Context
+from kbot.launch.faults import Fault
 from kbot.launch.placed_yaml import Keys, load_placed_yaml
 from kbot.launch.plan import Description, Param
-from kbot.launch.reading import Attributes, Reporter
-from kbot.launch.substitution import Fault
+from kbot.launch.ros1.attributes import Attributes, TagReporter
+from kbot.launch.ros1.context import Context
 from kbot.launch.values import TYPES, convert, load_yaml
 from kbot.text import DescriptionError, Element, Origin, Span, read_source
 from kbot.text.files import check_regular
@@ -25,7 +25,7 @@ _YAML_COMMANDS = ("load", "dump", "delete")
 class Parameters:
     """The parameters that a launch file sets, in order."""
 
-    def __init__(self, reporter: Reporter, allow_commands: bool) -> None:
+    def __init__(self, reporter: TagReporter, allow_commands: bool) -> None:
         self.reporter = reporter
         self.allow_commands = allow_commands
         self.store: dict[str, Param] = {}

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
+from kbot.launch.node_arguments import Options, place_of, read_options
 from kbot.launch.plan import Node
-from kbot.launch.words import Options, place_of, read_options
 from kbot.text import Diagnostic, Severity
 
 _ROS1: Mapping[str, int] = {

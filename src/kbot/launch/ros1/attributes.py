@@ -1,14 +1,14 @@
-"""What every part of the reader needs: attributes with their substitutions made, and faults collected."""
+"""Attributes of tags: checked, and with their substitutions made."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from kbot.launch.context import Context
-from kbot.launch.schema import ATTRIBUTES, REQUIRED
-from kbot.launch.substitution import Fault, Scope
+from kbot.launch.faults import Fault
+from kbot.launch.reporter import Reporter, part_of
+from kbot.launch.ros1.context import Context
+from kbot.launch.ros1.schema import ATTRIBUTES, REQUIRED
+from kbot.launch.ros1.substitutions import Scope
 from kbot.launch.values import convert
-from kbot.text import Diagnostic, Element, Origin, Related, Severity, Span
+from kbot.text import Element, Origin
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
@@ -19,37 +19,13 @@ class Attributes(dict[str, str]):
     ok = True
 
 
-class Reporter:
-    """Collects what is wrong; the same fault at the same place is reported once."""
+class TagReporter(Reporter):
+    """A reporter that reads tags. `anonymous` remembers the names that `$(anon …)` gave; None leaves such
+    substitutions as they are."""
 
     def __init__(self, packages: Packages, anonymous: dict[str, str] | None) -> None:
-        self.packages = packages
+        super().__init__(packages)
         self.anonymous = anonymous
-        self.problems: list[Diagnostic] = []
-        self.findings: list[Diagnostic] = []
-        self._seen: set[tuple[str, str, str, int]] = set()
-
-    def problem(
-        self,
-        code: str,
-        message: str,
-        origin: Origin,
-        hint: str = "",
-        *,
-        warning: bool = False,
-        related: Iterable[Related] = (),
-    ) -> None:
-        """Report what keeps the file from being read as it is meant."""
-        severity = Severity.WARNING if warning else Severity.ERROR
-        key = (code, message, origin.span.file, origin.span.start)
-        if key not in self._seen:
-            self._seen.add(key)
-            self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
-
-    def finding(self, diagnostic: Diagnostic) -> None:
-        """Report what a ROS would stumble over."""
-        if diagnostic not in self.findings:
-            self.findings.append(diagnostic)
 
     def attributes(self, element: Element, context: Context) -> Attributes:
         """An element's attributes, checked against its tag's and with their substitutions made."""
@@ -119,12 +95,3 @@ class Reporter:
             origin = context.attribute_origin(element, name)
             self.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)
         return word == "true"
-
-
-def part_of(origin: Origin, piece: str) -> Origin:
-    """The part of an attribute's value that holds a piece of its text; all of it where it is not found."""
-    span = origin.span
-    at = span.source.data.find(piece.encode(), span.start, span.end) if piece else -1
-    if at < 0:
-        return origin
-    return Origin(Span(span.source, at, at + len(piece.encode())), origin.call)

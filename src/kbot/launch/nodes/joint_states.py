@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from kbot.launch.known import Role, role
+from kbot.launch.known_packages import Role, role
 from kbot.launch.plan import Node, Param, Plan
 from kbot.text import Diagnostic, Severity
 from kbot.text.suggest import did_you_mean

@@ -8,25 +8,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kbot.launch.known import STAND_IN_PACKAGES, share_of
+from kbot.launch.evaluation import evaluated
+from kbot.launch.faults import Fault
+from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
-from kbot.xacro.expressions.compiler import compiled
-from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.faults import Fault as ExpressionFault
 from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import PackageNotFound, Packages
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
-
-
-class Fault(Exception):
-    """A value that cannot be had; `piece` is the part of the text that is at fault."""
-
-    def __init__(self, code: str, message: str, hint: str = "", piece: str = "") -> None:
-        super().__init__(message)
-        self.code, self.message, self.hint, self.piece = code, message, hint, piece
 
 
 @dataclass
@@ -120,26 +111,6 @@ class Scope:
 
     def _eval(self, expression: str) -> str:
         return evaluated(expression, _Names(self))
-
-
-def evaluated(expression: str, names: object) -> str:
-    """A Python expression's value as text; it can compute and nothing more. `names` is an environment of
-    `kbot.xacro.expressions`: with `lookup`, `assign` and a `budget`.
-
-    Raises:
-        Fault: L014, or what looking up a name raised.
-    """
-    try:
-        return str(compiled(expression)(names))
-    except Fault as fault:
-        fault.piece = fault.piece or expression
-        raise
-    except InvalidExpression as error:
-        raise Fault("L014", f"the expression cannot be read: {error}", "", expression) from None
-    except ExpressionFault as error:
-        raise Fault("L014", error.message, error.hint, expression) from None
-    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
-        raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None
 
 
 _BUILTINS = {kind.__name__: kind for kind in (list, dict, map, str, float, int)}

@@ -14,9 +14,9 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from kbot.launch.node_arguments import split
 from kbot.launch.plan import Node, Plan
 from kbot.launch.quoting import split_words
-from kbot.launch.words import split
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 from kbot.xacro.packages import PackageNotFound, Packages
 

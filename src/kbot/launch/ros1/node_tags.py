@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from kbot.launch import names
-from kbot.launch.context import Context
-from kbot.launch.known import NODES, RENAMED, SPAWN_MODEL_VALUES
-from kbot.launch.parameters import Parameters
+from kbot.launch.known_packages import NODES, RENAMED, SPAWN_MODEL_VALUES
+from kbot.launch.node_arguments import place_of
 from kbot.launch.plan import Node, Param
 from kbot.launch.quoting import split_words
-from kbot.launch.reading import Attributes, Reporter
-from kbot.launch.schema import CHILDREN
-from kbot.launch.words import place_of
+from kbot.launch.ros1.attributes import Attributes, TagReporter
+from kbot.launch.ros1.context import Context
+from kbot.launch.ros1.parameters import Parameters
+from kbot.launch.ros1.schema import CHILDREN
 from kbot.text import Diagnostic, Edit, Element, Fix, Severity
 from kbot.text.suggest import did_you_mean
 
 
 def read_node(
-    element: Element, context: Context, reporter: Reporter, parameters: Parameters, clear: list[str]
+    element: Element, context: Context, reporter: TagReporter, parameters: Parameters, clear: list[str]
 ) -> Node | None:
     """The node of a `<node>` or `<test>`; None where it cannot be made out."""
     found = reporter.attributes(element, context)
@@ -55,7 +55,7 @@ def read_node(
 
 
 def _children(
-    element: Element, context: Context, found: Attributes, reporter: Reporter, parameters: Parameters
+    element: Element, context: Context, found: Attributes, reporter: TagReporter, parameters: Parameters
 ) -> Context:
     """Reads what stands within a node; the node's own remaps and environment."""
     surroundings = context.child()
@@ -87,7 +87,7 @@ def _children(
     return surroundings
 
 
-def read_remap(element: Element, context: Context, reporter: Reporter) -> None:
+def read_remap(element: Element, context: Context, reporter: TagReporter) -> None:
     """A `<remap>`; a later one of the same name replaces an earlier one."""
     found = reporter.attributes(element, context)
     if not found.ok:
@@ -102,7 +102,7 @@ def read_remap(element: Element, context: Context, reporter: Reporter) -> None:
     context.remaps[pair[0]] = pair[1]
 
 
-def read_env(element: Element, context: Context, reporter: Reporter) -> None:
+def read_env(element: Element, context: Context, reporter: TagReporter) -> None:
     """An `<env>`, for the nodes that follow."""
     found = reporter.attributes(element, context)
     if not found.ok:
@@ -114,7 +114,7 @@ def read_env(element: Element, context: Context, reporter: Reporter) -> None:
     context.env.append((found["name"], found["value"]))
 
 
-def _seconds(element: Element, found: Attributes, context: Context, reporter: Reporter) -> float:
+def _seconds(element: Element, found: Attributes, context: Context, reporter: TagReporter) -> float:
     try:
         return float(found.get("respawn_delay", "0"))
     except ValueError:
@@ -123,7 +123,7 @@ def _seconds(element: Element, found: Attributes, context: Context, reporter: Re
         return 0.0
 
 
-def _review(node: Node, reporter: Reporter) -> None:
+def _review(node: Node, reporter: TagReporter) -> None:
     origin = node.spans["type"]
     renamed = RENAMED.get((node.package, node.type))
     if renamed:
@@ -146,7 +146,7 @@ def _review(node: Node, reporter: Reporter) -> None:
         _review_spawn_model(node, reporter)
 
 
-def _review_spawn_model(node: Node, reporter: Reporter) -> None:
+def _review_spawn_model(node: Node, reporter: TagReporter) -> None:
     """spawn_model refuses to start over one option that it does not know."""
     try:
         words = split_words(node.args)

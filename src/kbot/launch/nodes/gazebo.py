@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from kbot.launch.known import Role, role
+from kbot.launch.known_packages import Role, role
+from kbot.launch.node_arguments import split
 from kbot.launch.plan import Included, Node, Plan
 from kbot.launch.quoting import split_words
-from kbot.launch.words import split
 from kbot.text import Diagnostic, Severity
 
 _TAKE_A_WORD = frozenset(

@@ -1,0 +1,28 @@
+"""Python expressions of launch files: `$(eval …)`, PythonExpression."""
+
+from __future__ import annotations
+
+from kbot.launch.faults import Fault
+from kbot.xacro.expressions.compiler import compiled
+from kbot.xacro.expressions.operations import InvalidExpression
+from kbot.xacro.faults import Fault as ExpressionFault
+
+
+def evaluated(expression: str, names: object) -> str:
+    """A Python expression's value as text; it can compute and nothing more. `names` is an environment of
+    `kbot.xacro.expressions`: with `lookup`, `assign` and a `budget`.
+
+    Raises:
+        Fault: L014, or what looking up a name raised.
+    """
+    try:
+        return str(compiled(expression)(names))
+    except Fault as fault:
+        fault.piece = fault.piece or expression
+        raise
+    except InvalidExpression as error:
+        raise Fault("L014", f"the expression cannot be read: {error}", "", expression) from None
+    except ExpressionFault as error:
+        raise Fault("L014", error.message, error.hint, expression) from None
+    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
+        raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None

@@ -1,0 +1,1 @@
+"""Programs of the user's own beside KBot: found, started, watched, ended."""
