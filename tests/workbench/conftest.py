@@ -10,7 +10,7 @@ import pytest
 
 import kbot
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .pages import Pages
 
@@ -56,7 +56,7 @@ def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
 @pytest.fixture
 def keeps_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """Simulated time does not fall behind, however slow the machine is: sessions are told how much passes."""
-    monkeypatch.setattr("kbot.workbench.driving.BUSY_SECONDS", float("inf"))
+    monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", float("inf"))
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import numpy as np
 
 from kbot.messages import Header, Point, Pose, Quaternion
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import screenshot

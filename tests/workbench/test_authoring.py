@@ -14,7 +14,7 @@ from kbot.workbench.protocol import (
     Undo,
 )
 from kbot.workbench.serve import open_session
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 from kbot.workbench.source.edits import Editor
 from kbot.workbench.source.overrides import Overrides, number_text
 from kbot.workbench.source.parameters import written_parameters

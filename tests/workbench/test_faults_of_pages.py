@@ -10,9 +10,9 @@ from kbot.messages.sensing import LaserScan
 from kbot.sim.faults import LostCommands
 from kbot.text import KbotError
 from kbot.workbench.protocol import Disturb, EndFault, Kick, Push, SetWorld, Spawn
+from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serve import open_session
-from kbot.workbench.serving.encode import encode
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from websockets.sync.client import connect
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .test_server import get, hear, say, socket_address

@@ -15,9 +15,9 @@ from kbot.messages.visualization import (
     Marker,
     MarkerArray,
 )
-from kbot.workbench.marker_state import MarkerState
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
+from kbot.workbench.topics.marker_state import MarkerState
 
 
 def standing(state: MarkerState, now: int = 0) -> list[tuple[str, int]]:

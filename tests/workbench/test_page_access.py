@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 

@@ -8,8 +8,8 @@ import kbot
 from kbot.record import Recorder
 from kbot.sim import Simulation
 from kbot.wire import Feed
-from kbot.workbench.played_session import played_session
 from kbot.workbench.serve import serving
+from kbot.workbench.session.played_session import played_session
 
 from .conftest import until
 from .pictures import blue, screenshot

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import screenshot

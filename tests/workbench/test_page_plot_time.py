@@ -11,9 +11,9 @@ import pytest
 from kbot.record import Recorder
 from kbot.sim import Simulation
 from kbot.wire import Feed
-from kbot.workbench.played_session import played_session
 from kbot.workbench.serve import serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
 from .test_plot import points, ticks

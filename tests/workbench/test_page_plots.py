@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
 from .pictures import decode_png

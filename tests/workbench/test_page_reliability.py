@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
 

@@ -10,10 +10,10 @@ from kbot.record import Recorder
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.wire import Feed
-from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Spawn
 from kbot.workbench.serve import serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture

@@ -45,7 +45,7 @@ def test_a_grid_has_as_many_cells_as_it_is_given(open_page: OpenPage) -> None:
 
 def test_the_force_of_the_ground_is_the_weight_of_the_robot(open_page: OpenPage) -> None:
     from kbot.sim import Simulation
-    from kbot.workbench.contact_forces import ContactForces
+    from kbot.workbench.driving.contact_forces import ContactForces
 
     simulation = Simulation("kbot")
     contacts = ContactForces(simulation)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from kbot.record import Recording
-from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Seek
 from kbot.workbench.serve import serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
 from .pictures import pixels_per_metre, screenshot

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kbot.messages.navigation import PoseStamped
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .displayed import hear

@@ -11,7 +11,7 @@ import pytest
 from kbot.text import KbotError
 from kbot.workbench.protocol import Delete, MoveModel, Spawn
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .displayed import do

@@ -19,9 +19,9 @@ from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet, ros2_definition, ros_name
-from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 

@@ -10,9 +10,9 @@ from kbot.record import Recorder
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import Feed
-from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Advance, Pause, Seek
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.series import Field
 
 pytestmark = pytest.mark.usefixtures("keeps_up")

@@ -12,9 +12,9 @@ from kbot.record import Recorder
 from kbot.record.copy import copy_recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
-from kbot.workbench.played_session import played_session
 from kbot.workbench.protocol import Seek
-from kbot.workbench.session import Session
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 START = PlanarPose(1.0, -0.5, 0.4)
 

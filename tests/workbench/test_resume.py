@@ -14,9 +14,9 @@ from kbot.wire import Feed
 from kbot.workbench.protocol import RecordRun, Reset, State, Told, Trail
 from kbot.workbench.serve import open_session
 from kbot.workbench.serving.hub import Client, Hub
-from kbot.workbench.session import Session
+from kbot.workbench.serving.past import Past
+from kbot.workbench.session.session import Session
 from kbot.workbench.timeline import saved
-from kbot.workbench.timeline.past import Past
 from kbot.workbench.timeline.saved import SavedStates
 
 pytestmark = pytest.mark.usefixtures("keeps_up")

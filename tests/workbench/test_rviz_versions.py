@@ -11,7 +11,7 @@ from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
 from kbot.workbench.displays.settings import Display, Settings, plain
 from kbot.workbench.protocol import DisplaysSaved, DisplaysText, SaveDisplays
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 

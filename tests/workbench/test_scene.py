@@ -10,7 +10,7 @@ import pytest
 from kbot.model.load import load_robot_text
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene
-from kbot.workbench.scene import OWN_COLOURS, build_scene
+from kbot.workbench.scene.scene import OWN_COLOURS, build_scene
 from kbot.world import load_world
 
 TETRAHEDRON = """v 0 0 0

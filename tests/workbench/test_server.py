@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from kbot.text import KbotError
 from kbot.workbench.serve import FIRST_PORT, bind, open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 

@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from kbot.workbench.protocol import FromPage, Length, Range
 from kbot.workbench.serve import open_session, serving
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 SAME_EACH_TIME = settings(
     max_examples=200,

@@ -26,7 +26,7 @@ from kbot.workbench.protocol import (
     Stop,
 )
 from kbot.workbench.serve import open_session
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -152,7 +152,7 @@ def test_time_passes_as_it_is_told(xacro: Path) -> None:
 
 def test_a_slow_machine_steps_all_of_what_is_asked_for(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     session = open_session(str(xacro), simulate=True)
-    monkeypatch.setattr("kbot.workbench.driving.BUSY_SECONDS", 0.0)
+    monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", 0.0)
     session.obey(Advance(0.5), 1)
     assert session.state().time == pytest.approx(0.5, abs=1e-9)
 

@@ -14,11 +14,11 @@ from kbot.messages.sensing import LaserScan, Range
 from kbot.messages.types import TransformStamped
 from kbot.text import KbotError
 from kbot.wire import Packet
-from kbot.workbench.foreign_frames import ForeignFrames
-from kbot.workbench.payload import encode_packet
 from kbot.workbench.protocol import Drive, SetWorld
+from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.serve import open_session
-from kbot.workbench.topics import TopicRelay
+from kbot.workbench.topics.payload import encode_packet
+from kbot.workbench.topics.relay import TopicRelay
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 

@@ -2,9 +2,9 @@
 
 import kbot
 from kbot.kinematics.transform import Transform
+from kbot.workbench.driving.world_actions import other_robots
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.scene import all_bodies
-from kbot.workbench.world_actions import other_robots
+from kbot.workbench.scene.scene import all_bodies
 
 UNSEEN = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1</mass></inertial>
 <collision name="c"><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>

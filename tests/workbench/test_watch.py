@@ -3,7 +3,7 @@
 import asyncio
 from pathlib import Path
 
-from kbot.workbench.watch import Watcher
+from kbot.workbench.serving.file_watcher import Watcher
 
 
 def wait_for_change(watcher: Watcher, change: object) -> None:

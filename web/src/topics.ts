@@ -66,7 +66,7 @@ export class Topics {
 
 const KINDS = { int8: Int8Array, uint8: Uint8Array, float32: Float32Array, float64: Float64Array };
 
-/** A topic's message out of a binary frame; `src/kbot/workbench/payload.py` says how it is laid out. */
+/** A topic's message out of a binary frame; `src/kbot/workbench/topics/payload.py` says how it is laid out. */
 export function readFrame(buffer: ArrayBuffer): TopicMessage {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))) as TopicMessage & {

@@ -20,12 +20,12 @@ from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serving.access import Access, bracketed
 from kbot.workbench.serving.server import Server
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 if TYPE_CHECKING:
-    from kbot.workbench.driving import Attend
-    from kbot.workbench.motion import Sliders
-    from kbot.workbench.timeline.playback import Playback
+    from kbot.workbench.driving.driving import Attend
+    from kbot.workbench.driving.motion import Sliders
+    from kbot.workbench.playback.playback import Playback
 
 ORIGIN = PlanarPose()
 FIRST_PORT, LAST_PORT = 8300, 8399
@@ -54,14 +54,14 @@ def open_session(
         KbotError: there is no such world.
     """
     from kbot.model.load import resolve_robot_path
-    from kbot.workbench.description import Description
+    from kbot.workbench.source.description import Description
 
     description = Description(resolve_robot_path(path), arguments, package_path)
     if simulate:
-        from kbot.workbench.driven_session import driven_session
+        from kbot.workbench.session.driven_session import driven_session
 
         return driven_session(description, world, seed, contacts, attend, start)
-    from kbot.workbench.motion import Sliders, SliderSetting
+    from kbot.workbench.driving.motion import Sliders, SliderSetting
 
     setting = SliderSetting(attend=show)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
@@ -125,7 +125,7 @@ def serve_recording(
         DescriptionError: the recording's description makes no robot.
         KbotError: no such recording, or it does not hold what is needed to show it; or as `serve`.
     """
-    from kbot.workbench.played_session import played_session
+    from kbot.workbench.session.played_session import played_session
 
     displays = read_displays(config)
     session = played_session(path, package_path, show)

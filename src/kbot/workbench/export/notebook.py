@@ -12,13 +12,13 @@ from kbot.model.load import Loaded
 from kbot.sim import Simulation
 from kbot.sim import State as Moment
 from kbot.text.files import write_text
-from kbot.workbench.description import Reading
+from kbot.workbench.driving.motion import Moment as Standing
+from kbot.workbench.driving.motion import Sliders, flat
 from kbot.workbench.export.page import saved_page
-from kbot.workbench.motion import Moment as Standing
-from kbot.workbench.motion import Sliders, flat
 from kbot.workbench.protocol import SetJoint, State
-from kbot.workbench.scene import Control
-from kbot.workbench.session import Session
+from kbot.workbench.scene.scene import Control
+from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import Reading
 from kbot.workbench.source.overrides import Overrides
 
 

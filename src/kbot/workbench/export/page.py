@@ -13,11 +13,11 @@ from kbot.kinematics.frames import mimics, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
+from kbot.workbench.page_files import FOLDER
 from kbot.workbench.protocol import Scene, State
-from kbot.workbench.scene import position_quaternion
-from kbot.workbench.serving.encode import encode
-from kbot.workbench.serving.page_files import FOLDER
-from kbot.workbench.session import Session
+from kbot.workbench.protocol.encode import encode
+from kbot.workbench.scene.scene import position_quaternion
+from kbot.workbench.session.session import Session
 
 _ALLOWED = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:;"

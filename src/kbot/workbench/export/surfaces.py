@@ -12,7 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Box, Capsule, Cylinder, Geometry, Link, Mesh, Robot, Sphere
 from kbot.model.meshes import MeshPart, Texture, load_mesh
 from kbot.text import KbotError
-from kbot.workbench.world_view import height_field_triangles, is_the_ground
+from kbot.workbench.scene.world_view import height_field_triangles, is_the_ground
 from kbot.world import world as things
 
 PLAIN = (0.72, 0.74, 0.78, 1.0)

@@ -13,7 +13,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.workbench.export.surfaces import Surface, body_surfaces, robot_surfaces
-from kbot.workbench.scene import robot_bounds
+from kbot.workbench.scene.scene import robot_bounds
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a page may ask; `workbench.serving.decode` checks it."""
+"""What a page may ask; `workbench.protocol.decode` checks it."""
 
 from __future__ import annotations
 

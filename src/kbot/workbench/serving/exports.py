@@ -8,7 +8,7 @@ import http
 from websockets.http11 import Response
 
 from kbot.workbench.serving.answers import response
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 
 EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
 """Media types; the page's HTML is to be saved, not opened beside the page."""

@@ -10,14 +10,14 @@ from urllib.parse import urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from kbot.workbench.deadman import NOBODY
+from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
+from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.answers import only, response
 from kbot.workbench.serving.complaints import Complaints
-from kbot.workbench.serving.encode import encode
 from kbot.workbench.serving.exports import EXPORTS, described, exported
-from kbot.workbench.serving.page_files import load_page, takes_gzip, with_greeting
-from kbot.workbench.session import Session
+from kbot.workbench.session.deadman import NOBODY
+from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.recording import ADDRESS as RECORDING
 
 _FOR_EVER = "max-age=31536000, immutable"

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from kbot.workbench.protocol import FromServer, Scene, SourceText, State, Things, Timeline
-from kbot.workbench.serving.encode import encode
+from kbot.workbench.protocol.encode import encode
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 

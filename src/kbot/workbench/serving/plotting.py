@@ -10,7 +10,7 @@ from kbot.text import KbotError
 from kbot.workbench.export.plot import Curve, plot_svg
 from kbot.workbench.protocol import AskSeries, AskTrail, DrawPlot, FromServer, PlotDrawn, Refused, Series
 from kbot.workbench.serving.hub import Client
-from kbot.workbench.timeline.past import Past
+from kbot.workbench.serving.past import Past
 from kbot.workbench.timeline.series import Field, Table
 
 Asked: TypeAlias = AskSeries | AskTrail | DrawPlot

@@ -35,16 +35,16 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
+from kbot.workbench.protocol.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.answers import quiet_logger
 from kbot.workbench.serving.complaints import Complaints
-from kbot.workbench.serving.decode import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.serving.file_watcher import Watcher
 from kbot.workbench.serving.files import Files
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
+from kbot.workbench.serving.past import Past
 from kbot.workbench.serving.plotting import Plotting
-from kbot.workbench.session import Session
-from kbot.workbench.timeline.past import Past
-from kbot.workbench.watch import Watcher
+from kbot.workbench.session.session import Session
 
 log = logging.getLogger(__name__)
 

@@ -9,12 +9,12 @@ from typing import Protocol
 from kbot.model import Robot
 from kbot.text import DescriptionError, KbotError
 from kbot.text.files import read_source
-from kbot.workbench.description import Reading
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
 from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Findings, SourceText
 from kbot.workbench.source.authoring import Authoring
+from kbot.workbench.source.description import Reading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, gravest_first

@@ -1,1 +1,1 @@
-"""Time in the page: the last minutes, recordings begun there, and recordings played."""
+"""Time in the page: the last minutes, bookmarks, and recordings begun there."""

@@ -14,18 +14,18 @@ from kbot.record.player import LATCHED
 from kbot.record.surroundings import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
-from kbot.workbench.foreign_frames import WORLD, ForeignFrames
-from kbot.workbench.motion import Moment, flat
+from kbot.workbench.driving.motion import Moment, flat
+from kbot.workbench.playback.damage import Damage, damage_at
+from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun
+from kbot.workbench.playback.recorded_series import series_of_run
+from kbot.workbench.playback.recorded_way import world_from_root
+from kbot.workbench.playback.recorded_world import RecordedWorld
+from kbot.workbench.playback.told import Told
 from kbot.workbench.protocol import Action, Timeline
-from kbot.workbench.scene import Control
-from kbot.workbench.timeline.damage import Damage, damage_at
-from kbot.workbench.timeline.recorded_run import TF_STATIC, RecordedRun
-from kbot.workbench.timeline.recorded_series import series_of_run
-from kbot.workbench.timeline.recorded_way import world_from_root
-from kbot.workbench.timeline.recorded_world import RecordedWorld
+from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames
+from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
-from kbot.workbench.timeline.told import Told
 from kbot.world import World
 
 LOOKS = 1.0, 4.0

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from kbot.text import KbotError
 
-FOLDER = Path(__file__).parent.parent / "page"
+FOLDER = Path(__file__).parent / "page"
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",

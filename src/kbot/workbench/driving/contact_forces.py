@@ -10,9 +10,9 @@ from kbot.messages.types import Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
 from kbot.sensors.sensor import own_geometries
 from kbot.sim import Simulation
-from kbot.workbench.foreign_frames import WORLD
-from kbot.workbench.marker_state import CLEAR
-from kbot.workbench.scene import robot_bounds
+from kbot.workbench.scene.foreign_frames import WORLD
+from kbot.workbench.scene.scene import robot_bounds
+from kbot.workbench.topics.marker_state import CLEAR
 
 TOPIC = "/contacts"
 RATE = 25.0

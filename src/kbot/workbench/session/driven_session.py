@@ -9,12 +9,12 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
-from kbot.workbench.about import Offers
-from kbot.workbench.driving import Attend, Driving, Setup
+from kbot.workbench.driving.driving import Attend, Driving, Setup
+from kbot.workbench.driving.world_actions import SPAWNED
 from kbot.workbench.protocol import WorldChoice, WorldParameter
-from kbot.workbench.session import Session
+from kbot.workbench.session.offers import Offers
+from kbot.workbench.session.session import Session
 from kbot.workbench.source.shown import Reader
-from kbot.workbench.world_actions import SPAWNED
 from kbot.world import BUILDERS, built_in, load_world
 from kbot.world.builtin.registry import parameters
 

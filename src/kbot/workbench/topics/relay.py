@@ -14,9 +14,9 @@ from kbot.text.suggest import did_you_mean
 from kbot.wire import Feed, Packet, ros_name
 from kbot.wire.plain import from_plain
 from kbot.wire.types import known_type
-from kbot.workbench.marker_state import MarkerState
-from kbot.workbench.payload import encode_packet
 from kbot.workbench.protocol import Topics, TopicView
+from kbot.workbench.topics.marker_state import MarkerState
+from kbot.workbench.topics.payload import encode_packet
 
 FROM_PAGE = (
     "goal_pose",

@@ -29,8 +29,8 @@ from kbot.model.shapes import bounds, tensor
 from kbot.text import KbotError
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
+from kbot.workbench.scene.world_view import world_view
 from kbot.workbench.source.places import place
-from kbot.workbench.world_view import world_view
 from kbot.world.sdf.materials import link_colours
 from kbot.world.world import Rgba, World
 

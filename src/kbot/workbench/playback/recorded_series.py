@@ -7,9 +7,9 @@ from typing import Any
 
 from kbot.model import Robot
 from kbot.record.surroundings import POSES_TOPIC
-from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.workbench.playback.recorded_run import RecordedRun
+from kbot.workbench.playback.told import Told
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at
-from kbot.workbench.timeline.told import Told
 
 FINEST = 0.02
 """Seconds between two moments, at the least."""

@@ -23,10 +23,17 @@ from kbot.sim.naming import Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.sim.state import State
 from kbot.text import KbotError
-from kbot.workbench.contact_forces import ContactForces
-from kbot.workbench.fallen import Fallen
-from kbot.workbench.foreign_frames import WORLD, ForeignFrames, Frames
-from kbot.workbench.motion import Moment, flat
+from kbot.workbench.driving.contact_forces import ContactForces
+from kbot.workbench.driving.motion import Moment, flat
+from kbot.workbench.driving.out_of_world import OutOfWorld
+from kbot.workbench.driving.world_actions import (
+    WorldActions,
+    faults,
+    joint_controls,
+    model_of,
+    other_robots,
+    push,
+)
 from kbot.workbench.protocol import (
     Action,
     Delete,
@@ -35,17 +42,10 @@ from kbot.workbench.protocol import (
     ResetPart,
     Spawn,
 )
-from kbot.workbench.scene import Control
+from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames, Frames
+from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field
-from kbot.workbench.world_actions import (
-    WorldActions,
-    faults,
-    joint_controls,
-    model_of,
-    other_robots,
-    push,
-)
 from kbot.world import World, load_world, parameters
 
 BUSY_SECONDS = 0.03
@@ -101,7 +101,7 @@ class Driving:
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
-        self._fallen = Fallen(self._sim)
+        self._out_of_world = OutOfWorld(self._sim)
         self._sim.bus.advertise("clicked_point", PointStamped)  # pages speak on it, to whoever listens
         setup.attend(self._sim)
         self._shown = self._moment()
@@ -150,7 +150,7 @@ class Driving:
         sim = self._sim
         pose, twist = sim.odometry.pose, sim.odometry.twist
         poses = sim.link_poses()
-        self._fallen.look()
+        self._out_of_world.look()
         return Moment(
             time=sim.time,
             positions=sim.joint_positions,
@@ -161,7 +161,7 @@ class Driving:
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
-            fallen=self._fallen.now,
+            fallen=self._out_of_world.now,
         )
 
     @property
@@ -196,7 +196,7 @@ class Driving:
             self._owed -= count * step
             if time.monotonic() - start > BUSY_SECONDS:
                 self._owed = 0.0  # the machine cannot follow: simulated time falls behind
-        self._fallen.look()
+        self._out_of_world.look()
         return self._sim.time - before
 
     def reset(self) -> None:

@@ -13,9 +13,9 @@ from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
 from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
-from kbot.workbench.foreign_frames import Frames
 from kbot.workbench.protocol import Action, FallenView, FaultView, Timeline
-from kbot.workbench.scene import Control, slider_range
+from kbot.workbench.scene.foreign_frames import Frames
+from kbot.workbench.scene.scene import Control, slider_range
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.world import World

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from kbot.model import Robot
-from kbot.workbench.motion import Moment, flat
+from kbot.workbench.driving.motion import Moment, flat
 from kbot.workbench.protocol import State
 
 
-def told_state(
+def state_message(
     moment: Moment,
     robot: Robot,
     *,

@@ -6,15 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kbot.model import Robot
-from kbot.workbench.about import Mode, Offers, about
-from kbot.workbench.deadman import NOBODY, Deadman
-from kbot.workbench.description import Reading
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.foreign_frames import frame_for_peers
+from kbot.workbench.driving.motion import Motion
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.motion import Motion
-from kbot.workbench.orders import carry_out
+from kbot.workbench.playback.recorded_way import RecordedWay
 from kbot.workbench.protocol import (
     About,
     Advance,
@@ -40,14 +36,18 @@ from kbot.workbench.protocol import (
     Timeline,
     Told,
 )
+from kbot.workbench.scene.foreign_frames import frame_for_peers
+from kbot.workbench.session.commands import carry_out
+from kbot.workbench.session.deadman import NOBODY, Deadman
+from kbot.workbench.session.offers import Mode, Offers, about
+from kbot.workbench.session.shown_scene import ShownScene
+from kbot.workbench.session.state_message import state_message
+from kbot.workbench.source.description import Reading
 from kbot.workbench.source.shown import Reader, Shown
-from kbot.workbench.stage import Stage
 from kbot.workbench.timeline.marks import Marks
-from kbot.workbench.timeline.recorded_way import RecordedWay
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
-from kbot.workbench.told_state import told_state
-from kbot.workbench.topics import TopicRelay
+from kbot.workbench.topics.relay import TopicRelay
 from kbot.world.world import World
 
 NOTHING = Offers()
@@ -96,13 +96,13 @@ class Session:
         self.rate = 0.0
         self._resets = 0
         self._deadman = Deadman()
-        self._stage = Stage(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
+        self._scene = ShownScene(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
         self.shown.look()
 
     @property
     def scene(self) -> Scene:
         """All that is drawn."""
-        return self._stage.scene
+        return self._scene.scene
 
     def read(self) -> Reading:
         """Read the description again; may run on another thread."""
@@ -117,7 +117,7 @@ class Session:
                 messages.append(Told(self._motion.note))
             self.recording.end()
             self.topics.attach(self._motion.bus)
-            messages.append(self._stage.build(self._motion))
+            messages.append(self._scene.build(self._motion))
         self.shown.look()
         return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
 
@@ -134,7 +134,7 @@ class Session:
 
     def missing_meshes(self) -> list[str]:
         """What is said of meshes that are not there, or not for the page."""
-        return [*self.shown.missing_meshes(), *self._stage.outside]
+        return [*self.shown.missing_meshes(), *self._scene.outside]
 
     def standing(self) -> tuple[Robot, dict[str, float]]:
         """The robot on show, and where the joints stand that follow no other; rad, m."""
@@ -146,7 +146,7 @@ class Session:
         return about(
             self.shown,
             self.mode,
-            self._stage.world,
+            self._scene.world,
             self._offers,
             played=self.played,
             seed=self._motion.seed,
@@ -159,10 +159,10 @@ class Session:
 
     def state(self) -> State:
         moment = self._motion.moment()
-        return told_state(
+        return state_message(
             moment,
             self.shown.robot,
-            revision=self._stage.revision,
+            revision=self._scene.revision,
             paused=self.paused,
             speed=self.speed,
             rate=self.rate,
@@ -277,20 +277,20 @@ class Session:
             self._stop()
 
     def _enter(self, name: str, seed: int) -> None:
-        self._motion, self._stage.world = self._motion.enter(name, seed)
+        self._motion, self._scene.world = self._motion.enter(name, seed)
         self._offers = replace(self._offers, named=name)
         self.recording.end()
         self.topics.attach(self._motion.bus)
         self._resets += 1
         self._deadman.release()
-        scene = self._stage.build(self._motion)
+        scene = self._scene.build(self._motion)
         for message in (self.about(), scene, self.state()):
             self.announce(message)
 
     def _look_around(self) -> bool:
         """Tell every page where things or other robots came or went; whether they did."""
         known = self.missing_meshes()
-        things = self._stage.look_around(self._motion)
+        things = self._scene.look_around(self._motion)
         if things is None:
             return False
         self.announce(things)

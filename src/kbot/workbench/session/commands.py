@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.workbench.motion import Motion
+from kbot.workbench.driving.motion import Motion
 from kbot.workbench.protocol import Action, FromPage, Push, Seek, SetJoint, SetJoints, SetLoop
 
 

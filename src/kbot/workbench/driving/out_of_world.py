@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from kbot.sim import Simulation
+from kbot.workbench.driving.world_actions import model_of
 from kbot.workbench.protocol import FallenView
-from kbot.workbench.world_actions import model_of
 
 BELOW = 0.1
 """Metres beneath all that stands still at which something has fallen."""
 
 
-class Fallen:
+class OutOfWorld:
     """Notices what falls out of a simulation's world, and when."""
 
     def __init__(self, simulation: Simulation) -> None:

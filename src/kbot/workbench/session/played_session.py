@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from kbot.workbench.description import Description
-from kbot.workbench.session import Session
+from kbot.workbench.playback.playback import Playback
+from kbot.workbench.playback.recorded_run import RecordedRun
+from kbot.workbench.playback.recorded_way import RecordedWay
+from kbot.workbench.playback.recorded_world import RecordedWorld
+from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import Description
 from kbot.workbench.timeline.marks import Marks
-from kbot.workbench.timeline.playback import Playback
-from kbot.workbench.timeline.recorded_run import RecordedRun
-from kbot.workbench.timeline.recorded_way import RecordedWay
-from kbot.workbench.timeline.recorded_world import RecordedWorld
 
 
 def played_session(

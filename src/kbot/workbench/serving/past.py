@@ -6,9 +6,9 @@ from collections.abc import Generator, Sequence
 
 from kbot.text import KbotError
 from kbot.workbench.protocol import State, Timeline, Told, Trail
-from kbot.workbench.serving.encode import encode
+from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serving.hub import Client, Hub
-from kbot.workbench.session import Session
+from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.history import Frame, History
 from kbot.workbench.timeline.saved import Saved, SavedStates
 from kbot.workbench.timeline.series import SCENE, STATE, TOPIC, Field, Making, series_of_history

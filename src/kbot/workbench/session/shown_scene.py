@@ -5,15 +5,15 @@ from __future__ import annotations
 import dataclasses
 
 from kbot.model import Robot
+from kbot.workbench.driving.motion import Motion
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.motion import Motion
 from kbot.workbench.protocol import Scene, Things
-from kbot.workbench.scene import all_bodies, build_scene
+from kbot.workbench.scene.scene import all_bodies, build_scene
 from kbot.workbench.source.shown import Shown
 from kbot.world.world import World
 
 
-class Stage:
+class ShownScene:
     """What the pages draw; each change of it has a `revision` of its own."""
 
     def __init__(

@@ -8,9 +8,9 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import TFMessage
 from kbot.model import Robot
 from kbot.record.surroundings import POSES_TOPIC
-from kbot.workbench.foreign_frames import MAP, WORLD, read_transform
-from kbot.workbench.timeline.recorded_run import TF, RecordedRun
-from kbot.workbench.timeline.told import Told
+from kbot.workbench.playback.recorded_run import TF, RecordedRun
+from kbot.workbench.playback.told import Told
+from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
 from kbot.workbench.timeline.ways import Point, Way
 
 MOST_PLACES = 3000

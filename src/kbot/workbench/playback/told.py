@@ -11,7 +11,7 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import JointType, Robot
-from kbot.workbench.foreign_frames import plain, read_transform
+from kbot.workbench.scene.foreign_frames import plain, read_transform
 
 
 class Told:

@@ -15,8 +15,8 @@ from kbot.model.load import load_robot_text
 from kbot.record.entry import Entry
 from kbot.record.surroundings import WORLD_TOPIC
 from kbot.text import KbotError
-from kbot.workbench.foreign_frames import read_transform
-from kbot.workbench.timeline.recorded_run import RecordedRun
+from kbot.workbench.playback.recorded_run import RecordedRun
+from kbot.workbench.scene.foreign_frames import read_transform
 from kbot.world import World, load_world
 from kbot.world.sdf.reach import Reach
 from kbot.world.things import model_of_sdf, thing

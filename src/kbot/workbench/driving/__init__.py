@@ -1,0 +1,1 @@
+"""What moves the robot: joint sliders, or the simulation."""

@@ -1,0 +1,1 @@
+"""Topics as the pages hear and speak on them."""
