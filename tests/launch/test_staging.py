@@ -111,3 +111,11 @@ def test_a_robot_that_is_read_as_it_stands_is_the_robot(folder: Path, how: str) 
     assert staged(folder, launch).path == str(folder / "r.xacro")
     (folder / "r.xacro").write_text('<robot xmlns:xacro="http://x" name="r"><xacro:a/></robot>')
     assert staged(folder, launch).path is None
+
+
+def test_a_test_is_not_run(folder: Path) -> None:
+    text = """<launch><test test-name="drives" pkg="rosbag" type="record" args="-a"/>
+      <test test-name="lives" pkg="nowhere" type="lives.py"/></launch>"""
+    found = staged(folder, text)
+    assert (found.recordings, found.programs, found.notes) == ((), (), ())
+    assert len(staged(folder, text.replace("<test test-name", "<node name")).recordings) == 1

@@ -44,6 +44,8 @@ def _robot(path: str, arguments: Mapping[str, str], spawn: Spawn) -> str:
 
 
 def _what(node: Node, running: Collection[str]) -> str:
+    if node.is_test:
+        return "a test, not run"
     own = "a program of its own" if node.full_name in running else "not run"
     return role(node.package, node.type, node.args) or own
 

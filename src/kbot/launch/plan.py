@@ -72,6 +72,7 @@ class Node:
     launch_prefix: str | None = None
     machine: str | None = None
     is_test: bool = False
+    """It is run by a test runner, never by a launch."""
     parameter_files: tuple[str, ...] = ()
     """Files of parameters that a node of ROS 2 is given."""
     delay: float = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
@@ -77,8 +77,10 @@ class Stage:
 
 
 def stage(plan: Plan, packages: Packages | None = None) -> Stage:
-    """What stands in for a plan's nodes, and a note for each that nothing stands in for."""
+    """What stands in for a plan's nodes, and a note for each that nothing stands in for. Tests are left to
+    rostest, as roslaunch leaves them."""
     packages = packages or Packages(around=plan.path)
+    plan = replace(plan, nodes=tuple(node for node in plan.nodes if not node.is_test))
     cast: dict[Role | None, list[Node]] = {}
     for node in plan.nodes:
         cast.setdefault(role(node.package, node.type, node.args), []).append(node)
