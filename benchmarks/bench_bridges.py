@@ -25,10 +25,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import kbot
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
 from kbot.bridges.link import Link
 from kbot.bridges.pacing import run_in_real_time
-from kbot.bridges.wishes import Wishes
 from kbot.messages import types as msg
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
@@ -152,11 +152,11 @@ while True:
 class Run:
     """A simulation with a lidar in real time, and what it cost."""
 
-    def __init__(self, wishes: Wishes) -> None:
+    def __init__(self, options: CompanionOptions) -> None:
         sim = Simulation(kbot.load("kbot"), "boxes")
         sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
         told: list[str] = []
-        companions = Companions(wishes, told.append)
+        companions = Companions(options, told.append)
         companions.join(sim, "", "boxes")
         for topic in HEARD:
             sim.bus.subscribe(topic, sim.bus.require(topic), lambda message: None)
@@ -172,7 +172,7 @@ class Run:
                 (sys.executable, "-c", TELL + code, _address(told, name)), stdout=subprocess.PIPE, text=True
             )
             for name, code in PEERS.items()
-            if getattr(wishes, name)
+            if getattr(options, name)
         }
         bare = subprocess.Popen((sys.executable, "-c", BARE), stdout=subprocess.PIPE, text=True)
         run_in_real_time(sim, WARM_SECONDS)
@@ -236,9 +236,9 @@ def _say(name: str, value: float, unit: str, wanted: float | None = None) -> Non
 def main() -> None:
     os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{_free_port()}/"
     os.environ["ROS_DOMAIN_ID"] = "87"
-    alone = Run(Wishes())
+    alone = Run(CompanionOptions())
     extras = {"ros2": find_spec("cyclonedds") is not None, "zenoh": find_spec("zenoh") is not None}
-    together = Run(Wishes(ros1=True, foxglove=True, rosbridge=True, **extras))
+    together = Run(CompanionOptions(ros1=True, foxglove=True, rosbridge=True, **extras))
     names = {"real time at 50 Hz, alone": alone.share, f"{3 + sum(extras.values())} bridges": together.share}
     for name, share in names.items():
         _say(name, 100 * share, "% of a core", 100 * WANTED_SHARE)

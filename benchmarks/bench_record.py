@@ -16,9 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import kbot
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
 from kbot.bridges.pacing import run_in_real_time
-from kbot.bridges.wishes import Wishes
 from kbot.messages import types as msg
 from kbot.messages.sensing import LaserScan
 from kbot.record import open_writer
@@ -75,12 +75,12 @@ def recording_rate(folder: Path, name: str) -> float:
     return median_rate(work)
 
 
-def share(wishes: Wishes) -> float:
+def share(options: CompanionOptions) -> float:
     """CPU time of this process over simulated time."""
     sim = Simulation(kbot.load("kbot"), "boxes")
     sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
     sim.bus.subscribe("/scan", LaserScan, lambda scan: None)
-    companions = Companions(wishes, lambda text: None)
+    companions = Companions(options, lambda text: None)
     companions.join(sim, "", "boxes")
     sim.cmd_vel(0.2, 0.3)
     run_in_real_time(sim, 1.0)
@@ -100,8 +100,8 @@ def main() -> None:
             rate = recording_rate(folder, kind)
             what = {"run.mcap": "MCAP", "run.bag": "bag of ROS 1", "run": "rosbag2"}[kind]
             print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of that")
-        alone = share(Wishes())
-        recorded = share(Wishes(record=str(folder / "live.mcap")))
+        alone = share(CompanionOptions())
+        recorded = share(CompanionOptions(record=str(folder / "live.mcap")))
     print(f"{'real time at 50 Hz, alone':32} {100 * alone:8.2f} % of a core")
     print(f"{'recorded':32} {100 * recorded:8.2f} % of a core")
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 import kbot
-from kbot.bridges.gazebo import gazebo_services
-from kbot.bridges.gazebo_states import GazeboTopics
+from kbot.bridges.gazebo.services import gazebo_services
+from kbot.bridges.gazebo.states import GazeboTopics
 from kbot.bridges.link import Link
 from kbot.nodes import RobotStatePublisher
 from kbot.sim import Simulation

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 import kbot
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
 from kbot.bridges.pacing import run_in_real_time
-from kbot.bridges.wishes import Wishes
 from kbot.record import Recording
 from kbot.record.replay import replay
 from kbot.sim import Simulation
@@ -25,7 +25,7 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
     file = tmp_path / "r.urdf"
     file.write_text(SQUARE.format(height=0.1))
     told: list[str] = []
-    companions = Companions(Wishes(record=str(tmp_path / "run.mcap")), told.append)
+    companions = Companions(CompanionOptions(record=str(tmp_path / "run.mcap")), told.append)
     session = open_session(str(file), simulate=True, attend=lambda sim: companions.join(sim, "", "empty"))
     for _ in range(10):
         session.advance(0.02)
@@ -50,7 +50,7 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
 
 def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:
     told: list[str] = []
-    companions = Companions(Wishes(foxglove=True), told.append)
+    companions = Companions(CompanionOptions(foxglove=True), told.append)
     for _ in range(2):
         companions.join(Simulation(kbot.load("kbot")), "", "empty")
     assert len([text for text in told if text.startswith("Foxglove")]) == 1
@@ -60,7 +60,7 @@ def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path)
 
 def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    companions = Companions(Wishes(record=str(path), foxglove=True, host="192.0.2.1"), print)
+    companions = Companions(CompanionOptions(record=str(path), foxglove=True, host="192.0.2.1"), print)
     with pytest.raises(KbotError, match="Foxglove cannot be served"):
         companions.join(Simulation(kbot.load("kbot")), "", "empty")
     assert not Recording(str(path)).summary().broken

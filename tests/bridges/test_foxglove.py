@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
-from kbot.bridges.foxglove import SUBPROTOCOLS, FoxgloveBridge
+from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.messages import types as msg
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, encode_cdr

@@ -11,8 +11,8 @@ import yaml
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from kbot.bridges import presence
-from kbot.bridges.graph import GraphServer
+from kbot.bridges.graph import presence
+from kbot.bridges.graph.server import GraphServer
 from kbot.cli.main import run
 
 from .conftest import Running, wait_until

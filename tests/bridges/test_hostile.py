@@ -13,13 +13,13 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from kbot.bridges.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.bridges.link import MOST_CALLS
 from kbot.bridges.ros1 import Ros1Bridge
 from kbot.bridges.ros1.rpc import call
 from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
-from kbot.bridges.rosbridge import RosbridgeBridge
-from kbot.bridges.topic_server import TopicServer
+from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
+from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.bridges.websocket.topic_server import TopicServer
 from kbot.messages import services as srv
 from kbot.text import KbotError
 

@@ -12,12 +12,12 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
 from kbot.bridges.ros2 import Ros2Bridge
 from kbot.bridges.ros2.bridge import LOOPBACK
 from kbot.bridges.ros2.graph import GRAPH_TYPE, node_message
 from kbot.bridges.ros2.types import sample_of, sample_type
-from kbot.bridges.wishes import Wishes
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire import ros2_definition
@@ -100,7 +100,7 @@ def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch
     for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
-    companions = Companions(Wishes(ros2=True), print)
+    companions = Companions(CompanionOptions(ros2=True), print)
     import kbot
 
     with pytest.raises(KbotError, match=r"pip install 'kbot\[ros2\]'"):

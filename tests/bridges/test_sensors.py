@@ -8,7 +8,7 @@ from websockets.sync.client import connect
 
 import kbot
 from kbot.bridges.link import Link
-from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.messages.sensing import LaserScan
 from kbot.record import Recorder, Recording
 from kbot.sensors import Lidar

@@ -11,11 +11,11 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 import kbot
-from kbot.bridges.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.bridges.ros1 import Ros1Bridge
 from kbot.bridges.ros1.rpc import call
 from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
-from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
+from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.text import KbotError

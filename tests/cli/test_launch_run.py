@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
-from kbot.bridges.wishes import Wishes
 from kbot.cli.launch_run import Place, _shown, _simulated
 from kbot.launch import read_launch
 from kbot.launch.staging import Stage, stage
@@ -70,7 +70,9 @@ def program(package: Path, name: str, text: str) -> str:
 
 def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
     found = staged(package, body)
-    return _simulated(found, Companions(Wishes(transforms=found.transforms), print), "empty", PLACE, teleop)
+    return _simulated(
+        found, Companions(CompanionOptions(transforms=found.transforms), print), "empty", PLACE, teleop
+    )
 
 
 def test_the_robot_starts_where_the_spawner_says_and_again_after_a_reset(package: Path) -> None:
@@ -142,7 +144,7 @@ def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> 
       {zeros: {left_wheel_joint: 1.5}, dependent_joints: {right_wheel_joint: {parent: left_wheel_joint,
       factor: -2.0, offset: 0.5}}}</rosparam></node>"""
     found = staged(package, node)
-    session = _shown(found, Companions(Wishes(), print), PLACE)
+    session = _shown(found, Companions(CompanionOptions(), print), PLACE)
     assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
     assert [joint.name for joint in session._motion.robot.movable_joints if joint.mimic] == [
         "right_wheel_joint"
@@ -285,7 +287,7 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     )
     found = staged(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
-    going = Companions(Wishes(record=str(file)), print)
+    going = Companions(CompanionOptions(record=str(file)), print)
     sim = _simulated(found, going, "empty", PLACE, None)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
@@ -348,7 +350,7 @@ def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, t
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
         sim.cmd_vel(0.2, 0.0)
         sim.run(2.0)
-    session = _shown(staged(package, play(bag)), Companions(Wishes(), print), PLACE)
+    session = _shown(staged(package, play(bag)), Companions(CompanionOptions(), print), PLACE)
     session.advance(2.5)
     shown, end = session._motion.moment().positions, sim.joint_positions
     assert end["left_wheel_joint"] > 1.0

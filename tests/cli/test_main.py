@@ -50,10 +50,11 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
 def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     code = (
         "import sys, kbot.client, kbot.cli.bag_play, kbot.cli.launch_run, kbot.cli.graph, kbot.cli.view;"
-        "from kbot.bridges.companions import Companions; from kbot.bridges.wishes import Wishes;"
+        "from kbot.bridges.companions import Companions;"
+        "from kbot.bridges.companion_options import CompanionOptions;"
         "from kbot.workbench.serve import open_session;"
         "session = open_session('kbot', simulate=False); session.advance(0.02);"
-        "Companions(Wishes(), print, served=True).close();"
+        "Companions(CompanionOptions(), print, served=True).close();"
         "sys.exit('mujoco' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import kbot
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
-from kbot.bridges.wishes import Wishes
 from kbot.client import wanted_transport
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.sim import Simulation
@@ -39,10 +39,10 @@ def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, st
 class Kbot:
     """A simulation that keeps to the wall's clock, with its companions."""
 
-    def __init__(self, wishes: Wishes) -> None:
+    def __init__(self, options: CompanionOptions) -> None:
         self.told: list[str] = []
         self.simulation = Simulation("kbot")
-        self.companions = Companions(wishes, self.told.append, served=True)
+        self.companions = Companions(options, self.told.append, served=True)
         self.companions.join(self.simulation, "", "empty")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -64,7 +64,7 @@ class Kbot:
 def live(request: pytest.FixtureRequest, environment: dict[str, str]) -> Iterator[tuple[str, Kbot]]:
     if request.param == "ros2":
         pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-    found = Kbot(Wishes(ros1=request.param == "ros1", ros2=request.param == "ros2"))
+    found = Kbot(CompanionOptions(ros1=request.param == "ros1", ros2=request.param == "ros2"))
     try:
         yield request.param, found
     finally:
@@ -162,7 +162,7 @@ def test_the_example_ends_with_the_message_alone(environment: dict[str, str]) ->
 
 @pytest.fixture
 def node(environment: dict[str, str]) -> Iterator[kbot.Node]:
-    running = Kbot(Wishes())
+    running = Kbot(CompanionOptions())
     try:
         with kbot.Node("n", ("_rate:=5", "_side:=left"), "local") as found:
             yield found
@@ -204,7 +204,7 @@ def test_what_a_callback_raises_is_the_program_s_own(node: kbot.Node) -> None:
 
 
 def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
-    running = Kbot(Wishes())
+    running = Kbot(CompanionOptions())
     with kbot.Node("n", (), "local") as node:
         node.subscribe("odom", Odometry, lambda message: None)
         node.spin(0.2)

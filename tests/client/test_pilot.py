@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import kbot
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
-from kbot.bridges.wishes import Wishes
 from kbot.client.pilot import NodePilot
 from kbot.messages import Twist
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
@@ -26,7 +26,7 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     running = Simulation(kbot.load("kbot", lidar=True), world="corridor:length=1.6")
     mount_declared(running)
-    companions = Companions(Wishes(), lambda text: None, served=True)
+    companions = Companions(CompanionOptions(), lambda text: None, served=True)
     companions.join(running, "", "corridor")
     stop = threading.Event()
 

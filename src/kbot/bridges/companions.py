@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from kbot.bridges.graph import GraphServer
+from kbot.bridges.companion_options import CompanionOptions
+from kbot.bridges.graph.server import GraphServer
 from kbot.bridges.link import Link, Live
-from kbot.bridges.wishes import Wishes
 from kbot.launch.nodes.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
 from kbot.model.writer import to_urdf
@@ -19,7 +19,7 @@ from kbot.text import KbotError
 from kbot.wire import Feed
 
 if TYPE_CHECKING:
-    from kbot.bridges.gazebo_states import GazeboTopics
+    from kbot.bridges.gazebo.states import GazeboTopics
     from kbot.sim import Simulation
 
 CLOCK_RATE = 50.0
@@ -39,15 +39,17 @@ class Bridge(Protocol):
 class Companions:
     """Opened once; `join` goes along with a simulation, also with one that takes another's place."""
 
-    def __init__(self, wishes: Wishes, tell: Callable[[str], None], *, served: bool = False) -> None:
+    def __init__(
+        self, options: CompanionOptions, tell: Callable[[str], None], *, served: bool = False
+    ) -> None:
         """`tell` is given sentences for the user; `served`: it runs by the wall's clock, so that others of
         this machine may ask it."""
-        self._wishes, self._tell = wishes, tell
-        self._is_live = served or wishes.is_live
+        self._options, self._tell = options, tell
+        self._is_live = served or options.is_live
         self.failure: KbotError | None = None
         """Why the recording ended early, if it did."""
         self._gazebo: GazeboTopics | None = None
-        self._link = Link(tell, frozenset() if wishes.navigation else _navigation_topics())
+        self._link = Link(tell, frozenset() if options.navigation else _navigation_topics())
         self._bridges: list[Bridge] = []
         self._recorder: Recorder | None = None
         self._publishers: StatePublishers | None = None
@@ -69,15 +71,15 @@ class Companions:
             world = simulation.world.name
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
         self._publishers = StatePublishers(simulation, description)
-        transforms = self._wishes.transforms
+        transforms = self._options.transforms
         if transforms:
             publish_static_transforms(simulation.bus, simulation.clock, transforms)
-        if self._wishes.record:
+        if self._options.record:
             self._recorder = Recorder(
                 simulation,
                 feed,
-                _numbered(self._wishes.record, self._joined),
-                topics=self._wishes.topics,
+                _numbered(self._options.record, self._joined),
+                topics=self._options.topics,
                 description=description,
                 world=world,
                 facts={NODES: STATE_PUBLISHER, TRANSFORMS: to_json(transforms)},
@@ -85,8 +87,8 @@ class Companions:
             )
         self._joined += 1
         if self._is_live:
-            from kbot.bridges.gazebo import gazebo_services
-            from kbot.bridges.gazebo_states import GazeboTopics
+            from kbot.bridges.gazebo.services import gazebo_services
+            from kbot.bridges.gazebo.states import GazeboTopics
 
             self._link.services = gazebo_services(simulation.world.name)
             self._gazebo = GazeboTopics(simulation)
@@ -108,8 +110,8 @@ class Companions:
             )
         if description:
             shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))
-        if self._wishes.transforms:
-            publish_static_transforms(shown.bus, shown.clock, self._wishes.transforms)
+        if self._options.transforms:
+            publish_static_transforms(shown.bus, shown.clock, self._options.transforms)
         if self._is_live:
             feed = Feed(shown.bus, lambda: shown.clock.nanoseconds)
             self._connect(shown, feed, description, name, tells_time=tells_time)
@@ -127,7 +129,7 @@ class Companions:
         told: dict[str, object] = {"/robot_description": description} if description else {}
         if tells_time:
             told["/use_sim_time"] = True
-        self._link.parameters = {**self._wishes.parameters, **self._link.parameters, **told}
+        self._link.parameters = {**self._options.parameters, **self._link.parameters, **told}
         self._link.attach(live, feed)
         if not self._bridges:
             self._open_bridges()
@@ -172,22 +174,22 @@ class Companions:
 
     def _open_bridges(self) -> None:
         try:
-            if self._wishes.ros1:
+            if self._options.ros1:
                 from kbot.bridges.ros1 import Ros1Bridge
 
-                self._add(Ros1Bridge(self._link, self._wishes.host))
-            if self._wishes.ros2:
-                self._add(ros2_bridge(self._link, self._wishes.host))
-            if self._wishes.zenoh:
-                self._add(_zenoh_bridge(self._link, self._wishes.host))
-            if self._wishes.foxglove:
-                from kbot.bridges.foxglove import FoxgloveBridge
+                self._add(Ros1Bridge(self._link, self._options.host))
+            if self._options.ros2:
+                self._add(ros2_bridge(self._link, self._options.host))
+            if self._options.zenoh:
+                self._add(_zenoh_bridge(self._link, self._options.host))
+            if self._options.foxglove:
+                from kbot.bridges.websocket.foxglove import FoxgloveBridge
 
-                self._add(FoxgloveBridge(self._link, self._wishes.host))
-            if self._wishes.rosbridge:
-                from kbot.bridges.rosbridge import RosbridgeBridge
+                self._add(FoxgloveBridge(self._link, self._options.host))
+            if self._options.rosbridge:
+                from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 
-                self._add(RosbridgeBridge(self._link, self._wishes.host))
+                self._add(RosbridgeBridge(self._link, self._options.host))
         except KbotError:
             self.close()
             raise
@@ -210,7 +212,7 @@ def ros2_bridge(link: Link, host: str | None, node: str = "/kbot") -> Bridge:
 
 def _zenoh_bridge(link: Link, host: str | None) -> Bridge:
     try:
-        from kbot.bridges.zenoh import ZenohBridge
+        from kbot.bridges.zenoh.bridge import ZenohBridge
     except ModuleNotFoundError as error:
         if error.name != "zenoh":
             raise

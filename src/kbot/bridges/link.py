@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from kbot.bridges.outlets import Outlets
+from kbot.bridges.fan_out import FanOut
 from kbot.bridges.services import Service, require_service
 from kbot.messages import Bus, Clock
 from kbot.messages.types import Twist, TwistStamped
@@ -82,7 +82,7 @@ class Link:
         self.parameters: dict[str, Value] = {}
         """By full name; replaced as a whole when one changes."""
         self.services: Mapping[str, Service] = {}
-        self.outlets = Outlets(self)
+        self.fan_out = FanOut(self)
         """Where bridges get what is said."""
         self._tell, self._told = tell, set[str]()
         self._lock = threading.Lock()
@@ -96,6 +96,11 @@ class Link:
         self._seen = -1
         self._gathers = self._waits = False
         self._stirred: dict[Callable[[], None], None] = {}
+
+    def is_latched(self, topic: str) -> bool:
+        """Whether a topic that there is keeps its last message for those who come late."""
+        found = self.topics.get(topic)
+        return found is not None and found.is_latched
 
     def open(self, topic: str, receiver: Receiver) -> None:
         """Hear a topic from the next period on, also over a change of simulation. `receiver` is called on

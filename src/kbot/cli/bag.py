@@ -13,7 +13,7 @@ from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.record.export import Table
 
 SMALLEST_PLOT = 200
@@ -248,7 +248,7 @@ def play(
     paused: bool,
     tells_time: bool,
     topics: tuple[str, ...],
-    wishes: Wishes,
+    options: CompanionOptions,
 ) -> None:
     """Say a recording again, with /clock, to peers on bridges and to `kbot topic`.
 
@@ -263,7 +263,7 @@ def play(
         fail("--duration 0 leaves nothing to be said again and again")
     player = Player(recording, topics=topics, start=start, seconds=seconds)
     player.paused = paused
-    say_again(player, wishes, rate=rate, delay=delay, loop=loop)
+    say_again(player, options, rate=rate, delay=delay, loop=loop)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

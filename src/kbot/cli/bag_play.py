@@ -13,7 +13,7 @@ from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.record.player import Player
 
 PERIOD = 0.01
@@ -22,7 +22,7 @@ BEHIND = 0.2
 STEP_SECONDS = 0.1
 
 
-def play(player: Player, wishes: Wishes, *, rate: float, delay: float, loop: bool) -> None:
+def play(player: Player, options: CompanionOptions, *, rate: float, delay: float, loop: bool) -> None:
     """Say it to peers after a delay (s), until its end, or Ctrl-C, which is no failure.
 
     Raises:
@@ -39,9 +39,9 @@ def play(player: Player, wishes: Wishes, *, rate: float, delay: float, loop: boo
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
         click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
-    with suppress(KeyboardInterrupt), companions(wishes, served=True) as going, keys(pressed):
+    with suppress(KeyboardInterrupt), companions(options, served=True) as going, keys(pressed):
         going.show(player, player.description, player.path)
-        click.echo(_start(player, wishes, rate=rate, loop=loop), err=True)
+        click.echo(_start(player, options, rate=rate, loop=loop), err=True)
         due = time.monotonic()
         begins = due + delay
         while True:
@@ -58,16 +58,16 @@ def play(player: Player, wishes: Wishes, *, rate: float, delay: float, loop: boo
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _start(player: Player, wishes: Wishes, *, rate: float, loop: bool) -> str:
+def _start(player: Player, options: CompanionOptions, *, rate: float, loop: bool) -> str:
     """What a user is told at the start: what is said, for how long, to whom, and the keys."""
     how = " again and again" if loop else ""
     how += f" at {rate:g} times its rate" if rate != 1.0 else ""
     kinds = {
-        "ROS 1": wishes.ros1,
-        "ROS 2": wishes.ros2,
-        "Zenoh": wishes.zenoh,
-        "Foxglove": wishes.foxglove,
-        "rosbridge": wishes.rosbridge,
+        "ROS 1": options.ros1,
+        "ROS 2": options.ros2,
+        "Zenoh": options.zenoh,
+        "Foxglove": options.foxglove,
+        "rosbridge": options.rosbridge,
     }
     bridges = ", ".join(name for name, is_open in kinds.items() if is_open)
     heard = f"By {bridges}, and kbot topic echo hears it."

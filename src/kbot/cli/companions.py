@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from kbot.bridges.wishes import Wishes
+from kbot.bridges.companion_options import CompanionOptions
 from kbot.cli.output import fail
 
 if TYPE_CHECKING:
@@ -25,16 +25,20 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def companion_options(function: _Function) -> _Function:
-    """The options of a recording and of bridges, handed to the verb as one `wishes: Wishes`."""
+    """The options of a recording and of bridges, handed to the verb as one `options: CompanionOptions`."""
 
     @functools.wraps(function)
     def with_wishes(
-        *args: object, record: str | None, record_topics: tuple[str, ...], wishes: Wishes, **options: object
+        *args: object,
+        record: str | None,
+        record_topics: tuple[str, ...],
+        options: CompanionOptions,
+        **others: object,
     ) -> object:
         if record_topics and record is None:
             fail("--record-topic goes with --record FILE")
-        wishes = dataclasses.replace(wishes, record=record or "", topics=record_topics)
-        return function(*args, wishes=wishes, **options)
+        options = dataclasses.replace(options, record=record or "", topics=record_topics)
+        return function(*args, options=options, **others)
 
     wrapped: Any = bridge_options(with_wishes)
     for option in reversed(_RECORD_OPTIONS):
@@ -44,7 +48,7 @@ def companion_options(function: _Function) -> _Function:
 
 
 def bridge_options(function: _Function) -> _Function:
-    """The options of bridges alone, as `wishes: Wishes`."""
+    """The options of bridges alone, as `options: CompanionOptions`."""
 
     @functools.wraps(function)
     def with_wishes(
@@ -57,10 +61,10 @@ def bridge_options(function: _Function) -> _Function:
         bridges: str | None,
         bridge_host: str | None,
         navigation: bool,
-        **options: object,
+        **others: object,
     ) -> object:
         found = _found() if bridges else ()
-        wishes = Wishes(
+        options = CompanionOptions(
             ros1=ros1 or "ros1" in found,
             ros2=ros2 or "ros2" in found,
             zenoh=zenoh or "zenoh" in found,
@@ -69,11 +73,11 @@ def bridge_options(function: _Function) -> _Function:
             host=bridge_host,
             navigation=navigation,
         )
-        if bridge_host is not None and not wishes.is_live:
+        if bridge_host is not None and not options.is_live:
             fail("--bridge-host goes with a bridge, such as --ros1")
-        if not navigation and not wishes.is_live:
+        if not navigation and not options.is_live:
             fail("--no-navigation goes with a bridge, such as --ros1")
-        return function(*args, wishes=wishes, **options)
+        return function(*args, options=options, **others)
 
     wrapped: Any = with_wishes
     for option in reversed(_BRIDGE_OPTIONS):
@@ -84,7 +88,7 @@ def bridge_options(function: _Function) -> _Function:
 
 def _found() -> tuple[str, ...]:
     """The bridges that have a peer; why the others have none is said."""
-    from kbot.bridges.around import peers_around
+    from kbot.bridges.discovery import peers_around
 
     found, missing = peers_around()
     for why in missing:
@@ -134,7 +138,7 @@ _BRIDGE_OPTIONS = (
 
 
 @contextmanager
-def going_along(wishes: Wishes, *, served: bool = False) -> Iterator[Join]:
+def going_along(options: CompanionOptions, *, served: bool = False) -> Iterator[Join]:
     """What is wished for, until the end of the block; each simulation is to be handed to it. `served`: it
     runs by the wall's clock, so that `kbot topic` and its like may ask it.
 
@@ -142,15 +146,15 @@ def going_along(wishes: Wishes, *, served: bool = False) -> Iterator[Join]:
         KbotError: the recording cannot be made, or a bridge cannot be opened.
         Exit: with status 2 at the end, if the recording broke off; why was told when it happened.
     """
-    if not wishes and not served:
+    if not options and not served:
         yield lambda simulation, description, world: None
         return
-    with companions(wishes, served=served) as going:
+    with companions(options, served=served) as going:
         yield going.join
 
 
 @contextmanager
-def companions(wishes: Wishes, *, served: bool = False) -> Iterator[Companions]:
+def companions(options: CompanionOptions, *, served: bool = False) -> Iterator[Companions]:
     """As `going_along`, for those who show robots too.
 
     Raises:
@@ -158,7 +162,7 @@ def companions(wishes: Wishes, *, served: bool = False) -> Iterator[Companions]:
     """
     from kbot.bridges.companions import Companions
 
-    going = Companions(wishes, lambda text: click.echo(text, err=True), served=served)
+    going = Companions(options, lambda text: click.echo(text, err=True), served=served)
     try:
         with _ended_by_signals(going):
             yield going

@@ -21,7 +21,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
 
 _NAMED = 10
 """Launch files of a folder that are named."""
@@ -66,7 +66,7 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
-    wishes: Wishes,
+    options: CompanionOptions,
 ) -> int:
     """Carry out a launch file of ROS 1 (XML) or ROS 2 (Python, XML, YAML) without ROS.
 
@@ -104,14 +104,14 @@ def command(
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.path is None:
-        return _without_robot(plan, staged, wishes)
+        return _without_robot(plan, staged, options)
     from kbot.cli.launch_run import Place, carry_out
 
     click.echo(table(plan, staged))
-    return carry_out(plan, staged, wishes, world, Place(host, port, browser, package_path))
+    return carry_out(plan, staged, options, world, Place(host, port, browser, package_path))
 
 
-def _without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
+def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
     from kbot.cli.launch_alone import has_something_to_say, run_without_robot
     from kbot.cli.launch_programs import run_programs
 
@@ -119,7 +119,7 @@ def _without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
     if not (has_more or staged.programs):
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
     click.echo(table(plan, staged))
-    return run_without_robot(plan, staged, wishes) if has_more else run_programs(plan, staged.programs)
+    return run_without_robot(plan, staged, options) if has_more else run_programs(plan, staged.programs)
 
 
 def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:

@@ -10,17 +10,17 @@ from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from kbot.bridges.presence import find, running
+from kbot.bridges.graph.presence import find, running
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_beside import dump_parameters, publish_maps, tell, wishes_of
+from kbot.cli.launch_beside import dump_parameters, options_of, publish_maps, tell
 from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.output import fail
 from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.record.playback import Playback
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.launch import Plan
     from kbot.launch.nodes.teleop import HandDriving
     from kbot.launch.running.processes import Processes
@@ -50,7 +50,7 @@ def has_something_to_say(staged: Stage) -> bool:
     )
 
 
-def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
+def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
     """Say to peers what the launch's nodes say, with its programs beside, until the end of all, of a required
     recording, or Ctrl-C; the exit status. Time is the wall's, but where recordings are played: that of a
     single one is its run's, and it is told on /clock. Where no bridge is asked for, no ROS is here and a KBot
@@ -59,7 +59,7 @@ def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
     Raises:
         KbotError: a recording or a map cannot be read, or a bridge or the KBot cannot be reached.
     """
-    if wishes.record:
+    if options.record:
         fail("--record goes with a launch that simulates; this one has no robot")
     said, playings, speed = _Said(), staged.playings, 1.0
     if len(playings) == 1:
@@ -70,11 +70,11 @@ def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
         is_over[0] = True
 
     dump_parameters(plan)
-    wishes = _as_the_environment_says(wishes_of(plan, staged, wishes))
-    is_beside = not (playings or wishes.is_live) and bool(running())
+    options = _as_the_environment_says(options_of(plan, staged, options))
+    is_beside = not (playings or options.is_live) and bool(running())
     if not is_beside:
-        wishes = live_for_programs(staged.programs, wishes)
-    if wishes.ros1:
+        options = live_for_programs(staged.programs, options)
+    if options.ros1:
         clear_on_master(plan)
     with ExitStack() as stack:
         players = [
@@ -91,9 +91,9 @@ def run_without_robot(plan: Plan, staged: Stage, wishes: Wishes) -> int:
         else:
             publish_maps(said.bus, staged)
             description, name = (players[0].description, players[0].name) if players else ("", plan.path)
-            going = stack.enter_context(companions(wishes, served=True))
+            going = stack.enter_context(companions(options, served=True))
             going.show(said, description, name, tells_time=bool(players))
-        processes = start_programs(stack, plan, staged.programs, wishes)
+        processes = start_programs(stack, plan, staged.programs, options)
         if not players:
             tell("There is no robot here. Ctrl-C ends it.")
         with suppress(KeyboardInterrupt):
@@ -134,14 +134,14 @@ def _pass_time(clock: Clock, speed: float | None) -> None:
         clock.set(now)
 
 
-def _as_the_environment_says(wishes: Wishes) -> Wishes:
+def _as_the_environment_says(options: CompanionOptions) -> CompanionOptions:
     """With a bridge to the ROS that is there, if it can be had, where none is asked for."""
     from kbot.client import wanted_transport
 
-    if wishes.is_live:
-        return wishes
+    if options.is_live:
+        return options
     kind = wanted_transport(os.environ)
-    return replace(wishes, ros1=kind == "ros1", ros2=kind == "ros2" and find_spec("cyclonedds") is not None)
+    return replace(options, ros1=kind == "ros1", ros2=kind == "ros2" and find_spec("cyclonedds") is not None)
 
 
 def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:
@@ -171,7 +171,7 @@ def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_besid
 def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
     """Let the KBot that runs hear a topic; which, KBOT_AT says where several run. Raises KbotError: it says
     none of them, or the KBot hears no such topic."""
-    from kbot.bridges.graph_client import GraphClient
+    from kbot.bridges.graph.client import GraphClient
     from kbot.wire.plain import to_plain
 
     graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.launch import Plan
     from kbot.launch.staging import Stage
     from kbot.messages import Bus
@@ -18,17 +18,17 @@ def tell(text: str) -> None:
     click.echo(text, err=True)
 
 
-def wishes_of(plan: Plan, staged: Stage, wishes: Wishes) -> Wishes:
+def options_of(plan: Plan, staged: Stage, options: CompanionOptions) -> CompanionOptions:
     """What was asked for on the command line, and what the launch file itself needs."""
     values = {name: param.value for name, param in plan.params.items() if _can_be_told(param.value)}
-    wishes = replace(wishes, transforms=staged.transforms, parameters=values)
+    options = replace(options, transforms=staged.transforms, parameters=values)
     for recording in staged.recordings[:1]:
         if staged.path is None or not staged.simulate:
             tell(f"{recording.path} is not recorded: nothing is simulated here")
-        elif not wishes.record:
-            wishes = replace(wishes, record=recording.path, topics=recording.topics)
+        elif not options.record:
+            options = replace(options, record=recording.path, topics=recording.topics)
             tell(f"Recording to {recording.path}")
-    return wishes
+    return options
 
 
 def _can_be_told(value: object) -> bool:

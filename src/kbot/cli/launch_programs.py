@@ -20,7 +20,7 @@ from kbot.launch.running.programs import Program, command_line, environment
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.launch import Node, Plan
 
 _LOOK_SECONDS = 0.1
@@ -51,30 +51,30 @@ def run_programs(plan: Plan, programs: Sequence[Program]) -> int:
 
 
 def start_programs(
-    stack: ExitStack, plan: Plan, programs: Sequence[Program], wishes: Wishes
+    stack: ExitStack, plan: Plan, programs: Sequence[Program], options: CompanionOptions
 ) -> Processes | None:
     """Start a launch's programs, until the stack is closed; None where there are none. Without a bridge they
     are beside a KBot that runs here. The end of a required one interrupts the main thread."""
     if not programs:
         return None
-    kind = "ros2" if wishes.ros2 and not wishes.ros1 else "ros1"
-    told = {"KBOT_TRANSPORT": kind if wishes.is_live else "local"}
+    kind = "ros2" if options.ros2 and not options.ros1 else "ros1"
+    told = {"KBOT_TRANSPORT": kind if options.is_live else "local"}
     built = stack.enter_context(processes_of(plan, programs, told))
     processes = Processes(built, _tell, _thread.interrupt_main)
     stack.callback(processes.close)
     return processes
 
 
-def live_for_programs(programs: Sequence[Program], wishes: Wishes) -> Wishes:
+def live_for_programs(programs: Sequence[Program], options: CompanionOptions) -> CompanionOptions:
     """With a bridge for programs of the user's own to come in by, where none is asked for."""
-    if not programs or wishes.is_live:
-        return wishes
+    if not programs or options.is_live:
+        return options
     from kbot.client import wanted_transport
 
     speaks_2 = any("rclpy" in program.ros for program in programs)
     if speaks_2 or wanted_transport(os.environ) == "ros2":
-        return replace(wishes, ros2=True)
-    return replace(wishes, ros1=True)
+        return replace(options, ros2=True)
+    return replace(options, ros1=True)
 
 
 def _tell(text: str) -> None:

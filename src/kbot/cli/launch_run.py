@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_beside import dump_parameters, publish_maps, tell, wishes_of
+from kbot.cli.launch_beside import dump_parameters, options_of, publish_maps, tell
 from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.launch_robots import put_all
 from kbot.cli.output import fail, report
@@ -25,8 +25,8 @@ from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import read_displays, serve_session
 
 if TYPE_CHECKING:
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.bridges.companions import Companions
-    from kbot.bridges.wishes import Wishes
     from kbot.launch import Plan
     from kbot.launch.nodes.teleop import HandDriving
     from kbot.launch.staging import Stage
@@ -46,21 +46,21 @@ class Place:
     package_path: Sequence[str]
 
 
-def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, place: Place) -> int:
+def carry_out(plan: Plan, staged: Stage, options: CompanionOptions, world: str | None, place: Place) -> int:
     """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one ends;
     the exit status.
 
     Raises:
         DescriptionError, KbotError: the robot, the world, a bridge or the address cannot be used.
     """
-    if wishes.record and not staged.simulate:
+    if options.record and not staged.simulate:
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     dump_parameters(plan)
-    wishes = live_for_programs(staged.programs, wishes_of(plan, staged, wishes))
-    if wishes.ros1:
+    options = live_for_programs(staged.programs, options_of(plan, staged, options))
+    if options.ros1:
         clear_on_master(plan)
     with ExitStack() as stack:
-        going = stack.enter_context(companions(wishes, served=True))
+        going = stack.enter_context(companions(options, served=True))
         hand = staged.by_hand
         teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
         if staged.simulate:
@@ -68,7 +68,7 @@ def carry_out(plan: Plan, staged: Stage, wishes: Wishes, world: str | None, plac
             session = _simulated(staged, going, world or _known_world(staged.world), place, teleop, joysticks)
         else:
             session = _shown(staged, going, place)
-        processes = start_programs(stack, plan, staged.programs, wishes)
+        processes = start_programs(stack, plan, staged.programs, options)
         if teleop is not None and staged.simulate:
             tell(HELP)
             stack.enter_context(keys(teleop.press))

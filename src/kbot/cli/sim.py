@@ -25,7 +25,7 @@ from kbot.cli.output import fail, print_json, report
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
     from kbot.sim import Simulation
@@ -110,7 +110,7 @@ def command(
     port: int | None,
     browser: bool,
     config: str,
-    wishes: Wishes,
+    options: CompanionOptions,
 ) -> int:
     """Simulate the robot of FILE in a world.
 
@@ -136,7 +136,7 @@ def command(
         from kbot.xacro import Packages
 
         report(first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES))
-        with going_along(wishes, served=True) as join, ExitStack() as loading:
+        with going_along(options, served=True) as join, ExitStack() as loading:
             loading.enter_context(busy(f"loading {world}"))
 
             def attend(simulation: Simulation) -> None:
@@ -179,20 +179,20 @@ def command(
 
     start = pose_of("--pose", pose)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
-    if wishes.is_live or wishes.record:
+    if options.is_live or options.record:
         report(mount_declared(simulation)[1])
-    if wishes.is_live and goal is None:
+    if options.is_live and goal is None:
         from kbot.navigation import Goals, NavigationTopics
 
         NavigationTopics(simulation, Goals(simulation, in_background=True))
-    with going_along(wishes) as join:
+    with going_along(options) as join:
         join(simulation, loaded.expansion.text, world)
         if goal is not None:
             status = run_goto(simulation, goal, duration, as_json)
         else:
             if speeds is not None:
                 simulation.cmd_vel(*speeds)
-            live = wishes.is_live and script is None
+            live = options.is_live and script is None
             status = _run(simulation, duration if live else seconds, script, as_json, plot, in_real_time=live)
         if shot is not None:
             _draw_end(simulation, shot)

@@ -60,7 +60,7 @@ def command(
     says, and its time on /clock. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
-    from kbot.bridges.wishes import Wishes
+    from kbot.bridges.companion_options import CompanionOptions
     from kbot.cli.companions import companions
     from kbot.record.reader import is_recording
 
@@ -69,7 +69,7 @@ def command(
             fail("a recording is played as it is: leave --shot and name:=value out")
         from kbot.workbench.serve import serve_recording
 
-        with companions(Wishes(), served=True) as going:
+        with companions(CompanionOptions(), served=True) as going:
             serve_recording(
                 path,
                 host=host,
@@ -96,7 +96,7 @@ def command(
         return
     from kbot.model.writer import to_urdf
 
-    with companions(Wishes(), served=True) as going:
+    with companions(CompanionOptions(), served=True) as going:
         serve(
             path,
             simulate=False,

@@ -7,9 +7,9 @@ import os
 import threading
 from typing import Any
 
-from kbot.bridges.graph_client import GraphClient
+from kbot.bridges.graph.client import GraphClient
+from kbot.bridges.graph.presence import find
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.presence import find
 from kbot.text import KbotError
 from kbot.wire import Packet
 from kbot.wire.plain import from_plain, to_plain

@@ -8,12 +8,12 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from kbot.bridges.link import Link, Value
-from kbot.bridges.ros1.door import Door
 from kbot.bridges.ros1.master import Master
 from kbot.bridges.ros1.parameters import flat_parameters
 from kbot.bridges.ros1.publisher import Outgoing
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
 from kbot.bridges.ros1.subscriber import Incoming
+from kbot.bridges.ros1.tcpros_server import TcprosServer
 from kbot.text import KbotError
 from kbot.wire.types import ros1_types
 
@@ -58,12 +58,12 @@ class Ros1Bridge:
         self._lock = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
         try:
-            self._door = Door(self._host, link, self._node, self._outgoing)
+            self._tcpros = TcprosServer(self._host, link, self._node, self._outgoing)
             self._server = RpcServer(self._host, 0, self._functions())
         except OSError as error:
             raise KbotError(f"ROS 1 cannot be served at {self._host}: {error.strerror or error}") from None
         self.uri = f"http://{self._host}:{self._server.port}/"
-        self._services_uri = f"rosrpc://{self._host}:{self._door.port}"
+        self._services_uri = f"rosrpc://{self._host}:{self._tcpros.port}"
         link.watch(self._changed.set)
         self._changed.set()
         self._thread = threading.Thread(target=self._keep_registered, daemon=True, name="kbot-ros1")
@@ -79,7 +79,7 @@ class Ros1Bridge:
         self._closed.set()
         self._changed.set()
         self._thread.join(LEAVE_SECONDS)
-        self._door.close()
+        self._tcpros.close()
         self._server.close()
         if self._own_master is not None:
             self._own_master.close()
@@ -241,7 +241,7 @@ class Ros1Bridge:
             return -1, f"there is no topic {topic} here", []
         if not any(protocol and protocol[0] == "TCPROS" for protocol in protocols):
             return 0, "only TCPROS is spoken", []
-        return 1, f"ready on {self._host}:{self._door.port}", ["TCPROS", self._host, self._door.port]
+        return 1, f"ready on {self._host}:{self._tcpros.port}", ["TCPROS", self._host, self._tcpros.port]
 
     def _bus_info(self, caller: str) -> Reply:
         rows: list[list[Any]] = []

@@ -44,12 +44,12 @@ class Outgoing(TopicEnd):
         writer.write(encode_header(self.header(latching=str(int(self.topic.is_latched)))))
         subscriber = _Subscriber(writer, header.get("callerid", "?"))
         self._subscribers.append(subscriber)
-        self._link.outlets.want(self.topic.name, subscriber.send)
+        self._link.fan_out.want(self.topic.name, subscriber.send)
         try:
             while await reader.read(READ):
                 pass
         finally:
-            self._link.outlets.leave(self.topic.name, subscriber.send)
+            self._link.fan_out.leave(self.topic.name, subscriber.send)
             self._subscribers.remove(subscriber)
             subscriber.close()
 

@@ -177,15 +177,15 @@ class _Outgoing:
         is_heard = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
         if is_heard != self._is_open:
             self._is_open = is_heard
-            outlets = self._link.outlets
+            fan_out = self._link.fan_out
             if is_heard:
-                later(lambda: outlets.want(self._topic.name, self._send, self._batch.flush))
+                later(lambda: fan_out.want(self._topic.name, self._send, self._batch.flush))
             else:
-                later(lambda: outlets.leave(self._topic.name, self._send))
+                later(lambda: fan_out.leave(self._topic.name, self._send))
 
     def close(self) -> None:
         """On the loop: send nothing more."""
-        self._link.outlets.leave(self._topic.name, self._send)
+        self._link.fan_out.leave(self._topic.name, self._send)
 
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is self._topic.message_type:

@@ -13,7 +13,7 @@ import click
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
-    from kbot.bridges.graph_client import GraphClient
+    from kbot.bridges.graph.client import GraphClient
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -65,8 +65,8 @@ def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:
 
 def ask(at: str) -> GraphClient:
     """A conversation with the KBot that runs. Raises KbotError: none does, or several."""
-    from kbot.bridges.graph_client import GraphClient
-    from kbot.bridges.presence import find
+    from kbot.bridges.graph.client import GraphClient
+    from kbot.bridges.graph.presence import find
 
     return GraphClient(find(at))
 

@@ -14,7 +14,7 @@ from kbot.cli.output import fail, print_json
 from kbot.text.files import write_text
 
 if TYPE_CHECKING:
-    from kbot.bridges.graph_client import GraphClient
+    from kbot.bridges.graph.client import GraphClient
 
 
 @click.group(

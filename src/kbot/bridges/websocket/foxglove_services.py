@@ -9,8 +9,8 @@ from typing import Any
 
 from kbot.bridges.loop import later
 from kbot.bridges.services import Service
-from kbot.bridges.topic_server import TopicServer
-from kbot.bridges.websocket import Wire
+from kbot.bridges.websocket.server import Wire
+from kbot.bridges.websocket.topic_server import TopicServer
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, encode_cdr, ros2_definition
 from kbot.wire.plain import from_plain, to_plain

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from kbot.bridges.loop import later
 from kbot.text import KbotError
 from kbot.wire import Packet
-
-if TYPE_CHECKING:
-    from kbot.bridges.link import Link
 
 Sink = Callable[[Packet], None]
 Flush = Callable[[], None]
@@ -22,12 +19,26 @@ def _at_once() -> None:
     """Of sinks that keep nothing back."""
 
 
-class Outlets:
+class Source(Protocol):
+    """Where messages come from; `stir` calls back when all of one moment have been received."""
+
+    def open(self, topic: str, receiver: Sink) -> None: ...
+
+    def close(self, topic: str, receiver: Sink) -> None: ...
+
+    def stir(self, wake: Callable[[], None]) -> None: ...
+
+    def is_latched(self, topic: str) -> bool: ...
+
+    def tell(self, text: str) -> None: ...
+
+
+class FanOut:
     """Opens a topic while somebody wants it, once for the peers of all bridges, so that they share what a
     message is encoded to. `want` and `leave` are called on the loop, sinks too."""
 
-    def __init__(self, link: Link) -> None:
-        self._link = link
+    def __init__(self, source: Source) -> None:
+        self._source = source
         self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
         """The sinks of each topic, by what sends on what they collect, in the order they are served."""
         self._late = set[Flush]()
@@ -47,7 +58,7 @@ class Outlets:
             self._peers = dict(sorted(peers.items(), key=lambda peer: peer[0] in self._late))
         self._peers[flush].setdefault(topic, []).append(sink)
         if is_first:
-            self._link.open(topic, self._receive)
+            self._source.open(topic, self._receive)
         elif topic in self._last:
             sink(self._last[topic])
             flush()
@@ -67,7 +78,7 @@ class Outlets:
         else:
             return
         if not any(topic in sinks for sinks in self._peers.values()):
-            self._link.close(topic, self._receive)
+            self._source.close(topic, self._receive)
             self._last.pop(topic, None)
 
     def _receive(self, packet: Packet) -> None:
@@ -75,7 +86,7 @@ class Outlets:
         self._waiting.append(packet)
         if not self._is_stirred:
             self._is_stirred = True
-            self._link.stir(self._wake)
+            self._source.stir(self._wake)
 
     def _wake(self) -> None:
         self._is_stirred = False
@@ -86,10 +97,8 @@ class Outlets:
         large at the end, so that the clock does not wait for a picture."""
         packets = [self._waiting.popleft() for _ in range(len(self._waiting))]
         packets.sort(key=lambda packet: packet.is_large)
-        topics = self._link.topics
         for packet in packets:
-            topic = topics.get(packet.topic)
-            if topic is not None and topic.is_latched:
+            if self._source.is_latched(packet.topic):
                 self._last[packet.topic] = packet
         for flush, sinks in tuple(self._peers.items()):
             for packet in packets:
@@ -97,5 +106,5 @@ class Outlets:
                     try:
                         sink(packet)
                     except KbotError as error:
-                        self._link.tell(f"{packet.topic}: a message cannot be sent: {error}")
+                        self._source.tell(f"{packet.topic}: a message cannot be sent: {error}")
             flush()

@@ -11,9 +11,9 @@ from typing import Any
 
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import later
-from kbot.bridges.rosapi import Values, call_rosapi
-from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
-from kbot.bridges.websocket import Wire
+from kbot.bridges.websocket.rosapi import Values, call_rosapi
+from kbot.bridges.websocket.server import Wire
+from kbot.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Packet, known_type, ros_name
@@ -74,7 +74,7 @@ class _Talk(JsonTalk):
 
     def close(self) -> None:
         for subscription in self._subscriptions.values():
-            self._bridge.link.outlets.leave(subscription.topic, subscription.send)
+            self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
 
     def fault(self, text: str) -> None:
         self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
@@ -96,7 +96,7 @@ class _Talk(JsonTalk):
             self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
         )
         self._subscriptions[key] = subscription
-        self._bridge.link.outlets.want(topic.name, subscription.send, self._wire.send, late=True)
+        self._bridge.link.fan_out.want(topic.name, subscription.send, self._wire.send, late=True)
 
     def _unsubscribe(self, request: Request) -> None:
         name, number = str(request["topic"]), request.get("id")
@@ -105,7 +105,7 @@ class _Talk(JsonTalk):
 
     def _end(self, key: tuple[str, str]) -> None:
         subscription = self._subscriptions.pop(key)
-        self._bridge.link.outlets.leave(subscription.topic, subscription.send)
+        self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
 
     def _advertise(self, request: Request) -> None:
         topic = self._input(str(request["topic"]))

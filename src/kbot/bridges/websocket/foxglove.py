@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from kbot.bridges.foxglove_services import SERVICE_REQUEST, FoxgloveServices
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import later
-from kbot.bridges.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
-from kbot.bridges.websocket import Data, Wire
+from kbot.bridges.websocket.foxglove_services import SERVICE_REQUEST, FoxgloveServices
+from kbot.bridges.websocket.server import Data, Wire
+from kbot.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.messages.bus import absolute
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -85,12 +85,12 @@ class _Talk(JsonTalk):
         self._services = FoxgloveServices(bridge, wire)
         self._told_parameters = dict(bridge.link.parameters)
         self._watched: set[str] = set()
-        bridge.link.outlets.want("/clock", self._tell_time, wire.send)
+        bridge.link.fan_out.want("/clock", self._tell_time, wire.send)
 
     def close(self) -> None:
-        self._bridge.link.outlets.leave("/clock", self._tell_time)
+        self._bridge.link.fan_out.leave("/clock", self._tell_time)
         for topic, sink in self._sinks.values():
-            self._bridge.link.outlets.leave(topic, sink)
+            self._bridge.link.fan_out.leave(topic, sink)
         self._leave(self)
 
     def fault(self, text: str) -> None:
@@ -127,7 +127,7 @@ class _Talk(JsonTalk):
                 raise KbotError(f"subscription {number} cannot be made")
             sink = self._sink(number)
             self._sinks[number] = topic, sink
-            self._bridge.link.outlets.want(topic, sink, self._wire.send)
+            self._bridge.link.fan_out.want(topic, sink, self._wire.send)
 
     def _sink(self, number: int) -> Callable[[Packet], None]:
         def send(packet: Packet) -> None:
@@ -138,7 +138,7 @@ class _Talk(JsonTalk):
     def _unsubscribe(self, request: Request) -> None:
         for number in request["subscriptionIds"]:
             if number in self._sinks:
-                self._bridge.link.outlets.leave(*self._sinks.pop(number))
+                self._bridge.link.fan_out.leave(*self._sinks.pop(number))
 
     def _advertise(self, request: Request) -> None:
         for item in request["channels"]:

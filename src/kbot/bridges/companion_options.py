@@ -10,7 +10,7 @@ from kbot.launch.nodes.static_transforms import StaticTransform
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class CompanionOptions:
     """A recording and bridges. `topics` are those to record, all when empty; `host` is the address that
     bridges are reached at, loopback when None; without `navigation` goals, plan and map are not bridged.
     `transforms` are said beside the robot's own; `parameters`, by full names, are there for peers to ask."""

@@ -2,8 +2,8 @@
 
 from functools import partial
 
+from kbot.bridges.fan_out import Flush, Sink
 from kbot.bridges.loop import Batch, later, wait_for
-from kbot.bridges.outlets import Flush, Sink
 from kbot.messages import types as msg
 from kbot.messages.sensing import LaserScan
 from kbot.wire import Packet
@@ -12,30 +12,30 @@ from .conftest import Running, wait_until
 
 
 def test_a_topic_is_opened_once_and_shared(running: Running) -> None:
-    outlets, first, second = running.link.outlets, list[Packet](), list[Packet]()
-    later(lambda: outlets.want("/odom", first.append))
-    later(lambda: outlets.want("/odom", second.append))
+    fan_out, first, second = running.link.fan_out, list[Packet](), list[Packet]()
+    later(lambda: fan_out.want("/odom", first.append))
+    later(lambda: fan_out.want("/odom", second.append))
     wait_until(lambda: len(first) > 3 and len(second) > 3)
-    later(lambda: outlets.leave("/odom", first.append))
+    later(lambda: fan_out.leave("/odom", first.append))
     wait_until(lambda: len(second) > len(first) + 3)
     shared = {id(packet) for packet in first} & {id(packet) for packet in second}
     assert len(shared) > 2  # one encoding serves both
-    later(lambda: outlets.leave("/odom", second.append))
+    later(lambda: fan_out.leave("/odom", second.append))
 
 
 def test_who_comes_late_gets_what_is_latched_at_once(running: Running) -> None:
-    outlets, first, late = running.link.outlets, list[Packet](), list[Packet]()
-    later(lambda: outlets.want("/robot_description", first.append))
+    fan_out, first, late = running.link.fan_out, list[Packet](), list[Packet]()
+    later(lambda: fan_out.want("/robot_description", first.append))
     wait_until(lambda: first)
-    later(lambda: outlets.want("/robot_description", late.append))
+    later(lambda: fan_out.want("/robot_description", late.append))
     wait_until(lambda: late)
     assert late == first
     for sink in (first.append, late.append):
-        later(lambda sink=sink: outlets.leave("/robot_description", sink))
+        later(lambda sink=sink: fan_out.leave("/robot_description", sink))
 
 
 def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running) -> None:
-    outlets, encoded = running.link.outlets, list[bytes]()
+    fan_out, encoded = running.link.fan_out, list[bytes]()
 
     def encode(packet: Packet) -> None:
         encoded.append(packet.cdr)
@@ -43,7 +43,7 @@ def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running
     running.stop()
     bus = running.simulation.bus
     talk = bus.advertise("/talk", msg.String)
-    later(lambda: outlets.want("/talk", encode))
+    later(lambda: fan_out.want("/talk", encode))
     wait_for(_nothing())
     running.simulation.run(0.1)
     talk.publish(msg.String(5))  # type: ignore[arg-type] - what a program may do
@@ -52,7 +52,7 @@ def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running
     wait_until(lambda: encoded)
     assert [data[8:] for data in encoded] == [b"hi\0"]
     assert ["/talk: a message cannot be sent" in text for text in running.told] == [True]
-    later(lambda: outlets.leave("/talk", encode))
+    later(lambda: fan_out.leave("/talk", encode))
 
 
 def test_a_batch_is_handed_on_once_for_all_that_came_in_one_go() -> None:
@@ -67,7 +67,7 @@ def test_a_batch_is_handed_on_once_for_all_that_came_in_one_go() -> None:
 
 
 def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(running: Running) -> None:
-    outlets, given = running.link.outlets, list[str]()
+    fan_out, given = running.link.fan_out, list[str]()
     running.stop()
     bus = running.simulation.bus
     scan, clock = bus.advertise("/scan", LaserScan), bus.advertise("/clock", msg.ClockMessage)
@@ -78,7 +78,7 @@ def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(run
     for name in ("last", "first", "second"):
         sink, flush = peer(name)
         for topic in ("/scan", "/clock"):
-            want = partial(outlets.want, topic, sink, flush, late=name == "last")
+            want = partial(fan_out.want, topic, sink, flush, late=name == "last")
             later(want)
     wait_for(_nothing())
     running.simulation.run(0.1)

@@ -7,9 +7,9 @@ import secrets
 from contextlib import suppress
 from pathlib import Path
 
+from kbot.bridges.graph.presence import Presence, announce
 from kbot.bridges.link import Link
-from kbot.bridges.presence import Presence, announce
-from kbot.bridges.rosbridge import RosbridgeBridge
+from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 
 
 class GraphServer(RosbridgeBridge):

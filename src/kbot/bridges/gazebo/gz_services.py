@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import count
 
-from kbot.bridges.foreign import spawn_file, spawn_text, told_of
-from kbot.bridges.gazebo_states import in_world, models_of, put
+from kbot.bridges.gazebo.peer_descriptions import spawn_file, spawn_text, told_of
+from kbot.bridges.gazebo.states import in_world, models_of, put
 from kbot.bridges.services import Answer, Service
 from kbot.kinematics.transform import Transform
 from kbot.messages import gz_services as gz

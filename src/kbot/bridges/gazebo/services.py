@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from kbot.bridges.foreign import spawn_text, told_of
-from kbot.bridges.gazebo_states import (
+from kbot.bridges.gazebo.gz_services import gz_services
+from kbot.bridges.gazebo.peer_descriptions import spawn_text, told_of
+from kbot.bridges.gazebo.states import (
     in_world,
     link_named,
     link_state,
@@ -22,7 +23,6 @@ from kbot.bridges.gazebo_states import (
     world_from_frame,
     xyz,
 )
-from kbot.bridges.gz_services import gz_services
 from kbot.bridges.services import Answer, Service
 from kbot.messages import services as srv
 from kbot.messages import types as msg

@@ -18,7 +18,7 @@ import zenoh
 
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import Batch, later, wait_for
-from kbot.bridges.zenoh_names import entity_token, node_token, topic_key
+from kbot.bridges.zenoh.names import entity_token, node_token, topic_key
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
 from kbot.wire import Packet, decode_cdr, encode_cdr, ros_name
@@ -181,14 +181,14 @@ class _Outgoing:
         self._token.undeclare()
 
     async def _leave(self) -> None:
-        self._link.outlets.leave(self.topic.name, self._send)
+        self._link.fan_out.leave(self.topic.name, self._send)
 
     def _want(self, is_heard: bool) -> None:
-        outlets = self._link.outlets
+        fan_out = self._link.fan_out
         if is_heard:
-            later(lambda: outlets.want(self.topic.name, self._send, self._batch.flush))
+            later(lambda: fan_out.want(self.topic.name, self._send, self._batch.flush))
         else:
-            later(lambda: outlets.leave(self.topic.name, self._send))
+            later(lambda: fan_out.leave(self.topic.name, self._send))
 
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is self.topic.message_type:

@@ -17,7 +17,7 @@ MOST = 200
 """Who is there at once; more are turned away."""
 
 
-class Door:
+class TcprosServer:
     """Served on the loop of the bridges."""
 
     def __init__(self, host: str, link: Link, node: str, topics: Mapping[str, Outgoing]) -> None:

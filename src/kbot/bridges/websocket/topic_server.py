@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.bridges.link import Link
-from kbot.bridges.websocket import Data, Talk, WebSocketBridge, Wire
+from kbot.bridges.websocket.server import Data, Talk, WebSocketBridge, Wire
 from kbot.text import KbotError
 
 LOOPBACK = "127.0.0.1"

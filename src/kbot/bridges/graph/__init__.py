@@ -1,0 +1,1 @@
+"""A running KBot asked by another process of this machine: what serves it, how it is found, what asks."""

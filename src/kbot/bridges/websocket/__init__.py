@@ -1,0 +1,1 @@
+"""Bridges over a WebSocket: the protocols of Foxglove and of rosbridge."""
