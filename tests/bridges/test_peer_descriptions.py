@@ -8,7 +8,7 @@ import pytest
 from kbot.messages import gz_services as gz
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.deeds import do_again
+from kbot.record.journal import do_again
 from kbot.sim import Simulation
 from kbot.text import KbotError
 

@@ -377,7 +377,7 @@ def test_a_recording_that_fails_as_it_begins_leaves_nothing(
         raise ValueError("a bug")
 
     simulation = Simulation(load_robot("kbot").require())
-    monkeypatch.setattr("kbot.record.recorder.Surroundings", broken)
+    monkeypatch.setattr("kbot.record.recorder.WorldRecorder", broken)
     with pytest.raises(ValueError, match="a bug"):
         Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
     assert not list(tmp_path.iterdir())

@@ -14,7 +14,8 @@ from kbot.messages import Header, JointState, String, TFMessage
 from kbot.messages.sensing import LaserScan
 from kbot.messages.types import Quaternion, Time, Transform, TransformStamped, Vector3
 from kbot.nodes import RobotStatePublisher
-from kbot.record import Recorder, mcap_index
+from kbot.record import Recorder
+from kbot.record.mcap import index as mcap_index
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -10,7 +10,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
-from kbot.record.surroundings import WORLD_TOPIC
+from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.record.writer import open_writer, spare_recording
 from kbot.text import KbotError
 

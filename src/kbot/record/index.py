@@ -60,13 +60,13 @@ def open_index(path: str) -> Index:
     """
     Recording(path)  # says what is wrong with the name
     if Path(path).suffix == ".mcap" and not Path(path).is_dir():
-        from kbot.record.mcap_index import McapIndex
+        from kbot.record.mcap.index import McapIndex
 
         try:
             return McapIndex(path)
         except NoIndex:
             return WholeIndex(path)
-    from kbot.record.bag_index import BagIndex
+    from kbot.record.bags.index import BagIndex
 
     try:
         return BagIndex(path)

@@ -12,7 +12,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
-from kbot.record.surroundings import WORLD_TOPIC
+from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, known_type
 

@@ -107,11 +107,11 @@ def _source(path: str) -> Source:
         hint = did_you_mean(file.name, siblings)
         raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
     if file.is_dir() or path.endswith(BAGS):
-        from kbot.record.bag_reader import BagSource
+        from kbot.record.bags.reader import BagSource
 
         return BagSource(path)
     if file.suffix == ".mcap":
-        from kbot.record.mcap_reader import McapSource
+        from kbot.record.mcap.reader import McapSource
 
         return McapSource(path)
     raise KbotError(f"{path} is no recording: those end in .mcap or .bag, or are folders of rosbag2")

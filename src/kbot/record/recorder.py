@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
-from kbot.record.surroundings import Surroundings
+from kbot.record.world_recorder import WorldRecorder
 from kbot.record.writer import open_writer, remove_recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -78,7 +78,7 @@ class Recorder:
         self._inputs: frozenset[str] = frozenset()
         self._seen = -1
         self._is_open = True
-        self._surroundings: Surroundings | None = None
+        self._world_recorder: WorldRecorder | None = None
         self._is_writing = False
         self._interruption: BaseException | None = None
         self._flushed = time.monotonic()
@@ -86,7 +86,7 @@ class Recorder:
         try:
             self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
             if self._is_open:
-                self._surroundings = None if self._wanted else Surroundings(simulation, self._write)
+                self._world_recorder = None if self._wanted else WorldRecorder(simulation, self._write)
                 simulation.journal = self._note
                 self._timer = simulation.clock.every(LOOK_RATE, self._look)
                 self._look()
@@ -182,8 +182,8 @@ class Recorder:
     def _note(self, what: str, numbers: dict[str, Any]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
         self._write(Packet(COMMANDS_TOPIC, String(text), self._simulation.clock.nanoseconds))
-        if self._surroundings is not None:
-            self._surroundings.look()
+        if self._world_recorder is not None:
+            self._world_recorder.look()
 
     def _guarded(self, work: Callable[[], None]) -> None:
         if not self._is_open:
@@ -221,8 +221,8 @@ class Recorder:
         self._simulation.journal = None
         if hasattr(self, "_timer"):
             self._timer.cancel()
-        if self._surroundings is not None:
-            self._surroundings.close()
+        if self._world_recorder is not None:
+            self._world_recorder.close()
         for topic in self._open:
             self._feed.close(topic, self._write)
 

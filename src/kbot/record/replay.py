@@ -13,9 +13,9 @@ from kbot.model.load import load_robot_text
 from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.branches import Branches
-from kbot.record.deeds import do_again
 from kbot.record.entry import Entry
 from kbot.record.formats import FIRST_MOMENT
+from kbot.record.journal import do_again
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation

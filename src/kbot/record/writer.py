@@ -30,15 +30,15 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     try:
         match target.suffix:
             case ".mcap":
-                from kbot.record.mcap_writer import McapWriter
+                from kbot.record.mcap.writer import McapWriter
 
                 return McapWriter(path, compress=compress)
             case ".bag":
-                from kbot.record.ros1_writer import Ros1Writer
+                from kbot.record.bags.ros1_writer import Ros1Writer
 
                 return Ros1Writer(path)
             case _:
-                from kbot.record.ros2_writer import Ros2Writer
+                from kbot.record.bags.ros2_writer import Ros2Writer
 
                 return Ros2Writer(path)
     except FileExistsError as error:  # of somebody else, made since

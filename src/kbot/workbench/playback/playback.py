@@ -11,7 +11,7 @@ from kbot.messages import Bus, Clock, JointState, Publisher, TFMessage
 from kbot.model import Robot
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.player import LATCHED
-from kbot.record.surroundings import POSES_TOPIC
+from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr
 from kbot.workbench.driving.motion import Moment, flat

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from kbot.model import Robot
-from kbot.record.surroundings import POSES_TOPIC
+from kbot.record.world_recorder import POSES_TOPIC
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.playback.told import Told
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at

@@ -7,7 +7,7 @@ from collections.abc import Generator
 from kbot.kinematics.transform import Transform
 from kbot.messages import TFMessage
 from kbot.model import Robot
-from kbot.record.surroundings import POSES_TOPIC
+from kbot.record.world_recorder import POSES_TOPIC
 from kbot.workbench.playback.recorded_run import TF, RecordedRun
 from kbot.workbench.playback.told import Told
 from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform

@@ -13,7 +13,7 @@ from kbot.messages import TFMessage
 from kbot.model import Robot
 from kbot.model.load import load_robot_text
 from kbot.record.entry import Entry
-from kbot.record.surroundings import WORLD_TOPIC
+from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.scene.foreign_frames import read_transform

@@ -17,7 +17,7 @@ from mcap.stream_reader import breakup_chunk
 
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NoIndex
-from kbot.record.mcap_reader import CARRIED, RECORD_HEAD, full_name, unreadable
+from kbot.record.mcap.reader import CARRIED, RECORD_HEAD, full_name, unreadable
 from kbot.text import KbotError
 
 KEPT_CHUNKS = 8

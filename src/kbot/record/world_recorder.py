@@ -37,7 +37,7 @@ _NEVER = np.inf
 """Where nothing stands: what was told of last."""
 
 
-class Surroundings:
+class WorldRecorder:
     """Writes them down as time passes; what is written does not change the run."""
 
     def __init__(self, simulation: Simulation, write: Callable[[Packet], None]) -> None:

@@ -14,7 +14,7 @@ from rosbags.rosbag1 import ReaderError as Ros1Error
 from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
-from kbot.record.bag_salvage import salvaged
+from kbot.record.bags.salvage import salvaged
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
 from kbot.text import KbotError

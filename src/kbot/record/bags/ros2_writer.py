@@ -13,8 +13,8 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from kbot.messages.types import String
+from kbot.record.bags.ros1_writer import LATCHED
 from kbot.record.formats import NOTES_TOPIC, Recordable
-from kbot.record.ros1_writer import LATCHED
 from kbot.wire import Packet
 
 if TYPE_CHECKING:

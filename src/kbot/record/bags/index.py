@@ -10,7 +10,7 @@ from pathlib import Path
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import MessageDefinitionFormat
 
-from kbot.record.bag_reader import UNREADABLE, unread
+from kbot.record.bags.reader import UNREADABLE, unread
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
 from kbot.text import KbotError
