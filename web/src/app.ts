@@ -40,8 +40,9 @@ export class App {
   readonly recorded = new Signal<Recorded | null>(null);
   /** Whether topics and the log are seen. */
   readonly traffic = new Signal(false);
+  readonly topics = new Topics((message) => this.send(message));
   /** The fields of topics that were ever plotted here. */
-  readonly topicFields = new Signal<readonly TopicField[]>(rememberedTopics(this));
+  readonly topicFields = new Signal<readonly TopicField[]>(rememberedTopics(this.topics));
   readonly options = rememberedOptions();
   readonly displays = new DisplaySet();
   /** How each display fares, by its number. */
@@ -52,8 +53,7 @@ export class App {
   readonly asked = new Signal<LookingFrom | null>(null);
   /** From where one looks now. */
   lookingFrom: () => LookingFrom | null = () => null;
-  readonly topics = new Topics((message) => this.send(message));
-  readonly travel = new TimeTravel(this);
+  readonly travel = new TimeTravel(this.state, this.topics, (message) => this.send(message));
   readonly theme = rememberedTheme();
   readonly connection: Line;
   frozen = false;
@@ -109,7 +109,7 @@ export class App {
   plotTopic(topic: string, path: readonly string[]): void {
     const name = fieldName(topic, path);
     const others = this.topicFields.value.filter((field) => field.name !== name);
-    const field = this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this, topic, path);
+    const field = this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this.topics, topic, path);
     this.plots.set(true);
     this.topicFields.set([...others, field]);
   }

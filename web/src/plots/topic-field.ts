@@ -1,5 +1,5 @@
-import type { App } from "../app";
 import type { State } from "../protocol";
+import type { Topics } from "../topics";
 import { rememberedFields, type Field } from "./fields";
 
 /** Samples of one field that are kept: a minute at the most that pages are sent. */
@@ -11,10 +11,10 @@ export function fieldName(topic: string, path: readonly string[]): string {
 }
 
 /** The fields of topics among names that were plotted in this browser before. */
-export function rememberedTopics(app: App): TopicField[] {
+export function rememberedTopics(topics: Topics): TopicField[] {
   return rememberedFields().flatMap((name) => {
     const [topic, path] = name.split(" ");
-    return topic?.startsWith("/") && path ? [new TopicField(app, topic, path.split("."))] : [];
+    return topic?.startsWith("/") && path ? [new TopicField(topics, topic, path.split("."))] : [];
   });
 }
 
@@ -29,7 +29,7 @@ export class TopicField implements Field {
   private stop: (() => void) | null = null;
 
   constructor(
-    private readonly app: App,
+    private readonly topics: Topics,
     readonly topic: string,
     readonly path: readonly string[],
   ) {
@@ -41,7 +41,7 @@ export class TopicField implements Field {
     if (on === (this.stop !== null)) return;
     this.stop?.();
     [this.times, this.values] = [[], []];
-    this.stop = on ? this.app.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path))) : null;
+    this.stop = on ? this.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path))) : null;
   }
 
   /** What it was last told of before a state; NaN, which is not drawn, before the first. */

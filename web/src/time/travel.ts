@@ -1,6 +1,6 @@
-import type { App } from "../app";
 import type { FromPage, State, Timeline } from "../protocol";
 import { Signal } from "../signal";
+import type { Topics } from "../topics";
 import { Bookmarks } from "./bookmarks";
 
 /** Who acts on the simulation wants to see what comes of it. */
@@ -16,7 +16,11 @@ export class TimeTravel {
   /** The moment that was asked for last, until the server says which one is shown. */
   private wanted: number | null = null;
 
-  constructor(private readonly app: App) {}
+  constructor(
+    private readonly state: Signal<State | null>,
+    private readonly topics: Topics,
+    private readonly send: (message: FromPage) => void,
+  ) {}
 
   /** Whether what is on show is over. */
   get isPast(): boolean {
@@ -37,9 +41,9 @@ export class TimeTravel {
     const before = this.timeline.value;
     if (this.asked === null) this.wanted = null;
     this.timeline.set(now);
-    if (before?.live !== now.live) this.app.topics.forget();
-    else for (const topic of now.silent) this.app.topics.forget(topic);
-    const { state } = this.app;
+    if (before?.live !== now.live) this.topics.forget();
+    else for (const topic of now.silent) this.topics.forget(topic);
+    const { state } = this;
     if (this.isPast && state.value !== null) state.set(this.asNow(state.value));
   }
 
@@ -55,7 +59,7 @@ export class TimeTravel {
     this.asked = this.wanted = Math.max(0, at);
     if (waits) return;
     requestAnimationFrame(() => {
-      if (this.asked !== null) this.app.send({ type: "seek", at: this.asked });
+      if (this.asked !== null) this.send({ type: "seek", at: this.asked });
       this.asked = null;
     });
   }
@@ -73,33 +77,33 @@ export class TimeTravel {
   goLive(): void {
     const isAsked = this.asked !== null;
     this.asked = this.wanted = null;
-    if (this.isPast || isAsked) this.app.send({ type: "go_live" });
+    if (this.isPast || isAsked) this.send({ type: "go_live" });
   }
 
   /** Lets the simulation go on from the moment on show. */
   resume(): void {
     this.asked = this.wanted = null;
-    if (this.isPast) this.app.send({ type: "resume" });
+    if (this.isPast) this.send({ type: "resume" });
   }
 
   /** Marks the moment on show. */
   mark(): void {
-    const state = this.app.state.value;
-    if (this.timeline.value !== null && state !== null) this.app.send({ type: "mark", at: state.at, time: state.time });
+    const state = this.state.value;
+    if (this.timeline.value !== null && state !== null) this.send({ type: "mark", at: state.at, time: state.time });
   }
 
   /** Goes to the bookmark before or after the moment on show. */
   jump(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
-    const shown = this.wanted ?? this.app.state.value?.at ?? now.at;
+    const shown = this.wanted ?? this.state.value?.at ?? now.at;
     const one = this.bookmarks.next(this.isElsewhere ? shown : Infinity, direction, now.start);
     if (one !== undefined) this.seek(one.at);
     else if (direction > 0) this.goLive();
   }
 
   toggleRecording(): void {
-    this.app.send({ type: "record", on: this.timeline.value?.recording == null });
+    this.send({ type: "record", on: this.timeline.value?.recording == null });
   }
 
   /** Called before a message goes out. */
