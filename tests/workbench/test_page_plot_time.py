@@ -205,7 +205,7 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     until(lambda: page.evaluate("kbot.time") > rows[0, 0] + 0.05 * np.ptp(rows[:, 0]))
     until(lambda: 0.05 * np.ptp(rows[:, 0]) < at_line(page) < 0.5 * np.ptp(rows[:, 0]))
     before = at_line(page)
-    page.keyboard.press("ArrowLeft")  # less than between two states, where the machine was busy: the line goes
+    page.keyboard.press("ArrowLeft")  # perhaps less far than to the state before
     until(lambda: at_line(page) < before)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
