@@ -212,7 +212,7 @@ def test_play_takes_the_words_of_rosbag_and_ros2_bag(
 ) -> None:
     """Seconds are counted from the first message on, also in one whose clock is the wall's."""
     played: list[tuple[Player, dict[str, object]]] = []
-    monkeypatch.setattr("kbot.cli.bag_play.play", lambda player, options, **how: played.append((player, how)))
+    monkeypatch.setattr("kbot.cli.bag.play.play", lambda player, options, **how: played.append((player, how)))
     assert run(["bag", "play", "--topics", "/odom", "/tf", "-l", recording, "--clock", "-d", "2"]) == 0
     assert run(["bag", "play", recording, "--start-offset", "0.5", "--playback-duration", "1", "-p"]) == 0
     (first, how), (second, _) = played

@@ -41,7 +41,7 @@ def test_every_verb_has_help_with_an_example(verb: str) -> None:
 def test_help_loads_no_verb_and_no_heavy_library() -> None:
     code = (
         "import sys; from kbot.cli.main import run; run(['-h']);"
-        "heavy = {'numpy', 'mujoco', 'yaml', 'trimesh', 'websockets', 'rich', 'kbot.cli.sim'};"
+        "heavy = {'numpy', 'mujoco', 'yaml', 'trimesh', 'websockets', 'rich', 'kbot.cli.sim.command'};"
         "sys.exit(repr(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
@@ -49,7 +49,8 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
 
 def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     code = (
-        "import sys, kbot.client, kbot.cli.bag_play, kbot.cli.launch_run, kbot.cli.graph, kbot.cli.view;"
+        "import sys, kbot.client, kbot.cli.bag.play, kbot.cli.launch.with_robot;"
+        "import kbot.cli.graph, kbot.cli.view;"
         "from kbot.bridges.companions import Companions;"
         "from kbot.bridges.companion_options import CompanionOptions;"
         "from kbot.workbench.serve import open_session;"

@@ -9,8 +9,8 @@ from pathlib import Path
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
-from kbot.cli.official import xacro_arguments
 from kbot.cli.output import fail, keep_sources, report
+from kbot.cli.xacro_command import xacro_arguments
 from kbot.text.files import write_text
 from kbot.xacro import Packages, expand
 from kbot.xacro.run import Log

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
-from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import fail, report
+from kbot.cli.picture_options import look_options, parse_look
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
 

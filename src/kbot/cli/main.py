@@ -21,21 +21,21 @@ from kbot.text.suggest import did_you_mean
 DEMO = ("sim", "kbot")
 
 VERBS = {
-    "sim": ("kbot.cli.sim:command", "Simulate a robot, and drive it in the browser."),
+    "sim": ("kbot.cli.sim.command:command", "Simulate a robot, and drive it in the browser."),
     "view": ("kbot.cli.view:command", "Show a robot in the browser, anew with every save."),
     "check": ("kbot.cli.check:command", "Say what is wrong with a robot, at the line it was written."),
     "expand": ("kbot.cli.expand:command", "Expand a xacro into the URDF it stands for."),
     "where": ("kbot.cli.where:command", "Say which lines made a link, a joint or a line of the result."),
     "export": ("kbot.cli.export:command", "A picture, a page, a 3D model or a drawing of a robot."),
     "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
-    "launch": ("kbot.cli.launch:command", "Carry out a ROS launch file, without ROS."),
+    "launch": ("kbot.cli.launch.command:command", "Carry out a ROS launch file, without ROS."),
     "new": ("kbot.cli.new:command", "Make a robot package to start from."),
     "topic": ("kbot.cli.graph.topic:command", "Topics of a running KBot: list, echo, hz, pub."),
     "node": ("kbot.cli.graph.node:command", "Nodes of a running KBot: list, info."),
     "service": ("kbot.cli.graph.service:command", "Services of a running KBot: list, type, call."),
     "param": ("kbot.cli.graph.param:command", "Parameters of a running KBot: list, get, set, dump, load."),
     "tf": ("kbot.cli.graph.tf:command", "Frames of a running KBot: tree, echo."),
-    "bag": ("kbot.cli.bag:command", "Look into recordings, cut and convert them, run them again."),
+    "bag": ("kbot.cli.bag.command:command", "Look into recordings, cut and convert them, run them again."),
     "rule": ("kbot.cli.rule:command", "What a code of kbot check means, and how to mend it."),
 }
 

@@ -54,7 +54,7 @@ def _expand_plainly(words: Sequence[str]) -> bool:
     files = [word for word in words if ":=" not in word]
     if len(files) != 1 or files[0] == "kbot" or "=" in files[0] or files[0].startswith(("-", "/dev/")):
         return False  # what comes from a pipe can be read once only
-    from kbot.cli.official import xacro_arguments
+    from kbot.cli.xacro_command import xacro_arguments
     from kbot.text.errors import KbotError
     from kbot.xacro import expand
 

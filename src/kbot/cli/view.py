@@ -14,8 +14,8 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
-from kbot.cli.looks import look_options, parse_look
 from kbot.cli.output import fail, report
+from kbot.cli.picture_options import look_options, parse_look
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:

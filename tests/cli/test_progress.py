@@ -8,16 +8,16 @@ import time
 
 import pytest
 
-from kbot.cli import busy
+from kbot.cli import progress
 
 
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(busy, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
 
 
 def test_a_pipe_is_told_nothing(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
-    with busy.busy("loading it"):
+    with progress.busy("loading it"):
         time.sleep(0.1)
     assert capsys.readouterr() == ("", "")
 
@@ -29,7 +29,7 @@ def test_a_terminal_is_told_what_lasts(monkeypatch: pytest.MonkeyPatch, at_once:
         monkeypatch.setattr(sys, "stderr", terminal)
         monkeypatch.setenv("TERM", "xterm")
         said = b""
-        with busy.busy("loading it"):
+        with progress.busy("loading it"):
             while b"loading it" not in said:
                 said += os.read(master, 1000)
         terminal.flush()
@@ -37,5 +37,5 @@ def test_a_terminal_is_told_what_lasts(monkeypatch: pytest.MonkeyPatch, at_once:
 
 
 def test_what_goes_wrong_meanwhile_is_raised() -> None:
-    with pytest.raises(ValueError, match="so it is"), busy.busy("loading it"):
+    with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from kbot.bridges.graph.presence import find, running
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_beside import dump_parameters, options_of, publish_maps, tell
-from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
+from kbot.cli.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.output import fail
 from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.record.playback import Playback

@@ -11,7 +11,7 @@ import click
 
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
 from kbot.cli.companions import companion_options
-from kbot.cli.launch_text import print_answers, table
+from kbot.cli.launch.text import print_answers, table
 from kbot.cli.output import fail, is_unusable, report, warn_of_others
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.staging import Stage, stage
@@ -105,15 +105,15 @@ def command(
         return 2
     if staged.path is None:
         return _without_robot(plan, staged, options)
-    from kbot.cli.launch_run import Place, carry_out
+    from kbot.cli.launch.with_robot import Place, carry_out
 
     click.echo(table(plan, staged))
     return carry_out(plan, staged, options, world, Place(host, port, browser, package_path))
 
 
 def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
-    from kbot.cli.launch_alone import has_something_to_say, run_without_robot
-    from kbot.cli.launch_programs import run_programs
+    from kbot.cli.launch.programs import run_programs
+    from kbot.cli.launch.without_robot import has_something_to_say, run_without_robot
 
     has_more = has_something_to_say(staged)
     if not (has_more or staged.programs):

@@ -51,7 +51,7 @@ def _topics(function: click.decorators.FC) -> click.decorators.FC:
 @click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
 def info(recording: str, as_json: bool) -> int:
     """Say what is in a recording, and whether it is whole."""
-    from kbot.cli.bag_info import bag_text
+    from kbot.cli.bag.info import bag_text
     from kbot.record import Recording
 
     found = Recording(recording).summary()
@@ -160,7 +160,7 @@ def export(
 
 
 def _plot(table: Table, size: str) -> str:
-    from kbot.cli.looks import parse_size
+    from kbot.cli.picture_options import parse_size
     from kbot.workbench.export.plot import Curve, plot_svg
 
     width, height = parse_size(size)
@@ -256,7 +256,7 @@ def play(
     terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to its
     end, or Ctrl-C ended it.
     """
-    from kbot.cli.bag_play import play as say_again
+    from kbot.cli.bag.play import play as say_again
     from kbot.record.player import Player
 
     if loop and seconds == 0.0:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
-from kbot.cli.launch_beside import dump_parameters, options_of, publish_maps, tell
-from kbot.cli.launch_programs import clear_on_master, live_for_programs, start_programs
-from kbot.cli.launch_robots import put_all
+from kbot.cli.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.launch.programs import clear_on_master, live_for_programs, start_programs
+from kbot.cli.launch.robots import put_all
 from kbot.cli.output import fail, report
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.spawned import with_controllers

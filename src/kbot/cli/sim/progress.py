@@ -6,7 +6,7 @@ import sys
 import time
 from types import TracebackType
 
-from kbot.cli.busy import PATIENCE
+from kbot.cli.progress import PATIENCE
 from kbot.sim import Simulation
 
 INTERVAL = 0.2

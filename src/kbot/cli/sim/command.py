@@ -17,11 +17,11 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
-from kbot.cli.busy import busy
 from kbot.cli.companions import companion_options, going_along
-from kbot.cli.goto import run_goto
 from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, print_json, report
+from kbot.cli.progress import busy
+from kbot.cli.sim.goto import run_goto
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -252,7 +252,7 @@ def _run(
     in_real_time: bool = False,
 ) -> int:
     """`seconds` None is until Ctrl-C."""
-    from kbot.cli.sim_progress import Progress
+    from kbot.cli.sim.progress import Progress
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 

@@ -10,7 +10,7 @@ import pytest
 
 from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
-from kbot.cli.launch_run import Place, _shown, _simulated
+from kbot.cli.launch.with_robot import Place, _shown, _simulated
 from kbot.launch import read_launch
 from kbot.launch.staging import Stage, stage
 from kbot.messages import TFMessage, Twist, Vector3

@@ -1,0 +1,1 @@
+"""`kbot bag`: its commands, what `info` prints, and `play`."""

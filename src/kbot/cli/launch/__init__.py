@@ -1,0 +1,1 @@
+"""`kbot launch`: its options, what it prints, and a launch carried out, with a robot or without one."""
