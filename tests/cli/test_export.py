@@ -35,6 +35,9 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
     assert [path.name for path in tmp_path.iterdir()] == ["kbot.svg"]
     assert run(["export", "kbot", "--to", "svg"]) == 2
     assert "kbot.svg is there already" in capsys.readouterr().err
+    (tmp_path / "odd.urdf").write_text('<robot name="../odd"><link name="base"/></robot>')
+    assert run(["export", "odd.urdf", "--to", "tree"]) == 0
+    assert (tmp_path / "___odd.svg").is_file()
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,7 @@ def command(
     look = parse_look(size, side, transparent)
     from kbot.checks.first_look import MESHES, first_look
     from kbot.model.load import load_robot
+    from kbot.text.file_names import plain_file_name
     from kbot.xacro import Packages
 
     loaded = load_robot(file, arguments, packages=Packages(package_path))
@@ -77,7 +78,7 @@ def command(
         data = _html(robot, file, arguments, package_path, positions)
     else:
         data = _drawn(robot, wanted, positions, look, theme)
-    _write(output, f"{robot.name}.{'svg' if wanted == 'tree' else wanted}", data)
+    _write(output, f"{plain_file_name(robot.name)}.{'svg' if wanted == 'tree' else wanted}", data)
     return 0
 
 
@@ -148,7 +149,7 @@ def _write(output: str | None, name: str, data: bytes) -> None:
         sys.stdout.buffer.write(data)
         sys.stdout.flush()
         return
-    target = name.replace("/", "_") if output is None else output
+    target = name if output is None else output
     if output is None and Path(target).exists():
         fail(f"{target} is there already; name it with -o to write over it")
     write_bytes(target, data)

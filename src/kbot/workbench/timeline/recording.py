@@ -9,6 +9,7 @@ from urllib.parse import quote, unquote
 
 from kbot.record import Recorder
 from kbot.text import KbotError
+from kbot.text.file_names import plain_file_name
 from kbot.wire import Feed
 from kbot.workbench.protocol import Recorded, RecordingView
 
@@ -90,7 +91,7 @@ class RunRecording:
         return RecordingView(self._recorder.path, _size(self._recorder.path), seconds)
 
     def _new_name(self, robot: str) -> str:
-        stem = f"{robot}-{datetime.now():%Y%m%d-%H%M%S}"
+        stem = f"{plain_file_name(robot)}-{datetime.now():%Y%m%d-%H%M%S}"
         names = [stem, *(f"{stem}-{number}" for number in range(2, 100))]
         return str(next(p for name in names if not (p := Path(self.folder, f"{name}.mcap")).exists()))
 
