@@ -52,6 +52,46 @@ def test_a_long_text_is_one_node() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "told", "hint", "opening"),
+    [
+        (
+            "<r>\n  <link>\n</r>",
+            "<link>, opened at 2:3, is not closed; here </r>",
+            "write </link> where",
+            "2:3",
+        ),
+        ("<a><b></a></b>", "<b>, opened at 1:4, is not closed; here </a>", "write </b></a>", "1:4"),
+        ("<a><link></lnk></a>", "</lnk> closes nothing", "write </link>", "1:4"),
+        ("<a>\n <b><c/>", "<b>, opened at 2:2, is not closed: the file ends", "write </b></a>", "2:2"),
+        ("<a x='1' x='2'/>", "'x' stands twice", "take one", ""),
+        ("<a>R & D</a>", "'&' stands alone", "&amp;", ""),
+        ("<a x='R &D'/>", "'&D' has no ;", "&amp;", ""),
+        ("<a>&nbsp;</a>", "&nbsp; is no entity", "the character itself", ""),
+        ("<a><!-- x -- y --></a>", "'--' stands in a comment", "one dash", "1:4"),
+        ("<a><!-- x\n<!-- y --></a>", "a comment begins within a comment", "close the one before", "1:4"),
+        ("<a><!-- x </a>", "the comment that begins here does not end", "-->", ""),
+        ("<a x=1/>", "the value of 'x' stands without quotes", 'x="…"', ""),
+        ("<a x='1' y/>", "the attribute 'y' has no value", 'y="…"', ""),
+        ("<a x='1/>\n<b/></a>", "'<' stands in the value of 'x'", "end the value with '", "1:6"),
+        ("<a>1 < 2</a>", "'<' stands alone", "&lt;", ""),
+        ("</a>", "here an element ends, and none has begun", "<robot", ""),
+        ("<a/><b/>", "the root element has ended", "one root element", ""),
+    ],
+)
+def test_a_text_that_is_not_well_formed_is_told_in_words(
+    text: str, told: str, hint: str, opening: str
+) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        parse_xml(Source("f", text))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "P001"
+    assert diagnostic.message.startswith("not well-formed XML: ")
+    assert told in diagnostic.message
+    assert hint in diagnostic.hint
+    assert [str(r.origin) for r in diagnostic.related] == ([f"f:{opening}"] if opening else [])
+
+
+@pytest.mark.parametrize(
     ("text", "code", "line", "column"),
     [
         ("", "P002", 1, 1),

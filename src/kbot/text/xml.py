@@ -59,24 +59,16 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
     parser = expat.ParserCreate("UTF-8")
     parser.buffer_text = True
     parser.buffer_size = 1 << 16
-    problems = _handle(parser, document, max_nesting, max_nodes)
+    problems, opened = _handle(parser, document, max_nesting, max_nodes)
     try:
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
-        raise DescriptionError([_malformed(source, parser.ErrorByteIndex, reason)]) from None
+        from kbot.text.malformed import malformed
+
+        raise DescriptionError([malformed(source, parser.ErrorByteIndex, reason, opened)]) from None
     document.diagnostics = tuple(problems)
     return document
-
-
-def _malformed(source: Source, offset: int, reason: str) -> Diagnostic:
-    from dataclasses import replace
-
-    from kbot.text.malformed import advice
-
-    hint, fix = advice(source, offset, reason)
-    found = fault(source, "P001", f"not well-formed XML: {reason}", offset, offset + 1, hint)
-    return replace(found, fix=fix)
 
 
 def _error(source: Source, code: str, message: str, offset: int, hint: str = "") -> DescriptionError:
@@ -97,8 +89,11 @@ def _specials(data: bytes) -> list[int]:
 
 def _handle(
     parser: expat.XMLParserType, document: Document, max_nesting: int, max_nodes: int
-) -> list[Diagnostic]:
-    """Set the parser's handlers, which build the document. Closures: they run for every event."""
+) -> tuple[list[Diagnostic], list[Element]]:
+    """Set the parser's handlers, which build the document. Closures: they run for every event.
+
+    What they find wrong, and the elements that are open, both as they stand while it is parsed.
+    """
     source = document.source
     stack: list[Element] = []
     children: list[Element | Text] = []
@@ -228,4 +223,4 @@ def _handle(
     parser.StartDoctypeDeclHandler = doctype
     parser.EndDoctypeDeclHandler = doctype_end
     parser.EntityDeclHandler = entity
-    return prefixes.problems
+    return prefixes.problems, stack
