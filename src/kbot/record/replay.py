@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections import defaultdict
+from collections import Counter, defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,8 @@ from kbot.xacro import Packages
 MADE_BY_SIMULATION = frozenset({"/clock", "/tf", "/tf_static"})
 MADE_BY_ROBOTS = frozenset({"odom", "joint_states"})
 """In the namespace of each."""
+REPLAYED_FROM = frozenset({COMMANDS_TOPIC, DESCRIPTION_TOPIC})
+"""What the run is done again from."""
 TURNS_TIME_BACK = frozenset({"reset", "reset_time", "restore"})
 
 
@@ -35,11 +38,13 @@ class Replayed:
     """How a run came out when it was done again.
 
     `difference` names the first message that was not the same, empty when all were; `same_state` says
-    whether the engine ended in the recorded state, None where the recording does not tell.
+    whether the engine ended in the recorded state, None where the recording does not tell. `left_out` has the number of
+    messages by topic that were held against nothing, as those of sensors, nodes and the user's programs.
     """
 
     simulation: Simulation
     compared: int
+    left_out: Mapping[str, int]
     difference: str
     same_state: bool | None
 
@@ -76,7 +81,8 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     final = int(end["steps"]) if "steps" in end else round(last / (simulation.timestep * 1e9))
     simulation.step(max(0, final - simulation.steps))
     state = simulation.state_sha256() == end["state_sha256"] if "state_sha256" in end else None
-    return Replayed(simulation, comparison.count, comparison.finish(bool(end)), state)
+    difference = comparison.finish(bool(end))
+    return Replayed(simulation, comparison.count, comparison.left_out, difference, state)
 
 
 def _is_made_again(topic: str) -> bool:
@@ -133,14 +139,23 @@ class _Comparison:
 
     def __init__(self, recording: Recording, topics: frozenset[str]) -> None:
         self.count = 0
+        self._others: Counter[str] = Counter()
         self._waiting = set(topics)
         self._feed: Feed | None = None
         self._recorded: dict[str, list[Entry]] = defaultdict(list)
         for entry in recording.entries():
             if entry.topic in topics:
                 self._recorded[entry.topic].append(entry)
+            elif entry.topic not in REPLAYED_FROM:
+                self._others[entry.topic] += 1
         self._at: dict[str, int] = defaultdict(int)
         self._difference = ""
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """How many messages of which topics were held against nothing, most of them first."""
+        unsaid = {topic: len(recorded) for topic in self._waiting if (recorded := self._recorded[topic])}
+        return dict(sorted({**self._others, **unsaid}.items(), key=lambda one: (-one[1], one[0])))
 
     def hear(self, feed: Feed) -> None:
         """Hold what comes from this feed against the recording."""

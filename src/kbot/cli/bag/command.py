@@ -286,4 +286,10 @@ def replay(recording: str, package_path: tuple[str, ...]) -> int:
         state[again.same_state],
     ]
     click.echo("; ".join(filter(None, told)))
+    if again.left_out:
+        topics = ", ".join(f"{topic} {count}" for topic, count in again.left_out.items())
+        click.echo(
+            f"{sum(again.left_out.values())} messages were not compared ({topics}): only the robots and the "
+            "clock speak again, not sensors, nodes, programs and the recorder of the world"
+        )
     return 0 if again.is_same else 1
