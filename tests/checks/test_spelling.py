@@ -89,3 +89,35 @@ def test_a_slip_in_a_macro_is_said_and_mended_in_the_macro() -> None:
     assert finding.origin.span.text == "${whel_radius}"
     assert finding.fix is not None
     assert finding.fix.safe
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("whel_radius if mode == 'whel_radius' else 1", "wheel_radius if mode == 'whel_radius' else 1"),
+        ("dict(whel_radius=whel_radius)['whel_radius']", "dict(whel_radius=wheel_radius)['whel_radius']"),
+        ("len('é&lt;a}'[:1]) + whel_radius", "len('é&lt;a}'[:1]) + whel_radius"),  # no expression
+        (" len('é&lt;&#228;') * whel_radius", " len('é&lt;&#228;') * wheel_radius"),
+        ("whel_radius if 1 &lt; 2 and mode != &quot;whel_radius&quot; else whel_radius",
+         "wheel_radius if 1 &lt; 2 and mode != &quot;whel_radius&quot; else wheel_radius"),
+        ("whel_radius + sum([whel_radius for whel_radius in [1]])",
+         "whel_radius + sum([whel_radius for whel_radius in [1]])"),  # a name of the expression's own
+    ],
+)  # fmt: skip
+def test_in_an_expression_names_alone_are_mended(wrong: str, right: str) -> None:
+    robot = ROBOT.replace("<xacro:macro", '<xacro:property name="mode" value="whel_radius"/>\n  <xacro:macro')
+    text = robot.replace("${wheel_radius}", "${" + wrong + "}")
+    assert mended(text) == robot.replace("${wheel_radius}", "${" + right + "}")
+
+
+def test_in_an_evaluated_command_names_alone_are_mended() -> None:
+    text = ROBOT.replace("$(arg with_mast)", "$(eval with_mats and 'with_mats' != '')")
+    assert mended(text) == ROBOT.replace("$(arg with_mast)", "$(eval with_mast and 'with_mats' != '')")
+    text = ROBOT.replace("$(arg with_mast)", "$(eval with_mats and f'{with_mats}' != '')")
+    assert mended(text) == text
+
+
+def test_a_text_within_an_expression_is_no_value() -> None:
+    call = """<xacro:wheel prefix="${'left' if 'base_lnk' else ''}" parent="base_lnk"/>"""
+    text = ROBOT.replace('<xacro:wheel prefix="left" parent="base_link"/>', call)
+    assert mended(text) == text.replace('parent="base_lnk"', 'parent="base_link"')

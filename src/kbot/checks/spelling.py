@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import ast
+import html
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import accumulate
 
 from kbot.checks.context import Context
 from kbot.checks.edits import rename_tag
 from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
+from kbot.xacro.faults import Fault
+from kbot.xacro.templates import pieces
+
+_VALUE = re.compile(rb"""[\w:.\-]\s*=\s*("[^"]*"|'[^']*')""")
+_UNIT = re.compile(r"&[^;]*;|\r\n|.", re.DOTALL)
+_BLANKS = str.maketrans("\r\n\t", "   ")
 
 
 def respelled(diagnostic: Diagnostic, context: Context) -> Diagnostic:
@@ -30,21 +40,71 @@ def respelled(diagnostic: Diagnostic, context: Context) -> Diagnostic:
 
 def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:
     """A macro's name in its call, a value or a text that is the name, or the name within expressions."""
-    source, written = span.source, re.escape(hint.written).encode()
+    source, written = span.source, hint.written.encode()
     if span.text.startswith("<"):
         call = context.call_at(span)
         if call is not None and call.tag == f"xacro:{hint.written}":
             renamed = rename_tag(call, f"xacro:{hint.sure}", safe=True)
             yield from renamed.edits if renamed else ()
             return
-        found = [*re.compile(rb"[\"']" + written + rb"[\"']").finditer(source.data, span.start, span.end)]
-        places = [(match.start() + 1, match.end() - 1) for match in found if len(found) == 1]
-        text = re.compile(rb"\s*(" + written + rb")\s*</").match(source.data, span.end)
+        values = [match.span(1) for match in _VALUE.finditer(source.data, span.start, span.end)]
+        found = [(start + 1, end - 1) for start, end in values if source.data[start + 1 : end - 1] == written]
+        places = found if len(found) == 1 else []
+        text = re.compile(rb"\s*(" + re.escape(written) + rb")\s*</").match(source.data, span.end)
         places += [text.span(1)] if text and not found else []
     elif "$" in span.text:
-        word = re.compile(rb"(?<![\w.])" + written + rb"(?!\w)")
-        places = [match.span() for match in word.finditer(source.data, span.start, span.end)]
+        places = [(span.start + start, span.start + end) for start, end in _names(span.text, hint.written)]
     else:
         places = [(span.start, span.end)] if span.text == hint.written else []
     for start, end in places:
         yield Edit(Span(source, start, end), hint.sure)
+
+
+def _names(written: str, name: str) -> Iterator[tuple[int, int]]:
+    """The bytes of a text, as it is written in XML, that name a property or an argument."""
+    units = _UNIT.findall(written)
+    plain = [html.unescape(unit).translate(_BLANKS) for unit in units]
+    if any(len(character) != 1 for character in plain):
+        return
+    at = [0, *accumulate(len(unit.encode("utf-8", "surrogatepass")) for unit in units)]
+    for start in _starts("".join(plain), name):
+        yield at[start], at[start + len(name)]
+
+
+def _starts(text: str, name: str) -> Iterator[int]:
+    """The characters at which a name begins in the expressions and commands of a text."""
+    try:
+        found = pieces(text)
+    except Fault:
+        return
+    for piece in found:
+        first = piece.start + 2
+        if piece.kind == "command" and not piece.content.startswith("eval "):
+            words = [word for word in re.finditer("[^ ]+", piece.content) if word[0] == name]
+            yield from (first + word.start() for word in words[:1])
+        elif piece.kind == "expression" and "$" in piece.content:
+            yield from (first + start for start in _starts(piece.content, name))
+        elif piece.kind != "text":
+            skipped = len("eval ") if piece.kind == "command" else 0
+            yield from (first + skipped + start for start in _variables(piece.content[skipped:], name))
+
+
+def _variables(expression: str, name: str) -> Iterator[int]:
+    """The characters at which a variable stands in an expression, whose names alone are those of
+    properties: its texts, keywords and attributes are something else. None where it is a name of the
+    expression's own, or stands in an f-string, whose columns Python tells wrong before 3.12."""
+    source = expression.lstrip()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            nodes = [*ast.walk(ast.parse(source, mode="eval"))]
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        return
+    uses = [node for node in nodes if isinstance(node, ast.Name) and node.id == name]
+    binds = any(isinstance(node, ast.arg) and node.arg == name for node in nodes)
+    if binds or any(isinstance(node, ast.JoinedStr) for node in nodes):
+        return
+    if all(isinstance(node.ctx, ast.Load) for node in uses):
+        skipped, line = len(expression) - len(source), source.encode("utf-8", "surrogatepass")
+        for node in uses:
+            yield skipped + len(line[: node.col_offset].decode("utf-8", "surrogatepass"))
