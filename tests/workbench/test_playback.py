@@ -18,11 +18,13 @@ from kbot.record import Recorder
 from kbot.record.mcap import index as mcap_index
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
+from kbot.sim.naming import Naming
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet, ros2_definition, ros_name
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
+from kbot.workbench.timeline.series import Field, Making, Table
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -156,6 +158,15 @@ def whole(session: Session) -> list[tuple[float, float, float]]:
             return way
 
 
+def finished(making: Making) -> Table:
+    while True:
+        try:
+            next(making)
+        except StopIteration as done:
+            table: Table = done.value
+            return table
+
+
 def write(path: Path, *packets: tuple[str, float, object]) -> str:
     """An MCAP file as any program of ROS 2 would write it, with nothing of KBot's own in it."""
     with path.open("wb") as stream:
@@ -220,6 +231,49 @@ def test_joint_states_alone_will_do(tmp_path: Path) -> None:
     session = played_session(path)
     session.obey(Seek(0.6), 1)
     assert session.state().positions == (0.75, -0.5)
+
+
+@pytest.mark.parametrize(
+    ("own", "other"),
+    [("", "/robot_2"), ("/robot1", "/robot2"), ("/robot2", "/robot1"), ("/robot2", "")],
+)
+def test_another_robot_s_joints_are_not_the_shown_one_s(tmp_path: Path, own: str, other: str) -> None:
+    """The other has joints of the same names, and speaks just before and after each time."""
+    names = ("shoulder", "rail")
+    path = write(
+        tmp_path / "two.mcap",
+        (f"{own}/robot_description", 1.0, String(TILTED)),
+        *(
+            (f"{space}/joint_states", 1.0 + t + late, JointState(Header(), names, (value * t, -value * t)))
+            for t in (0.0, 1.0, 2.0)
+            for space, late, value in ((other, 0.0, 9.0), (own, 0.1, 0.25), (other, 0.2, 9.0))
+        ),
+    )
+    session = played_session(path)
+    session.obey(Seek(1.2), 1)
+    assert session.state().positions == (0.25, -0.25)
+    session.obey(Pause(paused=False), 1)
+    session.advance(1.0)
+    assert session.state().positions == (0.5, -0.5)
+    making = session.series([Field.named("state positions.shoulder")], 0.0, 2.2)
+    assert making is not None
+    rows = {row for (row,) in finished(making).rows}
+    assert rows == {None, 0.0, 0.25, 0.5}
+
+
+def test_a_robot_is_shown_by_the_namespace_that_was_noted(tmp_path: Path) -> None:
+    """KBot keeps the description at the root, wherever its robot speaks."""
+    sim = Simulation(kbot.load("kbot"), naming=Naming(namespace="robot2"))
+    path = str(tmp_path / "named.mcap")
+    other = sim.bus.advertise("/robot1/joint_states", JointState)
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(0.5)
+        other.publish(JointState(Header(), ("left_wheel_joint",), (99.0,)))
+    session = played_session(path)
+    session.obey(Seek(1.0), 1)
+    joints = dict(zip(sim.joint_positions, session.state().positions, strict=False))
+    assert joints["left_wheel_joint"] == pytest.approx(sim.joint_positions["left_wheel_joint"], abs=1e-6)
 
 
 def test_what_is_missing_is_one_clear_sentence(tmp_path: Path) -> None:

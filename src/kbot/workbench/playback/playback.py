@@ -56,14 +56,14 @@ class Playback:
             name: (self.bus.advertise(name, kind, latched=name in LATCHED, wanted=self._sayer(name)), kind)
             for name, kind in run.topics.items()
         }
-        self._known: set[str] = set()
-        """All frames and joints that the recording is known to tell of."""
+        self._known: set[tuple[str, str]] = set()
+        """All frames and joints that the recording is known to tell of, each by its topic."""
         self._frames = ForeignFrames(self.bus)
         self._frames.poses({}, {})  # hears from here on
         self._listen()
         self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
-        for _, _, message in self._samples:
-            self._known |= _told_of(message)
+        for _, topic, message in self._samples:
+            self._known |= _told_of(topic, message)
         self._go_to(0.0)
         attend(self)
 
@@ -250,7 +250,7 @@ class Playback:
         _refuse()
 
     def _listen(self) -> None:
-        for name in {*self._run.moves, *self._run.odometry} & self._run.topics.keys():
+        for name in {*self._run.of_robot, *self._run.odometry} & self._run.topics.keys():
             hear = self._world.hear if name == POSES_TOPIC else self._told.hear
             self.bus.subscribe(name, self._run.topics[name], hear)
 
@@ -262,17 +262,17 @@ class Playback:
             after = max(now - round(seconds * 1e9), self._run.index.start - 1)
             entries = self._run.index.between(self._run.moves, after, now)
             found = [(entry.topic, self._run.read(entry)) for entry in entries if entry.topic != TF_STATIC]
-            missing = self._known.difference(*(_told_of(message) for _, message in found))
+            missing = self._known.difference(*(_told_of(*one) for one in found))
             if not missing:
                 break
         rare = [
             (topic, message)
             for at, topic, message in self._samples
-            if at <= now and _told_of(message) & missing
+            if at <= now and _told_of(topic, message) & missing
         ]
         newest, seen = [], set[tuple[str, str]]()
         for topic, message in reversed((*rare, *found)):
-            told = {(topic, name) for name in _told_of(message)}
+            told = _told_of(topic, message)
             if not told <= seen:
                 newest.append((topic, message))
                 seen |= told
@@ -300,8 +300,8 @@ def _refuse() -> NoReturn:
     raise KbotError("a recording is played: it goes as it went")
 
 
-def _told_of(message: object) -> set[str]:
-    """Its frames or joints."""
+def _told_of(topic: str, message: object) -> set[tuple[str, str]]:
+    """The topic with each of the message's frames or joints."""
     if isinstance(message, TFMessage):
-        return {stamped.child_frame_id for stamped in message.transforms}
-    return set(message.name) if isinstance(message, JointState) else set()
+        return {(topic, stamped.child_frame_id) for stamped in message.transforms}
+    return {(topic, name) for name in message.name} if isinstance(message, JointState) else set()

@@ -6,7 +6,7 @@ import json
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,13 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
 from kbot.record.entry import Entry
 from kbot.record.index import open_index
+from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, known_type
 
 STRING, TF, JOINT_STATE = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState"
-DESCRIPTION, TF_STATIC = "robot_description", "/tf_static"
+DESCRIPTION, JOINT_STATES = "robot_description", "joint_states"
+TF_STATIC, TF_OF_ALL = "/tf_static", ("/tf", "/tf_static", POSES_TOPIC)
 FIRST_SECONDS = 2.0
 """At the start and at the end of a recording, in which every frame is taken to be told of once."""
 OTHER_CLOCK = 5.0
@@ -43,9 +45,19 @@ class RecordedRun:
         """Names and types of what can be shown."""
         self.moves = [name for name, kind in self.index.topics.items() if kind in (TF, JOINT_STATE)]
         """The topics that tell where the robot is and how its joints stand."""
-        self.odometry = [name for name, kind in self.topics.items() if kind is Odometry][:1]
+        described, text = self._find_description()
+        own = self._namespace(described)
+        joints = [name for name in self.moves if self.index.topics[name] == JOINT_STATE]
+        frames = [name for name in self.moves if self.index.topics[name] == TF]
+        self.of_robot = [
+            *_among(joints, {f"{own}/{JOINT_STATES}"}, {f"/{JOINT_STATES}"}, _within(own, joints)),
+            *_among(frames, {*TF_OF_ALL, *_within(own, frames)} if own else set(TF_OF_ALL)),
+        ]
+        """Those of them that tell of the robot on show, not of another with joints of the same names."""
+        odometry = [name for name, kind in self.topics.items() if kind is Odometry]
+        self.odometry = _among(odometry, {f"{own}/odom"}, _within(own, odometry))[:1]
         """The topic that tells what the wheels tell, if there is one."""
-        self.description = self._write(self._find_description())
+        self.description = self._write(text)
         if not self.moves:
             raise KbotError(
                 f"{path} has neither /tf nor /joint_states, so nothing would move: record one of them too"
@@ -93,15 +105,24 @@ class RecordedRun:
         yield from self.index.between(self.moves, start - 1, min(start + span, end))
         yield from self.index.between(self.moves, max(start + span, end - span), end)
 
-    def _find_description(self) -> str:
-        for name, type_name in self.index.topics.items():
-            if type_name == STRING and name.endswith(f"/{DESCRIPTION}"):
+    def _find_description(self) -> tuple[str, str]:
+        """Topic and text of the robot on show: that at the root, where there is one."""
+        for name in sorted(self.index.topics, key=lambda name: name.count("/")):
+            if self.index.topics[name] == STRING and name.endswith(f"/{DESCRIPTION}"):
                 entry = self.index.newest(name, self.index.end)
                 if entry is not None and (text := str(entry.message().data)).strip():
-                    return text
+                    return name, text
         raise KbotError(
             f"{self.path} has no /{DESCRIPTION}, so there is no robot to show: record that topic too"
         )
+
+    def _namespace(self, described: str) -> str:
+        """Of the robot on show, as `/a`, empty for the root: as KBot noted it, or where its description is."""
+        try:
+            _, namespace, _ = json.loads(self.facts["naming"])
+        except (KeyError, ValueError, TypeError):
+            return described.removesuffix(f"/{DESCRIPTION}")
+        return f"/{namespace}" if namespace else ""
 
     def _write(self, text: str) -> str:
         folder = tempfile.mkdtemp(prefix="kbot-")
@@ -118,3 +139,15 @@ class RecordedRun:
                 offset: int = stamped.header.stamp.nanoseconds - entry.nanoseconds
                 return offset if abs(offset) > OTHER_CLOCK * 1e9 else 0
         return 0
+
+
+def _within(namespace: str, topics: Iterable[str]) -> set[str]:
+    return {name for name in topics if name.startswith(f"{namespace}/")}
+
+
+def _among(topics: list[str], *wanted: Collection[str]) -> list[str]:
+    """Those of the first of the wanted sets of which there is any; all where there is none."""
+    for names in wanted:
+        if found := [name for name in topics if name in names]:
+            return found
+    return topics

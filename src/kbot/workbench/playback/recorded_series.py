@@ -24,7 +24,7 @@ def series_of_run(
     index = run.index
     topics = {one.topic for one in fields if one.topic in run.topics}
     moving = (
-        [name for name in (*run.moves, *run.odometry) if name != POSES_TOPIC]
+        [name for name in (*run.of_robot, *run.odometry) if name != POSES_TOPIC]
         if any(not one.topic for one in fields)
         else []
     )

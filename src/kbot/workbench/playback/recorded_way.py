@@ -70,7 +70,7 @@ def _found(run: RecordedRun, robot: Robot, spacing: float) -> Finding:
 
 
 def _transforms(run: RecordedRun) -> list[str]:
-    return [name for name in run.moves if run.index.topics[name] == TF]
+    return [name for name in run.of_robot if run.index.topics[name] == TF]
 
 
 def _truth(message: TFMessage, root: str) -> Transform | None:
