@@ -400,3 +400,61 @@ def test_a_declared_camera_draws_only_for_who_listens():
     simulation.run(0.2)
     assert len(heard) == 4
     assert (heard[0].width, heard[0].height) == (32, 24)
+
+
+def _imu_on(topic):
+    return f"""<gazebo reference="base_link"><sensor type="imu" name="imu">
+        <topic>{topic}</topic></sensor></gazebo>"""
+
+
+@pytest.mark.parametrize(
+    ("topic", "words"),
+    [
+        ("/clock", "topic /clock is not for sensors"),
+        ("tf", "topic /tf is not for sensors"),
+        ("/tf_static", "topic /tf_static is not for sensors"),
+        ("/robot_description", "topic /robot_description is not for sensors"),
+        ("map", "topic /map is not for sensors"),
+        ("/contacts", "topic /contacts is not for sensors"),
+        ("/kbot/commands", "topic /kbot/commands is not for sensors"),
+        ("kbot/recording", "topic /kbot/recording is not for sensors"),
+        ("joint_states", "topic /joint_states carries JointState, not Imu"),
+        ("..", "'/..' is no topic's name in ROS"),
+        ("a//b", "is no topic's name"),
+        ("~/x", "'/~/x' is no topic's name in ROS"),
+        ("1abc", "'/1abc' is no topic's name in ROS"),
+        ("imu/2nd", "'/imu/2nd' is no topic's name in ROS"),
+        ("{x}", "'/{x}' is no topic's name in ROS"),
+        ("a:=b", "'/a:=b' is no topic's name in ROS"),
+        ("ä", r"'/\xe4' is no topic's name in ROS"),
+        ("a\nb", r"'/a\nb' is no topic's name in ROS"),
+        ("a" * 10_000, "10001 characters, not 255"),
+    ],
+)
+def test_a_topic_that_no_sensor_may_have_leaves_it_out_at_its_line(topic, words):
+    simulation = Simulation(_robot(_imu_on(topic)))
+    mounted, (said,) = mount_declared(simulation)
+    assert mounted == {}
+    assert (said.code, said.is_error) == ("W140", False)
+    assert words in said.message
+    assert len(said.message) < 250
+    assert said.message.endswith("it is left out")
+    assert said.origin is not None
+    assert said.origin.span.line == 3
+
+
+@pytest.mark.parametrize("topic", ["imu/data", "/imu_2/Data__x", "_imu", "a" * 254, "kbot"])
+def test_a_topic_that_ros_takes_is_taken(topic):
+    mounted, said = mount_declared(Simulation(_robot(_imu_on(topic))))
+    assert (list(mounted), said) == (["imu"], ())
+
+
+def test_a_camera_one_of_whose_topics_is_no_name_leaves_nothing_behind():
+    text = """<gazebo reference="base_link"><sensor type="camera" name="eye"><topic>eye</topic>
+        <camera><camera_info_topic>/tf</camera_info_topic></camera></sensor></gazebo>"""
+    simulation = Simulation(_robot(text))
+    mounted, (said,) = mount_declared(simulation)
+    assert mounted == {}
+    assert "topic /tf is not for sensors" in said.message
+    assert "/eye" not in simulation.bus.topics
+    simulation.run(0.2)  # and it is not asked for pictures

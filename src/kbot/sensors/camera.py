@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -52,6 +53,10 @@ class Camera(Spec):
         """In pixels, the same across and down."""
         return self.width / 2.0 / math.tan(self.fov / 2.0)
 
+    @property
+    def topics(self) -> tuple[str, ...]:
+        return (self.topic or f"{self.label}/image_raw", *filter(None, (self.info_topic, self.depth_topic)))
+
     def mount(self, simulation: Simulation) -> CameraSensor:
         return CameraSensor(simulation, self)
 
@@ -63,14 +68,18 @@ class CameraSensor(Sensor[Image]):
     spec: Camera
 
     def __init__(self, simulation: Simulation, spec: Camera) -> None:
-        """Raises KbotError where there is no OpenGL off screen; what to install is said."""
+        """Raises KbotError where there is no OpenGL off screen; what to install is said; or as `Sensor`."""
         super().__init__(simulation, spec)
-        bus = simulation.bus
         beside, _, leaf = self.topic.rpartition("/")
         beside = f"{beside}/" if beside else ""
-        self._infos = bus.advertise(self._beside(spec.info_topic, f"{beside}camera_info"), CameraInfo)
+        infos = self._beside(spec.info_topic, f"{beside}camera_info")
         depths = self._beside(spec.depth_topic, f"{beside}depth/{leaf}")
-        self._depths = bus.advertise(depths, Image) if spec.depth else None
+        with ExitStack() as undo:
+            undo.callback(super().close)
+            self._infos = self._advertise(infos, CameraInfo)
+            undo.callback(self._infos.close)
+            self._depths = self._advertise(depths, Image) if spec.depth else None
+            undo.pop_all()
         self._noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/colour", spec.width * spec.height * 3, self._period
         )
@@ -83,10 +92,6 @@ class CameraSensor(Sensor[Image]):
         size = spec.width, spec.height
         self._scene = PictureModel(self.simulation, fovy, size, spec.near, spec.far)
         self._canvas = Canvas(self._scene.model, *size)
-
-    @property
-    def _default_topic(self) -> str:
-        return f"{self.spec.label}/image_raw"
 
     def _beside(self, own: str, default: str) -> str:
         return self.simulation.named(self.owner).naming.topic(own) if own else default

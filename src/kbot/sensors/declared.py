@@ -16,7 +16,7 @@ from kbot.sensors.camera import Camera
 from kbot.sensors.readers import read_sensor
 from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
-from kbot.sensors.sensor import Sensor, Spec
+from kbot.sensors.sensor import Sensor, Spec, require_sensor_topic
 from kbot.sim import Simulation
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.robot import SimulatedRobot
@@ -55,7 +55,15 @@ def declared_sensors(robot: Robot, naming: Naming = PLAIN) -> Declared:
         if spec is not None and sum(d.is_error for d in diagnostics) == before:
             specs.append(spec)
     specs += ros2_control_sensors(robot, diagnostics)
-    return Declared(tuple(specs), tuple(diagnostics))
+    heard = []
+    for spec in specs:
+        try:
+            for topic in spec.topics:
+                require_sensor_topic(naming.topic(topic))
+            heard.append(spec)
+        except KbotError as error:
+            diagnostics.append(_left_out(spec, error))
+    return Declared(tuple(heard), tuple(diagnostics))
 
 
 def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
@@ -81,7 +89,7 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
             sensor.only_when_heard = isinstance(spec, Camera)
             mounted[spec.label] = sensor
         except KbotError as error:
-            said.append(Diagnostic("W140", Severity.WARNING, f"{error}: it is left out", spec.origin))
+            said.append(_left_out(spec, error))
     simulation.attached[_KEY] = mounted, tuple(said)
     return mounted, tuple(said)
 
@@ -98,6 +106,11 @@ def mount_on_others(simulation: Simulation) -> None:
             with suppress(KbotError):
                 sensor = replace(spec, robot=name).mount(simulation)
                 sensor.only_when_heard = isinstance(spec, Camera)
+
+
+def _left_out(spec: Spec, error: KbotError) -> Diagnostic:
+    message = f"{spec.label}: {str(error).removeprefix(f'{spec.label}: ')}: it is left out"
+    return Diagnostic("W140", Severity.WARNING, message, spec.origin)
 
 
 def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:

@@ -37,6 +37,10 @@ class LogicalCamera(Spec):
         if not (0.0 < self.fov < math.pi and self.aspect > 0.0):
             raise KbotError(f"{self.label}: a field of view is above 0 and below pi rad, its aspect above 0")
 
+    @property
+    def topics(self) -> tuple[str, ...]:
+        return (self.topic or f"{self.label}/models",)
+
     def mount(self, simulation: Simulation) -> LogicalCameraSensor:
         return LogicalCameraSensor(simulation, self)
 
@@ -54,10 +58,6 @@ class LogicalCameraSensor(Sensor[msg.TFMessage]):
         self._noise = NoiseSource(
             spec.noise, simulation.seed, f"{spec.label}/place", 3 * self._most, self._period
         )
-
-    @property
-    def _default_topic(self) -> str:
-        return f"{self.spec.label}/models"
 
     def measure(self, sample: int | None = None) -> msg.TFMessage:
         _, _, place, axes = self._place()

@@ -15,13 +15,25 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Header
 from kbot.messages.bus import Publisher
 from kbot.messages.clock import NANOSECONDS
+from kbot.messages.names import require_topic_name
 from kbot.sim import Simulation
 from kbot.text import KbotError, Origin
 from kbot.text.suggest import did_you_mean
 
 M = TypeVar("M")
+A = TypeVar("A")
 
 HERE = Transform.identity()
+
+_OTHERS = frozenset(
+    {
+        "/clock", "/tf", "/tf_static", "/robot_description", "/map", "/map_metadata", "/plan",
+        "/navigation_status", "/goal_pose", "/move_base_simple/goal", "/move_base/cancel", "/initialpose",
+        "/clicked_point", "/contacts",
+    }
+)  # fmt: skip
+_KBOT = "/kbot/"
+"""Topics that no sensor speaks on, and beneath which none does: a run, its page and its recording do."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +65,11 @@ class Spec(ABC):
     def label(self) -> str:
         return self.name or self.kind
 
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Those it is heard on, as they are written; its readings on the first."""
+        return (self.topic or self.label,)
+
     @abstractmethod
     def mount(self, simulation: Simulation) -> Sensor[Any]: ...
 
@@ -64,7 +81,7 @@ class Sensor(ABC, Generic[M]):
     message_type: type[M]
 
     def __init__(self, simulation: Simulation, spec: Spec) -> None:
-        """Raises KbotError: the robot has no such link, or the topic is another's."""
+        """Raises KbotError: the robot has no such link, the topic's name is none, or it is another's."""
         self.simulation, self.spec = simulation, spec
         self.owner = simulation.named(spec.robot or None).name
         robot = simulation.named(self.owner).robot
@@ -78,7 +95,7 @@ class Sensor(ABC, Generic[M]):
         self._engine()
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
-        self._publisher: Publisher[M] = simulation.bus.advertise(self.topic, self.message_type)
+        self._publisher: Publisher[M] = self._advertise(self.topic, self.message_type)
         self.only_when_heard = False
         """Whether it measures only while someone listens to its topics."""
         self._latest: tuple[int, M] | None = None
@@ -90,11 +107,12 @@ class Sensor(ABC, Generic[M]):
     def topic(self) -> str:
         """Where its readings are heard, in the namespace of its robot."""
         naming = self.simulation.named(self.owner).naming
-        return naming.topic(self.spec.topic or self._default_topic)
+        return naming.topic(self.spec.topics[0])
 
-    @property
-    def _default_topic(self) -> str:
-        return self.spec.label
+    def _advertise(self, topic: str, message_type: type[A]) -> Publisher[A]:
+        """Raises KbotError: the topic's name is none in ROS, or it is another's."""
+        require_sensor_topic(topic)
+        return self.simulation.bus.advertise(topic, message_type)
 
     @property
     def _namespace(self) -> str:
@@ -184,6 +202,13 @@ class Sensor(ABC, Generic[M]):
         model, data = self._engine()
         rotation = self._body_axes
         return model, data, self._body_place + rotation.dot(self._offset), rotation.dot(self._rotation)
+
+
+def require_sensor_topic(topic: str) -> None:
+    """Raises KbotError: no sensor speaks on a topic of this full name."""
+    require_topic_name(topic)
+    if topic in _OTHERS or topic.startswith(_KBOT):
+        raise KbotError(f"topic {topic} is not for sensors: give it another")
 
 
 def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:
