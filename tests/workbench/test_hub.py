@@ -3,12 +3,16 @@
 import asyncio
 import json
 
-from kbot.workbench.protocol import Refused, SourceText, State
+from kbot.workbench.protocol import Refused, SourceText, State, Timeline
 from kbot.workbench.serving.hub import Client, Hub
 
 
 def state(time: float) -> State:
     return State(1, time, False, 1.0, 1.0, (), (), (), (), (), (), (), (), 0, 0)
+
+
+def timeline(end: float, live: bool) -> Timeline:
+    return Timeline(0.0, end, 0.5, live, False, False, False, 1.0, (), None)
 
 
 def sent_by(client: Client) -> list[dict[str, object]]:
@@ -40,6 +44,19 @@ def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
     assert [message["type"] for message in sent] == ["state", "refused", "source", "source"]
     assert sent[0]["time"] == 9_999 / 50
     assert {(m["file"], m["text"]) for m in sent[2:]} == {("a", "2"), ("b", "1")}
+
+
+def test_time_that_goes_on_is_told_before_what_was_said_at_its_moment() -> None:
+    """A page forgets what topics said when it comes to another moment."""
+    client = Hub().join()
+    client.put_time(timeline(end=1.0, live=False))
+    client.put_topic("/plan", json.dumps({"type": "message"}))
+    client.put_time(timeline(end=2.0, live=False))
+    first, second = sent_by(client)
+    assert (first["type"], first["end"], second["type"]) == ("timeline", 2.0, "message")
+    client.put_topic("/plan", json.dumps({"type": "message"}))
+    client.put_time(timeline(end=3.0, live=True))
+    assert [message["type"] for message in sent_by(client)] == ["message", "timeline"]
 
 
 def test_all_pages_are_told_until_they_leave() -> None:

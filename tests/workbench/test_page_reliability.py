@@ -1,16 +1,22 @@
 """The page when things go wrong, and when there are many of them."""
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
+import pytest
 
+from kbot.messages.navigation import Path as PlannedPath
+from kbot.messages.navigation import PoseStamped
 from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serving.past import Past
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
+from .displayed import WORLD, Show, Speaker, do, pose
 
 OpenPage = Callable[..., Any]
 
@@ -138,3 +144,25 @@ def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], br
     assert later_document["nodes"] <= document["nodes"] + 20
     assert later_document["jsEventListeners"] <= document["jsEventListeners"]
     context.close()
+
+
+def test_what_was_said_once_stays_when_time_is_told_of_later(
+    driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address, session = driving
+    path = PlannedPath(WORLD, (PoseStamped(WORLD, pose()), PoseStamped(WORLD, pose(1.0))))
+    do(session, lambda motion: motion.bus.advertise("/plan", PlannedPath, latched=True).publish(path))
+    tells_time, tell_time = threading.Event(), Past.tell_time
+    monkeypatch.setattr(
+        Past, "tell_time", lambda past, client: tell_time(past, client) if tells_time.is_set() else None
+    )
+    page = open_page(address)
+    show = Show(page, Speaker(session))
+    show.add("Path", "/plan")
+    until(lambda: show.status("Path").endswith("/plan"))
+    assert page.locator(".timeline").is_hidden()
+    tells_time.set()
+    until(lambda: page.locator(".timeline").is_visible())
+    page.evaluate("kbot.drawn()")
+    assert "heard" not in show.status("Path")
+    page.goto("about:blank")  # it would look for its server

@@ -135,7 +135,10 @@ export class App {
     switch (message.type) {
       case "about":
         this.about.set({ ...message, client: message.client || (this.about.value?.client ?? 0) });
-        if (message.client > 0) this.topics.connected();
+        if (message.client > 0) {
+          this.travel.connected();
+          this.topics.connected();
+        }
         this.refreshSources();
         break;
       case "displays":

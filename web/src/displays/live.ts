@@ -31,8 +31,11 @@ export class LiveDisplays {
     private readonly picture: Picture,
   ) {
     app.displays.all.watch((all) => this.follow(all));
-    app.topics.list.watch(() => {
-      for (const one of this.live.values()) this.connect(one);
+    app.topics.list.watch((topics) => {
+      for (const one of this.live.values()) {
+        if (one.heard && !topics.some(({ name }) => name === one.topic)) this.empty(one); // it is gone
+        this.connect(one);
+      }
       this.report();
       this.picture.invalidate();
     });
@@ -128,7 +131,6 @@ export class LiveDisplays {
     const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics) : "";
     const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
     const wanted = carried === undefined || kind.topics.includes(carried) ? topic : "";
-    if (one.heard && carried === undefined) this.empty(one); // it is gone
     if (wanted === one.topic) return;
     one.stop?.();
     one.stop = null;

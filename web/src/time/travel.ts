@@ -15,6 +15,8 @@ export class TimeTravel {
   private asked: number | null = null;
   /** The moment that was asked for last, until the server says which one is shown. */
   private wanted: number | null = null;
+  /** Whether what topics said here was of a moment that was. */
+  private wasPast = false;
 
   constructor(
     private readonly state: Signal<State | null>,
@@ -37,12 +39,18 @@ export class TimeTravel {
     return this.timeline.value?.at ?? 0;
   }
 
+  /** The server that is connected now shows what is; it may answer before it says so. */
+  connected(): void {
+    if (this.wasPast) this.topics.forget();
+    this.wasPast = false;
+  }
+
   heard(now: Timeline): void {
-    const before = this.timeline.value;
     if (this.asked === null) this.wanted = null;
     this.timeline.set(now);
-    if (before?.live !== now.live) this.topics.forget();
+    if (this.wasPast === now.live) this.topics.forget();
     else for (const topic of now.silent) this.topics.forget(topic);
+    this.wasPast = !now.live;
     const { state } = this;
     if (this.isPast && state.value !== null) state.set(this.asNow(state.value));
   }

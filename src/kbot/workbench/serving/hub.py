@@ -32,6 +32,17 @@ class Client:
         """Queue a message; an older one of its kind that was not sent yet is dropped."""
         self._queue(_key(message), text if text is not None else encode(message))
 
+    def put_time(self, timeline: Timeline) -> None:
+        """Queue what there is to go back to. What is said after it is of the moment that it tells of, so one
+        that tells of the same moment takes the place of the one that waits."""
+        before, self.timeline = self.timeline, timeline
+        key = _key(timeline)
+        is_same = before is not None and (before.live, before.silent) == (timeline.live, timeline.silent)
+        if is_same and key in self._waiting:
+            self._waiting[key] = encode(timeline)
+        else:
+            self.put(timeline)
+
     def put_frame(self, key: str, frame: str | bytes) -> None:
         """Queue a message that is encoded, by what it is newer of."""
         self._queue(key, frame)

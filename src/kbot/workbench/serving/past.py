@@ -134,8 +134,7 @@ class Past:
         """Tell a page what there is to go back to, where that is news."""
         timeline = self._session.timeline() or self._of_history(client)
         if timeline != client.timeline:
-            client.timeline = timeline
-            client.put(timeline)
+            client.put_time(timeline)
 
     def _of_history(self, client: Client) -> Timeline:
         start, end = round(self._history.start, 3), round(self._history.end, 3)

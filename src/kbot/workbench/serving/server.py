@@ -123,8 +123,8 @@ class Server:
         session = self.session
         for message in session.greeting(client.number):
             client.put(message)
-        if self._topics is not None:
-            client.put(self._topics)
+        if self._topics is not None:  # as they are now: while there was no page nobody looked
+            client.put(session.topics.topics())
         pump = asyncio.create_task(client.pump(connection.send))
         try:
             async for data in connection:
