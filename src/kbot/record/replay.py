@@ -38,8 +38,8 @@ class Replayed:
     """How a run came out when it was done again.
 
     `difference` names the first message that was not the same, empty when all were; `same_state` says
-    whether the engine ended in the recorded state, None where the recording does not tell. `left_out` has the number of
-    messages by topic that were held against nothing, as those of sensors, nodes and the user's programs.
+    whether the engine ended in the recorded state, None where the recording does not tell. `left_out` has the
+    number of messages by topic that were held against nothing, as those of sensors, nodes and programs.
     """
 
     simulation: Simulation

@@ -117,7 +117,7 @@ class RecordedRun:
         )
 
     def _namespace(self, described: str) -> str:
-        """Of the robot on show, as `/a`, empty for the root: as KBot noted it, or where its description is."""
+        """Of the robot on show, as `/a`, empty for the root: as it was noted, or where its description is."""
         try:
             _, namespace, _ = json.loads(self.facts["naming"])
         except (KeyError, ValueError, TypeError):
