@@ -10,6 +10,8 @@ from xml.etree import ElementTree
 import pytest
 from click.testing import CliRunner, Result
 
+import kbot.cli.check
+from kbot.checks.fixes import fixed
 from kbot.cli.check import command as check
 from kbot.cli.rule import command as rule
 from kbot.text import KbotError
@@ -245,6 +247,40 @@ def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(here)
     run("robot.xacro", "--fix")
     assert part.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
+
+
+def test_an_edit_that_is_saved_while_it_checks_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (FIXTURES / "J107" / "fails.xacro").read_text()
+    path = tmp_path / "robot.xacro"
+    path.write_text(text)
+
+    def slow(*given: Any) -> Any:
+        path.write_text(text + "<!-- saved meanwhile -->\n")
+        return fixed(*given)
+
+    monkeypatch.setattr(kbot.cli.check, "fixed", slow)
+    with pytest.raises(KbotError, match="changed meanwhile: nothing was written"):
+        run("robot.xacro", "--fix")
+    assert path.read_text() == text + "<!-- saved meanwhile -->\n"
+
+
+def test_a_part_that_two_robots_know_by_two_names_is_mended_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "more").mkdir()
+    text = (FIXTURES / "J107" / "fails.xacro").read_text()
+    Path("part.xacro").write_text(text)
+    Path("more/same.xacro").symlink_to(tmp_path / "part.xacro")
+    head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
+    Path("one.xacro").write_text(head + '<xacro:include filename="part.xacro"/></robot>\n')
+    Path("two.xacro").write_text(head + '<xacro:include filename="more/same.xacro"/></robot>\n')
+    run("one.xacro", "two.xacro", "--fix")
+    assert Path("part.xacro").read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
+    assert Path("more/same.xacro").is_symlink()
 
 
 def test_an_unsafe_fix_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,13 +1,15 @@
 """Files are read with one clear error, and written whole or not at all."""
 
+import codecs
 import os
 import stat
+import tempfile
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from kbot.text import DescriptionError, KbotError, parse_xml, read_source, write_text
+from kbot.text import DescriptionError, KbotError, parse_xml, read_source, rewrite, write_text
 from kbot.text.files import from_file_uri
 
 
@@ -81,6 +83,81 @@ def test_other_encodings_are_read_and_kept(tmp_path: Path, declared: str | None,
     assert ElementTree.parse(path).getroot().attrib["name"] == "Räder"
     write_text(path, text.replace("Räder", "Rädchen"))
     assert ElementTree.parse(path).getroot().attrib["name"] == "Rädchen"
+
+
+@pytest.mark.parametrize(
+    ("declared", "mark", "codec"),
+    [
+        ("UTF-8", codecs.BOM_UTF8, "utf-8"),
+        ("iso-8859-1", b"", "latin-1"),
+        ("UTF-16", codecs.BOM_UTF16_LE, "utf-16-le"),
+        ("UTF-16", codecs.BOM_UTF16_BE, "utf-16-be"),
+        ("UTF-8", codecs.BOM_UTF16_BE, "utf-16-be"),  # the mark has the last word
+        ("UTF-16BE", b"", "utf-16-be"),
+        ("UTF-16", b"", "utf-16-le"),
+    ],
+)
+def test_a_file_keeps_its_mark_and_its_encoding(
+    tmp_path: Path, declared: str, mark: bytes, codec: str
+) -> None:
+    text = f'<?xml version="1.0" encoding="{declared}"?>\r\n<robot name="Räder"/>'
+    path = tmp_path / "robot.xacro"
+    path.write_bytes(mark + text.encode(codec))
+    before = read_source(path).text
+    rewrite({str(path): (before, before.replace("Räder", "Rädchen"))})
+    assert path.read_bytes() == mark + text.replace("Räder", "Rädchen").encode(codec)
+
+
+def test_files_are_rewritten_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one, two = tmp_path / "one", tmp_path / "folder" / "two"
+    two.parent.mkdir()
+    one.write_text("a")
+    two.write_text("b")
+    with pytest.raises(KbotError, match="two changed meanwhile: nothing was written"):
+        rewrite({str(one): ("a", "A"), str(two): ("c", "C")})
+
+    make = tempfile.mkstemp
+
+    def read_only(prefix: str, dir: str) -> tuple[int, str]:
+        if dir == str(two.parent):
+            raise PermissionError(13, "Permission denied")
+        return make(prefix=prefix, dir=dir)
+
+    monkeypatch.setattr(tempfile, "mkstemp", read_only)
+    with pytest.raises(KbotError, match="two cannot be written, and nothing else was: Permission denied"):
+        rewrite({str(one): ("a", "A"), str(two): ("b", "B")})
+    assert (one.read_text(), two.read_text()) == ("a", "b")
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["folder", "one", "two"]
+    monkeypatch.undo()
+    rewrite({str(one): ("a", "A"), str(two): ("b", "B")})
+    assert (one.read_text(), two.read_text()) == ("A", "B")
+
+
+def test_what_is_saved_while_others_are_made_ready_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text("old")
+    make = tempfile.mkstemp
+
+    def saved_meanwhile(prefix: str, dir: str) -> tuple[int, str]:
+        path.write_text("saved")
+        return make(prefix=prefix, dir=dir)
+
+    monkeypatch.setattr(tempfile, "mkstemp", saved_meanwhile)
+    with pytest.raises(KbotError, match="changed meanwhile"):
+        rewrite({str(path): ("old", "new")})
+    assert path.read_text() == "saved"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_file_for_reading_only_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text("old")
+    path.chmod(0o444)
+    with pytest.raises(KbotError, match="cannot be written: Permission denied"):
+        rewrite({str(path): ("old", "new")})
+    assert path.read_text() == "old"
 
 
 @pytest.mark.parametrize("name", ["us-ascii", "UTF-8"])

@@ -21,7 +21,7 @@ from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
-from kbot.text import DescriptionError, Diagnostic, Fix, KbotError, read_source, write_text
+from kbot.text import DescriptionError, Diagnostic, Fix, KbotError, read_source, rewrite
 from kbot.text.files import unsaved
 from kbot.text.render import count, render_text, to_json
 from kbot.xacro import Packages
@@ -154,7 +154,8 @@ def _place(word: str, packages: Packages) -> str:
 def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
     """Apply fixes to the jobs' own files and to those they include, or show what they would change; the
     texts that they make, by path."""
-    before: dict[str, str] = {}
+    changed: dict[str, tuple[str, str, str]] = {}
+    """By real path, for one file may go by several names: the first of them, the text before and after."""
     after: dict[str, str] = {}
     fixes: list[Fix] = []
     left_alone: dict[str, None] = {}
@@ -169,15 +170,16 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
                 includes = fixed_includes(job.path, job.check, unsafe)
         for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
             if old != new:
-                before.setdefault(path, old)
-                after[path] = new
+                real = os.path.realpath(path)
+                name, old = changed.get(real, (path, old))[:2]
+                changed[real], after[real] = (name, old, new), new
         fixes += [*own, *includes.fixes]
         left_alone.update(dict.fromkeys(includes.left_alone))
-    for path, text in after.items():
-        if diff:
-            click.echo(unified_diff(before[path], text, relative(path)), nl=False)
-        else:
-            write_text(path, text)
+    if diff:
+        for name, old, new in changed.values():
+            click.echo(unified_diff(old, new, relative(name)), nl=False)
+    else:
+        rewrite({name: (old, new) for name, old, new in changed.values()})
     for one in () if diff else fixes:
         click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
     for path in left_alone:

@@ -6,13 +6,12 @@ import codecs
 import re
 
 _DECLARED = re.compile(r"""<\?xml\s[^>]*?\bencoding\s*=\s*["']([A-Za-z][\w.\-]*)["']""", re.ASCII)
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-    (b"<\0", "utf-16-le"),
-    (b"\0<", "utf-16-be"),
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
+_BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 
 
 class BadEncoding(Exception):
@@ -27,7 +26,7 @@ def decode(data: bytes) -> str:
     Raises:
         BadEncoding: the bytes are not of that encoding, or there is no such encoding.
     """
-    marked = next((name for bom, name in _BOMS if data.startswith(bom)), None)
+    mark, marked = _marked(data)
     declared = None
     if marked is None and data.startswith(b"<?xml"):
         declared = declared_encoding(data[:256].decode("latin-1"))
@@ -35,17 +34,28 @@ def decode(data: bytes) -> str:
             raise BadEncoding(f"declares the encoding {declared}, which it cannot be in")
     name = marked or declared or "utf-8"
     try:
-        return data.decode(name)
+        return data[len(mark) :].decode(name)
     except UnicodeDecodeError as error:
-        kind = {"utf-8-sig": "UTF-8", "utf-16-le": "UTF-16", "utf-16-be": "UTF-16"}.get(name, name.upper())
-        raise BadEncoding(
-            f"is not {kind} text: byte 0x{data[error.start]:02x} at offset {error.start}"
-        ) from None
+        kind = {"utf-16-le": "UTF-16", "utf-16-be": "UTF-16"}.get(name, name.upper())
+        at = len(mark) + error.start
+        raise BadEncoding(f"is not {kind} text: byte 0x{data[at]:02x} at offset {at}") from None
 
 
-def encode(text: str) -> bytes:
-    """Text in the encoding that its XML declaration names, so that a file that is rewritten keeps to it;
-    else UTF-8. What the encoding lacks becomes a character reference."""
+def _marked(data: bytes) -> tuple[bytes, str | None]:
+    """The byte order mark, and the encoding that it or the first character's bytes tell."""
+    for mark, name in _MARKS:
+        if data.startswith(mark):
+            return mark, name
+    return b"", next((name for beginning, name in _BEGINNINGS if data.startswith(beginning)), None)
+
+
+def encode(text: str, was: bytes = b"") -> bytes:
+    """Text in the encoding that its XML declaration names, else UTF-8; but with the byte order mark and
+    in the UTF-16 of the file that it takes the place of. What the encoding lacks becomes a character
+    reference."""
+    mark, marked = _marked(was)
+    if marked is not None:
+        return mark + text.encode(marked)
     declared = declared_encoding(text[:256])
     if declared is None or not (_is_of_bytes(declared) or _canonical(declared) == "utf-16"):
         return text.encode("utf-8")

@@ -7,7 +7,7 @@ import os
 import re
 import stat
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 
 from kbot.text.encoding import BadEncoding, decode, encode
@@ -132,29 +132,77 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
     Raises:
         KbotError: the folder is missing or not writable.
     """
-    import tempfile  # this and pathlib cost more to import than all of this package
-    from pathlib import Path
+    from pathlib import Path  # it costs more to import than all of this package
 
     if not os.fspath(path):
         raise KbotError("the name of a file to write is empty")
-    target = Path(os.path.realpath(path))  # a link stays a link
     try:
         if Path(path).exists() and not Path(path).is_file():
             Path(path).write_bytes(data)  # a device or a pipe, as /dev/stdout: nothing to replace
             return
-        descriptor, scratch = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+        with ExitStack() as scratches:
+            os.replace(_beside(path, data, scratches), os.path.realpath(path))  # a link stays a link
     except OSError as error:
         raise KbotError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
+    """Put texts in the place of others, by path that before and that after: in all of the files or in none.
+
+    Each file keeps its encoding and byte order mark.
+
+    Raises:
+        KbotError: a file holds another text than that before, or cannot be written; then none is.
+    """
+    path, others = "", ", and nothing else was" if len(texts) > 1 else ""
     try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(data)
-        mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
-        Path(scratch).chmod(mode)
-        Path(scratch).replace(target)
+        with ExitStack() as scratches:
+            ready: list[tuple[str, bytes, str]] = []
+            for path, (before, after) in texts.items():
+                check_regular(path)
+                was = _read_bytes(path, MAX_BYTES)
+                if not _holds(was, before):
+                    raise _changed(path)
+                if not os.access(path, os.W_OK):
+                    raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+                ready.append((path, was, _beside(path, encode(after, was), scratches)))
+            for path, was, _ in ready:
+                if _read_bytes(path, MAX_BYTES) != was:
+                    raise _changed(path)
+            others = ""
+            for path, _, scratch in ready:
+                os.replace(scratch, os.path.realpath(path))
     except OSError as error:
-        raise KbotError(f"{path} cannot be written: {error.strerror}") from None
-    finally:
-        Path(scratch).unlink(missing_ok=True)
+        raise KbotError(f"{path} cannot be written{others}: {error.strerror}") from None
+
+
+def _holds(data: bytes, text: str) -> bool:
+    try:
+        return decode(data) == text
+    except BadEncoding:
+        return False
+
+
+def _changed(path: str) -> KbotError:
+    return KbotError(f"{path} changed meanwhile: nothing was written, try again")
+
+
+def _beside(path: str | os.PathLike[str], data: bytes, scratches: ExitStack) -> str:
+    """The data in a file beside a path's, with its mode; it goes with `scratches` unless it was moved."""
+    import tempfile
+
+    folder, name = os.path.split(os.path.realpath(path))
+    descriptor, scratch = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
+    scratches.callback(_remove, scratch)
+    with os.fdopen(descriptor, "wb") as stream:
+        stream.write(data)
+    os.chmod(scratch, os.stat(path).st_mode & 0o777 if os.path.exists(path) else 0o666 & ~_umask())
+    return scratch
+
+
+def _remove(path: str) -> None:
+    with suppress(FileNotFoundError):
+        os.unlink(path)
 
 
 def _umask() -> int:

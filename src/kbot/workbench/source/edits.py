@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kbot.text import Edit, KbotError, Span, read_source, write_text
+from kbot.text import Edit, KbotError, Span, read_source, rewrite
 from kbot.xacro.packages import SHIPPED
 
 MOST_UNDONE = 200
@@ -67,8 +67,7 @@ class Editor:
         for edit, was in edits:
             by_file.setdefault(edit.span.file, []).append((edit, was))
         texts = tuple(_changed(file, both) for file, both in by_file.items())
-        for file, _, after in texts:
-            write_text(file, after)
+        rewrite({file: (before, after) for file, before, after in texts})
         last = self._done[-1] if self._done else None
         if last is not None and spot is not None and last.spot == spot and last.texts[0][2] == texts[0][1]:
             file, before, _ = last.texts[0]
@@ -89,8 +88,7 @@ class Editor:
         for file, _, after in change.texts:
             if read_source(file).text != after:
                 raise KbotError(f"{Path(file).name} was changed since: undo it where that was done")
-        for file, before, _ in change.texts:
-            write_text(file, before)
+        rewrite({file: (after, before) for file, before, after in change.texts})
         self._done.pop()
 
 
