@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import yaml
 
 import kbot
 from kbot.cli.main import run
@@ -40,6 +41,21 @@ def test_it_has_the_sizes_it_was_asked_for(here: Path) -> None:
     right = robot.pose("right_wheel", in_frame="base_footprint").translation
     assert left[1] - right[1] == pytest.approx(0.3)
     assert left[2] == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
+@pytest.mark.parametrize("file", ["view.rviz", "view_ros2.rviz"])
+def test_rviz_looks_from_where_all_of_it_is_seen(here: Path, flags: tuple[str, ...], file: str) -> None:
+    """Its camera is 45 degrees high: a ball of radius r is seen whole from r / sin(22.5 degrees) on."""
+    run(["new", "my_robot", *flags])
+    displays = yaml.safe_load(Path("my_robot/config", file).read_text())
+    distance = displays["Visualization Manager"]["Views"]["Current"]["Distance"]
+    robot = kbot.load("my_robot/urdf/my_robot.xacro")
+    body = robot.links["base_link"].visuals[0].geometry
+    behind = robot.pose("base_link", in_frame="base_footprint").translation[0] - body.size[0] / 2
+    beside = robot.pose("left_wheel", in_frame="base_footprint").translation[1]
+    least = math.hypot(behind, beside) / math.sin(math.radians(22.5))
+    assert least < distance < 2 * least
 
 
 @pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)

@@ -41,6 +41,19 @@ class Sizes:
         """With the wheels a little beside the body."""
         return cls(length, width, height, wheel_radius, wheel_width, width + wheel_width + 2.0 * GAP)
 
+    @property
+    def middle(self) -> float:
+        """Half the robot's height over the ground, m."""
+        return (self.wheel_radius + self.height) / 2.0
+
+    @property
+    def view_distance(self) -> float:
+        """From where rviz's camera, 45 degrees high, sees all of the robot with a little around it, m."""
+        behind = 0.7 * self.length  # of the axle, which stands 0.2 lengths ahead of the body's middle
+        beside = (self.separation + self.wheel_width) / 2.0
+        reach = math.hypot(behind, beside, max(self.middle, self.wheel_radius))
+        return 1.2 * reach / math.sin(math.pi / 8.0)
+
     def check(self) -> None:
         """Raises KbotError: these sizes make no robot that stands on two wheels and a caster."""
         for field in fields(self):
@@ -86,6 +99,7 @@ def make_package(folder: Path, name: str, sizes: Sizes) -> list[Path]:
     if folder.exists() or folder.is_symlink():
         raise KbotError(f"{folder} exists, and is left as it is: name another with --in DIR, or move it away")
     values = {"NAME": name, **{f.name.upper(): f"{getattr(sizes, f.name):.12g}" for f in fields(sizes)}}
+    values |= {"DISTANCE": f"{sizes.view_distance:.2g}", "MIDDLE": f"{sizes.middle:.2g}"}
     try:
         scratch = Path(tempfile.mkdtemp(prefix=f".{name}.", dir=folder.parent))
     except OSError as error:
