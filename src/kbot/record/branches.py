@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 
+from kbot.record.journal import read_command
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.sim import Simulation
@@ -22,7 +22,7 @@ class Branches:
         self._wanted: dict[int, set[int]] = defaultdict(set)
         for entry in recording.entries():
             if entry.topic == COMMANDS_TOPIC:
-                command = json.loads(entry.message().data)
+                command = read_command(entry)
                 if command["do"] == "restore":
                     self._wanted[command["noted"] - self._first].add(command["to"])
         self._states: dict[tuple[int, int], State] = {}

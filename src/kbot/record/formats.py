@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 from kbot.record.entry import Entry
 from kbot.text import KbotError
 
 NOTES_TOPIC = "/kbot/recording"
 """Where formats without metadata of their own carry it, as JSON in a String."""
+
+TEXT = "std_msgs/msg/String"
 
 FIRST_MOMENT = 1
 """A bag of ROS 1 takes time 0 for "no time": what happened then is told to have happened 1 ns later."""
@@ -115,6 +117,24 @@ class NoIndex(KbotError):
 
 
 def read_note(entry: Entry) -> tuple[str, dict[str, str]]:
-    """The name and the facts in a message on NOTES_TOPIC. Raises KbotError: the bytes are no such message."""
-    values = {key: str(value) for key, value in json.loads(entry.message().data).items()}
+    """The name and the facts in a message on NOTES_TOPIC. Raises KbotError: the message is none of KBot's."""
+    values = {key: str(value) for key, value in read_fields(entry).items()}
     return values.pop("name", ""), values
+
+
+def read_fields(entry: Entry) -> dict[str, Any]:
+    """What is in a message of KBot's own, as JSON in a String. Raises KbotError: it is none of KBot's."""
+    try:
+        found = json.loads(read_text(entry))
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise KbotError(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s holds nothing that KBot wrote")
+    return found
+
+
+def read_text(entry: Entry) -> str:
+    """What is in a String. Raises KbotError: it is another message, or the bytes are none."""
+    if entry.type_name != TEXT:
+        raise KbotError(f"{entry.topic} carries {entry.type_name} in this recording, not {TEXT}")
+    return str(entry.message().data)

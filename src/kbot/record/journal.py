@@ -8,11 +8,24 @@ from typing import Any
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot_text
+from kbot.record.entry import Entry
+from kbot.record.formats import read_fields
 from kbot.sim import Simulation
 from kbot.sim.faults import from_journal
 from kbot.text import KbotError
 
 Note = Mapping[str, Any]
+
+
+def read_command(entry: Entry) -> dict[str, Any]:
+    """What was done, and at which step. Raises KbotError: the message is none of KBot's."""
+    command = read_fields(entry)
+    is_told = isinstance(command.get("do"), str) and isinstance(command.get("step"), int)
+    if command.get("do") == "restore":
+        is_told = is_told and all(isinstance(command.get(key), int) for key in ("noted", "to"))
+    if not is_told:
+        raise KbotError(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s does not say what was done when")
+    return command
 
 
 def do_again(simulation: Simulation, what: str, note: Note) -> None:

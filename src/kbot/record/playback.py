@@ -11,6 +11,7 @@ from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
+from kbot.record.formats import TEXT
 from kbot.record.player import LATCHED, NOT_SAID
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
@@ -105,7 +106,8 @@ class Playback:
     def description(self) -> str:
         """The robot's URDF, empty where the recordings have none."""
         entries = (entry for recording in self._recordings for entry in recording.entries())
-        return next((str(e.message().data) for e in entries if e.topic == DESCRIPTION_TOPIC), "")
+        found = (e for e in entries if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
+        return next((str(e.message().data) for e in found), "")
 
     def go_on_from(self, other: Playback) -> None:
         """Stand where another of the same recording does; what is latched is said again."""

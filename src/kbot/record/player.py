@@ -9,7 +9,7 @@ from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
-from kbot.record.formats import NOTES_TOPIC
+from kbot.record.formats import NOTES_TOPIC, TEXT
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
 from kbot.record.world_recorder import WORLD_TOPIC
@@ -72,7 +72,7 @@ class Player:
     @property
     def description(self) -> str:
         """The robot's URDF, empty where the recording has none."""
-        found = (e for e in self._recording.entries() if e.topic == DESCRIPTION_TOPIC)
+        found = (e for e in self._recording.entries() if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
         return next((str(entry.message().data) for entry in found), "")
 
     @property

@@ -15,8 +15,8 @@ from kbot.nodes.state_publishers import StatePublishers
 from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.branches import Branches
 from kbot.record.entry import Entry
-from kbot.record.formats import FIRST_MOMENT
-from kbot.record.journal import do_again
+from kbot.record.formats import FIRST_MOMENT, read_text
+from kbot.record.journal import do_again, read_command
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
@@ -70,7 +70,7 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     branches = Branches(recording, summary)
     for entry in recording.entries():
         if entry.topic == COMMANDS_TOPIC:
-            command = json.loads(entry.message().data)
+            command = read_command(entry)
             branches.pass_by(simulation)
             _obey(simulation, command, round(last / (simulation.timestep * 1e9)), branches)
             comparison.hear_new()
@@ -91,7 +91,7 @@ def _is_made_again(topic: str) -> bool:
 
 def _simulation(path: str, recording: Recording, summary: Summary, packages: Packages | None) -> Simulation:
     facts = summary.notes.get("kbot")
-    text = next((e.message().data for e in recording.entries() if e.topic == DESCRIPTION_TOPIC), None)
+    text = next((read_text(e) for e in recording.entries() if e.topic == DESCRIPTION_TOPIC), None)
     if facts is None or text is None:
         raise KbotError(f"{path} is no recording by KBot: its robot and world are not in it")
     if facts["first_step"] != "0":
@@ -117,7 +117,7 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
 def _refuse_resets(recording: Recording, summary: Summary) -> None:
     """ROS sorts its recordings by time, and a reset starts it anew."""
     for entry in recording.entries():
-        if entry.topic == COMMANDS_TOPIC and json.loads(entry.message().data)["do"] in TURNS_TIME_BACK:
+        if entry.topic == COMMANDS_TOPIC and read_command(entry)["do"] in TURNS_TIME_BACK:
             kind = summary.kind
             raise KbotError(f"the run was reset, and a {kind} does not keep the order: record it as .mcap")
 

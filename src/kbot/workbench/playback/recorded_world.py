@@ -13,6 +13,7 @@ from kbot.messages import TFMessage
 from kbot.model import Robot
 from kbot.model.load import load_robot_text
 from kbot.record.entry import Entry
+from kbot.record.formats import read_text
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.workbench.playback.recorded_run import RecordedRun
@@ -57,7 +58,7 @@ class RecordedWorld:
             self._take(entry)
 
     def _take(self, entry: Entry | None) -> None:
-        text = "[]" if entry is None else str(entry.message().data)
+        text = "[]" if entry is None else read_text(entry)
         if self._built is None or text == self._text:
             return
         try:
