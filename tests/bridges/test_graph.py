@@ -5,6 +5,7 @@ import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 import yaml
@@ -90,6 +91,18 @@ def test_the_file_is_private_and_goes_with_the_one_it_speaks_of(running: Running
 def test_strangers_have_no_token(graph: GraphServer) -> None:
     with pytest.raises(InvalidStatus, match="403"):
         connect(graph.address.rpartition("/")[0] + "/")
+
+
+def test_a_client_that_asks_for_nothing_is_not_waited_for(running: Running) -> None:
+    """As a browser's, which connects before it knows what for."""
+    server = GraphServer(running.link)
+    with socket.create_connection(("127.0.0.1", urlsplit(server.address).port or 0)) as idle:
+        with connect(server.address):
+            pass  # who came first is let in as well
+        server.close()
+        idle.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            idle.recv(1)
 
 
 def test_topics(graph: GraphServer, capsys: Said) -> None:

@@ -29,6 +29,8 @@ AT_ONCE = 1 << 16
 """Bytes that are given to the system at once; a larger message goes alone."""
 TRIES = 20
 """Ports that are tried from the usual one on."""
+CLOSING_SECONDS = 2.0
+"""How long clients have to take leave."""
 
 Data = str | bytes
 
@@ -170,7 +172,9 @@ class WebSocketBridge:
     async def _shut(self) -> None:
         if self._server is not None:
             self._server.close()
-            await self._server.wait_closed()
+            with contextlib.suppress(TimeoutError):  # a client may hold one open that asks for nothing
+                async with asyncio.timeout(CLOSING_SECONDS):
+                    await self._server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Pages of strangers, and names that only pretend to be this machine, stay out."""

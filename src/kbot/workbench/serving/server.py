@@ -54,6 +54,8 @@ UNSEEN_SECONDS = 1 / 10
 """Between two states that are kept of what no page sees."""
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
+CLOSING_SECONDS = 1.0
+"""How long pages have to take leave."""
 _CHANGE_NOTHING = (
     OpenSource
     | Drive
@@ -89,28 +91,32 @@ class Server:
 
     async def run(self, listening: socket.socket) -> None:
         """Serve on a bound socket until cancelled."""
-        async with (
-            asyncio.TaskGroup() as tasks,
-            serve(
-                self._page_connected,
-                sock=listening,
-                process_request=self._files.answer,
-                compression=None,
-                max_size=MAX_MESSAGE,
-                max_queue=8,
-                server_header=None,
-                logger=quiet_logger(),
-            ) as sockets,
-        ):
-            tasks.create_task(self._keep_time())
-            tasks.create_task(self._tell_topics())
-            tasks.create_task(self._tell_time())
-            tasks.create_task(self._follow_files())
-            tasks.create_task(self._follow_page())
-            try:
-                await self._until_closed(sockets)
-            finally:
-                self.session.recording.end()
+        sockets = await serve(
+            self._page_connected,
+            sock=listening,
+            process_request=self._files.answer,
+            compression=None,
+            max_size=MAX_MESSAGE,
+            max_queue=8,
+            server_header=None,
+            logger=quiet_logger(),
+        )
+        try:
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(self._keep_time())
+                tasks.create_task(self._tell_topics())
+                tasks.create_task(self._tell_time())
+                tasks.create_task(self._follow_files())
+                tasks.create_task(self._follow_page())
+                try:
+                    await self._until_closed(sockets)
+                finally:
+                    self.session.recording.end()
+        finally:
+            sockets.close()
+            with contextlib.suppress(TimeoutError):  # a browser may hold one open that asks for nothing
+                async with asyncio.timeout(CLOSING_SECONDS):
+                    await sockets.wait_closed()
 
     async def _until_closed(self, sockets: SocketServer) -> None:
         await sockets.wait_closed()
