@@ -37,6 +37,8 @@ def test_a_goal_that_is_refused(capsys):
     [
         (["--goto", "1,2"], "three numbers"),
         (["--goto", "1,nan,2"], "finite"),
+        (["--goto", "1e308,0,0"], "a goal is at most 1e+06 m away, unlike (1e+308, 0)"),
+        (["--goto", "0,-2e6,0"], "a goal is at most 1e+06 m away, unlike (0, -2e+06)"),
         (["--goto", "1,2,3", "--cmd-vel", "0.1,0"], "leave --cmd-vel"),
     ],
 )

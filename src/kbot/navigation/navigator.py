@@ -58,6 +58,14 @@ _BACKWARDS = 0.1
 """m/s."""
 
 
+def require_goal(goal: PlanarPose) -> None:
+    """Raises KbotError: a number is not finite, or the goal further off than anything goes."""
+    if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
+        raise KbotError("a goal is a finite x and y in m and a finite yaw in rad")
+    if max(abs(goal.x), abs(goal.y)) > FURTHEST:
+        raise KbotError(f"a goal is at most {FURTHEST:g} m away, unlike ({goal.x:g}, {goal.y:g})")
+
+
 def follow(path: Path, limits: Limits) -> Follower:
     """Regulated pure pursuit that cuts a corner by less than the room there is beside the path."""
     room = 0.06 if path.margin is None else path.margin
@@ -106,10 +114,7 @@ class Navigator:
             KbotError: a number is not finite, the goal further off than anything goes, or the timeout not
                 above 0.
         """
-        if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
-            raise KbotError("a goal is a finite x and y in m and a finite yaw in rad")
-        if max(abs(goal.x), abs(goal.y)) > FURTHEST:
-            raise KbotError(f"a goal is at most {FURTHEST:g} m away, unlike ({goal.x:g}, {goal.y:g})")
+        require_goal(goal)
         if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
             raise KbotError(f"a timeout is a finite number of seconds above 0, not {timeout}")
         self.path, self._timeout = None, timeout

@@ -16,7 +16,7 @@ from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.navigation.controller import Controller, Observation
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalState, GoalStatus
-from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
+from kbot.navigation.navigator import DEFAULTS, Navigator, Settings, require_goal
 from kbot.navigation.planner import GridPlanner
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
@@ -196,11 +196,12 @@ def go_to(
     the robot stops before what it sees and plans around it.
 
     Raises:
-        KbotError: the robot cannot drive, or a number is not one.
+        KbotError: the robot cannot drive, a number is not one, or the goal further off than anything goes.
     """
+    require_goal(goal)
     if navigator is None:
         here = simulation.ground_truth.pose
-        around = ((here.x, here.y), (goal.x, goal.y)) if math.isfinite(goal.x + goal.y) else ()
+        around = (here.x, here.y), (goal.x, goal.y)
         robot = simulation.robot
         planner = (
             robot_planner(simulation, around) if grid is None else GridPlanner(grid, turning_radius(robot))

@@ -56,7 +56,12 @@ INTERRUPTED = 130
     help="A built-in world, an SDF file, or a map.yaml.",
 )
 @click.option("--headless", is_flag=True, help="No page: run as fast as the machine can, and report.")
-@click.option("--duration", type=float, metavar="S", help="Simulated seconds to run.  [default: 10]")
+@click.option(
+    "--duration",
+    type=float,
+    metavar="S",
+    help="Simulated seconds to run.  [default: 10; with --goto 4 times what its path needs, and 20 more]",
+)
 @click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
 @click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
 @click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
