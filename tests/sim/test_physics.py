@@ -5,6 +5,7 @@ from math import pi, sin, sqrt
 import pytest
 
 from kbot.sim import Simulation, SimulationDiverged
+from kbot.sim.faults import Kick
 from kbot.text import DescriptionError, KbotError
 
 G = 9.81
@@ -232,6 +233,31 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
     sim._data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged, match=r"between 0\.000 s and 0\.010 s"):
         sim.run(1.0)
+
+
+def test_a_run_that_has_diverged_is_not_kicked(urdf):
+    sim = Simulation(urdf(ball()))
+    said = []
+    sim._data.qpos[2] = float("nan")
+    sim.journal = lambda what, values: said.append(what)
+    refused = "the run has diverged: reset it first"
+    with pytest.raises(KbotError, match=refused):
+        sim.set_twist((1.0, 0.0, 0.0))
+    with pytest.raises(KbotError, match=refused):
+        sim.schedule(Kick((1.0, 0.0, 0.0)), at=sim.time)
+    assert said == []
+    sim.journal = None
+    sim.reset()
+    sim.set_twist((1.0, 0.0, 0.0))
+    assert sim.ground_truth.twist.x == 1.0
+
+
+def test_a_kick_that_comes_as_a_run_diverges_leaves_it_to_say_so(urdf):
+    sim = Simulation(urdf(ball()))
+    sim.schedule(Kick((1.0, 0.0, 0.0)), at=0.004)
+    sim._data.qvel[0] = float("nan")
+    with pytest.raises(SimulationDiverged):
+        sim.run(0.1)
 
 
 def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):

@@ -29,8 +29,10 @@ class Disturbed(Population):
         """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.
 
         Raises:
-            KbotError: a number is not finite, no such robot, or it is fixed to the world.
+            KbotError: a number is not finite, no such robot, it is fixed to the world, or the run has
+                diverged.
         """
+        self.require_sound()
         linear = vector("a speed in m/s", linear, FASTEST)
         angular = vector("a turning speed in rad/s", angular, FASTEST)
         moved = self.named(robot)
@@ -79,7 +81,8 @@ class Disturbed(Population):
         that is returned, or the robot goes that it speaks of.
 
         Raises:
-            KbotError: a time that is none or is past, or a fault of something that is not there.
+            KbotError: a time that is none or is past, a fault of something that is not there, or a kick in a
+                run that has diverged.
         """
         if not isinstance(fault, Fault):
             known = ", ".join(FAULTS)
@@ -93,6 +96,7 @@ class Disturbed(Population):
         stop = FOREVER if duration is None else start + max(1, round(duration / self.timestep))
         if isinstance(fault, Kick):
             self.named(fault.robot).require_free()
+            self.require_sound()
             stop = start + 1
         elif (end := fault.begin(self)) is not None:
             end()  # begun on trial: what it speaks of is there

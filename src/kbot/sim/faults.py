@@ -179,6 +179,8 @@ class Kick:
         _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
 
     def begin(self, simulation: Population) -> None:
+        if simulation.has_failed:
+            return  # which is told of once this step is over
         simulation.named(self.robot)._set_twist(self.linear, self.angular)
         simulation.frames_are_old()
 

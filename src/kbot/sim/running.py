@@ -94,6 +94,11 @@ class Running:
         _, data = self.engine()
         return not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all())
 
+    def require_sound(self) -> None:
+        """Raises KbotError: the run goes on only after a reset."""
+        if self.has_failed:
+            raise KbotError("the run has diverged: reset it first")
+
     @property
     def steps(self) -> int:
         return self._steps
