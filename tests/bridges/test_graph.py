@@ -3,6 +3,7 @@
 import json
 import os
 import socket
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -70,9 +71,11 @@ def test_where_processes_cannot_be_asked_an_address_that_answers_tells_who_lives
 
 
 def test_several_run_and_one_is_named(graph: GraphServer, capsys: Said) -> None:
-    presence.announce(presence.Presence(os.getppid(), "ws://127.0.0.1:1", "other", "boxes"))
+    since = time.mktime((2026, 11, 21, 9, 30, 5, 0, 0, -1))
+    other = presence.Presence(os.getppid(), "ws://127.0.0.1:1", "other", "boxes", "kbot sim a.xacro", since)
+    presence.announce(other)
     error = told(capsys, "topic", "list", status=2)
-    assert f"{os.getppid()} (other in 'boxes')" in error
+    assert f"{os.getppid()} (other in 'boxes' since 09:30:05: kbot sim a.xacro)" in error
     assert "--at NUMBER" in error
     assert "/odom" in told(capsys, "topic", "list", "--at", str(os.getpid()))
     assert "no KBot 5 runs" in told(capsys, "topic", "list", "--at", "5", status=2)

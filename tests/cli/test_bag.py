@@ -99,6 +99,10 @@ def test_export_has_the_numbers(recording: str, capsys: pytest.CaptureFixture[st
     rows = list(csv.DictReader(io.StringIO(capsys.readouterr().out)))
     last = [e.message() for e in Recording(recording).entries() if e.topic == "/odom"][-1]
     assert len(rows) == 100
+    assert [row["time"] for row in rows][::12] == [
+        *("0.02", "0.26", "0.5", "0.74", "0.98"),
+        *("1.22", "1.46", "1.7", "1.94"),
+    ]
     assert float(rows[-1]["time"]) == 2.0
     assert float(rows[-1]["pose.pose.position.x"]) == last.pose.pose.position.x
     assert rows[-1]["child_frame_id"] == last.child_frame_id

@@ -35,7 +35,7 @@ class Table:
         columns: dict[str, None] = {TIME: None}
         for entry in recording.entries():
             if entry.topic == topic:
-                row: dict[str, Cell] = {TIME: entry.nanoseconds * 1e-9, **dict(_cells(entry.message(), ""))}
+                row: dict[str, Cell] = {TIME: entry.nanoseconds / 1e9, **dict(_cells(entry.message(), ""))}
                 columns.update(dict.fromkeys(row))
                 rows.append(row)
         if not rows:

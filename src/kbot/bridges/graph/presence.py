@@ -6,6 +6,7 @@ import json
 import os
 import socket
 import tempfile
+import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,9 +26,16 @@ class Presence:
     robot: str
     world: str
 
+    command: str = ""
+    """The command line that started it."""
+    since: float = 0.0
+    """When it was started, in seconds of the Unix epoch."""
+
     def __str__(self) -> str:
         where = f" in '{self.world}'" if self.world else ""
-        return f"{self.pid} ({self.robot}{where})"
+        since = f" since {time.strftime('%H:%M:%S', time.localtime(self.since))}" if self.since else ""
+        command = f": {self.command}" if self.command else ""
+        return f"{self.pid} ({self.robot}{where}{since}{command})"
 
 
 def announce(presence: Presence) -> Path:

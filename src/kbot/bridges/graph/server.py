@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import secrets
+import shlex
+import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -24,7 +27,9 @@ class GraphServer(RosbridgeBridge):
     def announce(self, robot: str, world: str) -> None:
         """Let it be found; where no file can be written it is there unannounced."""
         with suppress(OSError):
-            self._file = announce(Presence(os.getpid(), self.address, robot, world))
+            command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+            presence = Presence(os.getpid(), self.address, robot, world, command, time.time())
+            self._file = announce(presence)
 
     def close(self) -> None:
         if self._file is not None:

@@ -125,7 +125,9 @@ def _check(value: object, what: str, above: list[object], number: Iterator[int])
                 fail(f"{what}: {key} is no name of a field")
             _check(part, what, [*above, value], number)
     elif not isinstance(value, str | int | float | None):
-        fail(f"{what}: {value} is a {type(value).__name__}, which no message holds: quote it if it is text")
+        kind = type(value).__name__
+        article = "an" if kind[0] in "aeiou" else "a"
+        fail(f"{what}: {value} is {article} {kind}, which no message holds: quote it if it is text")
 
 
 def to_yaml(value: object, *, full: bool = True) -> str:
