@@ -236,6 +236,10 @@ def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[
         pass
     finally:
         loop.run_until_complete(loop.shutdown_asyncgens())
+        for left in asyncio.all_tasks(loop):
+            left.cancel()
+            with suppress(asyncio.CancelledError):
+                loop.run_until_complete(left)
         loop.run_until_complete(loop.shutdown_default_executor())
         loop.close()
 
