@@ -88,7 +88,7 @@ def test_the_robot_stands_where_it_stood(page: Any) -> None:
     page.get_by_role("button", name="Live").click()
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
     assert shown_x(page) == pytest.approx(now, abs=0.1)
-    until(lambda: slider(page).get_attribute("aria-valuetext") == "live")
+    until(lambda: slider(page).get_attribute("aria-valuetext").endswith(" s, live"))
 
 
 def trail_ends(page: Any) -> float:
@@ -139,6 +139,24 @@ def test_time_goes_back_by_keys(page: Any) -> None:
     until(lambda: first + 0.8 < settled(page) < first + 1.2)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
+
+
+def test_the_line_says_the_time_that_the_clock_shows(page: Any) -> None:
+    page.keyboard.press("r")
+    until(lambda: page.session.state().time < 1.0)
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    state = page.session.state()
+    assert state.at > state.time + 1.0  # along the line time went on
+    clock = page.get_by_label("Simulated time in seconds")
+    until(lambda: clock.inner_text() == f"{state.time:.2f} s")
+    until(lambda: slider(page).get_attribute("aria-valuetext") == f"{state.time:.2f} s, live")
+    until(lambda: slider(page).evaluate("s => s.valueAsNumber") == pytest.approx(state.at, abs=2e-3))
+    slider(page).focus()
+    page.keyboard.press("ArrowLeft")
+    until(lambda: is_past(page))
+    then = settled(page)
+    until(lambda: slider(page).get_attribute("aria-valuetext") == f"{then:.2f} s, 0.1 seconds ago")
 
 
 def test_one_step_back_leaves_what_is_now(page: Any) -> None:

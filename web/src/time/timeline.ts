@@ -8,13 +8,15 @@ import { ago, bytes, clock } from "./words";
 
 /** Milliseconds after a hand's last move for which the thumb stays where it was put. */
 const HELD = 400;
+/** Milliseconds between two words about what runs on, for those who hear them. */
+const SPOKEN = 1000;
 const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
 
 /** The time that can be gone through: the last minutes of a simulation, or a recording. */
 export function timelineBar(app: App): HTMLElement {
   const { travel } = app;
   let touched = -Infinity;
-  const slider = h("input", { type: "range", class: "track", min: 0, max: 0, step: 0.02, value: 0, "aria-label": "Moment on show" });
+  const slider = h("input", { type: "range", class: "track", min: 0, max: 0, step: 0.001, value: 0, "aria-label": "Moment on show" });
   slider.addEventListener("input", () => {
     touched = performance.now();
     const now = travel.timeline.value;
@@ -73,11 +75,15 @@ export function timelineBar(app: App): HTMLElement {
     list,
   );
 
+  let spoken = -Infinity;
   const describe = (now: Timeline, isLive: boolean, at: number): void => {
-    const full = now.end - now.start;
+    const full = Number(slider.max) - now.start;
     slider.style.setProperty("--part", String(full > 0 ? (at - now.start) / full : 1));
     where.textContent = now.played ? `${clock(at)} / ${clock(now.end)}` : isLive ? "" : `\u2212${clock(now.end - at)}`;
-    slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : isLive ? "live" : ago(now.end - at));
+    if (isLive && !now.paused && performance.now() - spoken < SPOKEN) return;
+    spoken = performance.now();
+    const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // as the clock has it: a reset sets that to another than the line's
+    slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : `${time}, ${isLive ? "live" : ago(now.end - at)}`);
   };
   let letGo: ReturnType<typeof setTimeout> | undefined;
   /** Brings the thumb to the moment on show, once the hand is off it: it may not be the one asked for. */
@@ -91,16 +97,18 @@ export function timelineBar(app: App): HTMLElement {
       return;
     }
     const isLive = now.live && !now.played;
-    const at = isLive ? now.end : now.at;
+    const at = isLive ? Math.max(now.end, Math.round((app.state.value?.at ?? 0) * 1000) / 1000) : now.at; // states are told of more often
+    slider.max = String(isLive ? at : now.end);
     slider.value = String(at);
     describe(now, isLive, at);
   };
+  app.state.watchAtLeisure(follow);
   let shown: string | null = null;
   travel.timeline.watch((now) => {
     bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
     if (now === null) return;
     slider.min = String(now.start);
-    slider.max = String(now.end);
+    slider.max = String(Math.max(now.end, now.live && !now.played ? Number(slider.max) : 0));
     document.documentElement.dataset["time"] = now.live ? "now" : "past";
     follow();
     live.hidden = now.played;
