@@ -44,7 +44,7 @@ export class Driver {
   }
 
   private press(event: KeyboardEvent): void {
-    if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event.target)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event)) return;
     if (!(event.code in KEYS) || !this.canDrive) return;
     if (event.shiftKey && event.code.startsWith("Arrow")) return; // turns the view
     if (this.app.travel.isPast && (event.code === "ArrowLeft" || event.code === "ArrowRight")) return; // goes through time

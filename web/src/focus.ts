@@ -23,10 +23,19 @@ export function isField(target: EventTarget | null): boolean {
   return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
 }
 
-/** Whether keys that are pressed there belong to it: to a field, or to a slider or list one came to by keys. */
-export function takesKeys(target: EventTarget | null): boolean {
-  const isChooser = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
-  return isField(target) || (isChooser && byKeyboard && (target as HTMLInputElement).type !== "checkbox");
+/** What moves a slider: all other keys go to the page. */
+const SLIDES: readonly string[] = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+
+/** Whether a key belongs to where it is pressed: to a field, or to a slider or list one came to by keys. */
+export function takesKeys({ target, key }: KeyboardEvent): boolean {
+  if (isField(target)) return true;
+  if (!byKeyboard) return false;
+  return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type === "range" && SLIDES.includes(key));
+}
+
+/** Whether Space presses it. */
+export function answersToSpace(target: EventTarget | null): boolean {
+  return target instanceof Element && target.matches("button, summary, select, input[type=checkbox]");
 }
 
 export function focusedByKeyboard(): boolean {

@@ -1,6 +1,6 @@
 import type { App } from "./app";
 import type { Driver } from "./drive-keys";
-import { isField, takesKeys } from "./focus";
+import { answersToSpace, isField, takesKeys } from "./focus";
 import { chooseTheme } from "./options";
 import { stop } from "./panels/drive";
 import { press } from "./panels/toolbar";
@@ -11,6 +11,7 @@ import type { View } from "./view/view";
 export function useKeys(app: App, view: View, driver: Driver, help: () => void, tools: ToolBox, body: { remove: () => void; leave: () => void }): void {
   const actions: Record<string, () => unknown> = {
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
+    " ": () => app.about.value?.mode === "play" && app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
     f: () => (app.selected.value === "" ? view.looking.fit() : view.looking.focus(app.selected.value)),
@@ -45,8 +46,9 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
       event.preventDefault();
       app.send({ type: "undo" });
     }
-    if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event.target)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event)) return;
     if (document.querySelector("dialog[open]") !== null) return;
+    if (event.key === " " && answersToSpace(event.target)) return;
     press(app, event.key);
     if (tools.press(event.key.toLowerCase())) return event.preventDefault();
     if (event.key === "Escape" && document.querySelector(":popover-open") !== null) return; // closes that

@@ -35,7 +35,7 @@ export function timelineBar(app: App): HTMLElement {
   // who went to a moment by pointer goes on by keys; while what is now is on show they drive
   addEventListener("keydown", (event) => {
     const isAcross = event.key === "ArrowLeft" || event.key === "ArrowRight";
-    if (!isAcross || !travel.isElsewhere || event.defaultPrevented || takesKeys(event.target) || event.target instanceof HTMLCanvasElement) return;
+    if (!isAcross || !travel.isElsewhere || event.defaultPrevented || takesKeys(event) || event.target instanceof HTMLCanvasElement) return;
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
     event.preventDefault();
     travel.step(STEPS[event.key]!);

@@ -13,7 +13,7 @@ const ARROWS: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft:
 /** Shift and an arrow turn the view, Ctrl and one move it, + and - come closer and go back; then tells that one did. */
 export function lookByKeys(stage: Stage, done: () => void): void {
   addEventListener("keydown", (event) => {
-    if (event.altKey || event.metaKey || takesKeys(event.target) || !stage.controls.enabled) return;
+    if (event.altKey || event.metaKey || takesKeys(event) || !stage.controls.enabled) return;
     const [right, up] = ARROWS[event.key] ?? [0, 0];
     const isArrow = event.key in ARROWS;
     if (isArrow && event.shiftKey && !event.ctrlKey && stage.controls.enableRotate) turn(stage, right, up);
