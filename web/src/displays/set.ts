@@ -92,7 +92,7 @@ export class DisplaySet {
   add(kind: string): DisplayConfig | null {
     const { single } = kindOf(kind);
     if (single && this.all.value.some((one) => one.kind === kind)) return null;
-    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: {}, source: -1 }]);
+    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: this.first(kind), source: -1 }]);
     this.all.set([...this.all.value, added!]);
     return added!;
   }
@@ -153,6 +153,12 @@ export class DisplaySet {
         return { ...one, enabled: one.enabled || on, properties: { ...one.properties, [property]: on } };
       }),
     );
+  }
+
+  /** What an added display begins with: the floor has the lines of one grid, another has cells as rviz draws them. */
+  private first(kind: string): Values {
+    const isRuled = this.all.value.some((one) => one.kind === "Grid" && valuesOf(one)["count"] === 0);
+    return kind === "Grid" && isRuled ? { count: 10, colour: "#a0a0a4" } : {};
   }
 
   private change(id: number, to: Partial<DisplayConfig>): void {

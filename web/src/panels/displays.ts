@@ -26,7 +26,10 @@ export function displays(app: App): HTMLElement {
     const focused = document.activeElement;
     all.forEach((config, index) => {
       let row = rows.get(config.id);
-      if (row === undefined) rows.set(config.id, (row = new Row(app, config)));
+      if (row === undefined) {
+        rows.set(config.id, (row = new Row(app, config)));
+        row.tell(app.statuses.value.get(config.id)); // it may have been told of before its row was there
+      }
       row.show(config);
       // the first place is that of the global options
       if (list.children[index + 1] !== row.element) list.insertBefore(row.element, list.children[index + 1] ?? null);
