@@ -24,12 +24,16 @@ export function parameters(app: App): HTMLElement {
     keep.hidden = drop.hidden = !now.parameters.some(isChanged);
     if (!sameNames(rows, now.parameters)) {
       rows = now.parameters.map((parameter) => row(app, parameter));
-      const why = app.about.value?.mode === "play" ? "The robot of a recording is as it was: nothing of it is changed." : "Nothing in the file is a named number.";
-      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, why)]));
+      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, whyNone(app))]));
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
   });
   return panel("parameters", "Parameters", [buttons], list);
+}
+
+function whyNone(app: App): string {
+  if (app.about.value?.mode === "play") return "The robot of a recording is as it was: nothing of it is changed.";
+  return app.findings.value?.stale ? "Not known until the file can be read." : "Nothing in the file is a named number.";
 }
 
 function row(app: App, parameter: Parameter): Row {
