@@ -13,7 +13,7 @@ export function log(app: App): HTMLElement {
   const list = h("ol", {});
   const log = h("div", { class: "log", role: "log", "aria-label": "Log", tabindex: 0 }, list);
   let last: { level: Level; text: string; count: HTMLElement; times: number } | null = null;
-  const add = (level: Level, text: string): void => {
+  const add = (level: Level, text: string, when = moment(app)): void => {
     if (last?.level === level && last.text === text) {
       last.times += 1;
       last.count.textContent = `×${last.times}`;
@@ -21,7 +21,7 @@ export function log(app: App): HTMLElement {
     }
     const atEnd = log.scrollTop + log.clientHeight >= log.scrollHeight - 8;
     const count = h("b", {});
-    list.append(h("li", { "data-level": level }, h("time", {}, moment(app)), h("span", {}, level !== "info" && icon(level), text, count)));
+    list.append(h("li", { "data-level": level }, h("time", {}, when), h("span", {}, level !== "info" && icon(level), text, count)));
     last = { level, text, count, times: 1 };
     while (list.childElementCount > MOST) list.firstElementChild?.remove();
     if (atEnd) log.scrollTop = log.scrollHeight;
@@ -48,7 +48,7 @@ export function log(app: App): HTMLElement {
     }
     if (now.findings.length === 0) add("info", "Read: nothing found.");
   });
-  onGoal(app, (state, reason) => add(state === "stuck" || state === "refused" ? "warning" : "info", goalWords(state, reason)));
+  onGoal(app, (state, reason, time) => add(state === "stuck" || state === "refused" ? "warning" : "info", goalWords(state, reason), `${time.toFixed(2)} s`));
   return log;
 }
 

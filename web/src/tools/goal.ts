@@ -6,16 +6,31 @@ const TOPIC = "/navigation_status";
 const WORDS: Record<string, string> = { accepted: "Goal accepted", driving: "Driving to the goal", reached: "Goal reached", stuck: "Stuck", cancelled: "Goal cancelled", refused: "Goal refused" };
 /** The states in which it is not yet decided. */
 export const GOING: readonly string[] = ["accepted", "driving"];
+/** Those after which nothing is to be done: they are shown so long, in ms. */
+const DONE: readonly string[] = ["reached", "cancelled"];
+const SHOWN_FOR = 6000;
+/** Milliseconds within which one is told how the last goal ended, long ago perhaps: that is no news. */
+const OLD = 5000;
 
-/** Tells of each state of a goal and its reason, from when something is simulated on. */
-export function onGoal(app: App, heard: (state: string, reason: string) => void): void {
+/** Tells of each state of a goal, its reason and when it was, in s of simulated time, from when something is simulated on. */
+export function onGoal(app: App, heard: (state: string, reason: string, time: number) => void): void {
   let isListening = false;
+  let isFirst = true;
+  let asked = 0;
+  app.connection.link.watch((link) => {
+    if (link !== "live") return;
+    isFirst = true;
+    asked = performance.now();
+  });
   app.about.watch((about) => {
     if (about?.mode !== "sim" || isListening) return;
     isListening = true;
-    app.topics.listen(TOPIC, ({ message }) => {
+    asked = performance.now();
+    app.topics.listen(TOPIC, ({ message, time }) => {
       const [state = "", ...reason] = String(message["data"]).split(": ");
-      heard(state, reason.join(": "));
+      const isOld = isFirst && !GOING.includes(state) && performance.now() < asked + OLD;
+      isFirst = false;
+      if (!isOld) heard(state, reason.join(": "), time);
     });
   });
 }
@@ -31,7 +46,10 @@ export function goalStatus(app: App): HTMLElement {
   const cancel = h("button", { type: "button", onclick: () => app.send({ type: "publish", topic: "move_base/cancel", kind: "actionlib_msgs/GoalID", message: { stamp: { sec: 0, nanosec: 0 }, id: "" } }) }, "Cancel");
   const close = h("button", { type: "button", class: "icon-button", title: "Close", "aria-label": "Close the goal's state", onclick: () => (chip.hidden = true) }, icon("close"));
   const chip = h("div", { class: "goal chip-bar", hidden: true }, icon("goal"), text, cancel, close);
+  let timer: ReturnType<typeof setTimeout> | undefined;
   onGoal(app, (state, reason) => {
+    clearTimeout(timer);
+    if (DONE.includes(state)) timer = setTimeout(() => (chip.hidden = true), SHOWN_FOR);
     text.textContent = goalWords(state, reason);
     chip.dataset["state"] = state;
     chip.hidden = false;
