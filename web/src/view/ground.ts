@@ -48,7 +48,7 @@ export class Ground {
   readonly floor: Mesh<CircleGeometry, ShaderMaterial>;
   readonly shadow: Mesh<CircleGeometry, ShadowMaterial>;
   private palette: Palette = PALETTES.dark;
-  private asked = { cell: 0, colour: "" };
+  private readonly asked = { cell: 0, colour: "", background: "" };
   private ruler: object | null = null;
   /** Distance of the lines in m that suits the robot. */
   suited = 0.1;
@@ -77,15 +77,18 @@ export class Ground {
 
   setTheme(theme: Theme): void {
     const palette = PALETTES[theme];
-    this.define("FLOOR", seen(palette.floor));
     this.palette = palette;
-    this.paintLines();
+    this.setBackground(this.asked.background);
     this.shadow.material.opacity = palette.shadow;
   }
 
-  /** The colour into which the floor fades. */
-  setBackground(colour: number | string): void {
-    this.define("BACKGROUND", seen(colour));
+  /** The colour into which the floor fades: one that was asked for is that of the floor too, as in rviz, which has none. */
+  setBackground(asked: string): void {
+    const { palette } = this;
+    this.define("BACKGROUND", seen(asked || palette.background));
+    this.define("FLOOR", seen(asked || palette.floor));
+    this.asked.background = asked;
+    this.paintLines();
   }
 
   /** Grid lines suited to a robot of this radius, at this height. */
@@ -107,7 +110,7 @@ export class Ground {
     if (this.ruler !== null && this.ruler !== who) return;
     this.ruler = on ? who : null;
     this.define("LINES", glsl(on ? alpha : 0));
-    this.asked = { cell, colour };
+    Object.assign(this.asked, { cell, colour });
     this.floor.material.uniforms["cell"]!.value = cell || this.suited;
     this.paintLines();
   }
@@ -121,9 +124,9 @@ export class Ground {
   }
 
   private paintLines(): void {
-    const { colour } = this.asked;
-    this.define("LINE", seen(colour || this.palette.line));
-    this.define("MAJOR", seen(colour || this.palette.majorLine));
+    const { colour, background } = this.asked;
+    this.define("LINE", seen(colour || (background ? apart(background, 0.1) : this.palette.line)));
+    this.define("MAJOR", seen(colour || (background ? apart(background, 0.25) : this.palette.majorLine)));
   }
 
   /** Writes a value into the floor's program, which is made anew where it is another than before. */
@@ -147,8 +150,14 @@ export class Ground {
   }
 }
 
+/** A colour that is told from another: so much of the way to white, or from a light one to black. */
+function apart(colour: string, part: number): Color {
+  const from = new Color(colour);
+  return from.lerpHSL(new Color(from.getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "white" : "black"), part);
+}
+
 /** A colour as it is seen on a screen, not as light adds up, in the shader's words. */
-function seen(colour: number | string): string {
+function seen(colour: number | string | Color): string {
   const { r, g, b } = new Color(colour).convertLinearToSRGB();
   return `vec3(${[r, g, b].map(glsl).join()})`;
 }

@@ -241,7 +241,7 @@ export class View implements Picture {
     const background = String(displays.global("background"));
     const colour = background || PALETTES[this.app.theme.value].background;
     this.stage.setBackground(colour);
-    this.ground.setBackground(colour);
+    this.ground.setBackground(background);
     this.stage.lights.setBrightness(Number(displays.global("light")));
     this.ground.showFloor(displays.global("floor") === true);
     const before = this.centre();
