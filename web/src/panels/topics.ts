@@ -52,7 +52,8 @@ class Row {
 
   tell({ kind, rate, is_input }: TopicView): void {
     this.type.textContent = shortType(kind);
-    this.rate.textContent = rate === null ? (is_input ? "in" : "") : `${rate} Hz`;
+    this.rate.textContent = rate === null ? (is_input ? "in" : "not counted") : `${rate} Hz`;
+    this.rate.title = rate === null && !is_input ? "What nobody looks at is not made: its rate is counted while it is open here or on show" : "";
   }
 
   close(): void {
