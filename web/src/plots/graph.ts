@@ -21,6 +21,9 @@ export function strokeOf(index: number): { colour: string; dash: number[] } {
 const REACH = 7;
 /** Pixels that a hand may move and still have clicked. */
 const STILL = 4;
+/** The least that is told apart up the plot: in the number's unit, and as a part of the number, which the axis has room to tell. */
+const LEAST = 1e-6;
+const LEAST_PART = 5e-5;
 
 /** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
 export class Graph {
@@ -200,7 +203,7 @@ export class Graph {
       legend: { show: false },
       cursor: { y: false, drag: { x: true, y: false, setScale: false, dist: STILL }, bind: { dblclick: () => () => null, mousedown: (_, __, handler) => (event) => (this.isAtLine(event.clientX) ? null : handler(event)) } },
       scales: { x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] }, y: { range: (_, low, high) => around(low, high) } },
-      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick, (ticks[1] ?? tick + 1) - ticks[0]!)) }, { ...axis, size: 54 }],
+      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick, (ticks[1] ?? tick + 1) - ticks[0]!)) }, { ...axis, size: 54, values: (_, ticks) => ticks.map(tickLabel) }],
       series: [{}, ...this.table.fields.map((field, index) => ({ label: field.name, stroke: colour(strokeOf(index).colour), dash: strokeOf(index).dash, width: 1.5, points: { show: false } }))],
       hooks: {
         setSelect: [(chart) => this.select(chart)],
@@ -218,11 +221,19 @@ export class Graph {
   }
 }
 
-/** A range with some room, also where nothing changes or nothing is known. */
+/** A range with some room, also where nothing changes but by rounding, or nothing is known. */
 function around(low: number | null, high: number | null): [number, number] {
   if (low === null || high === null) return [0, 1];
-  const room = high > low ? (high - low) * 0.06 : Math.abs(low) * 0.1 || 0.5;
+  if (low === high) return [low - (Math.abs(low) * 0.1 || 0.5), high + (Math.abs(low) * 0.1 || 0.5)];
+  const least = Math.max(LEAST, Math.abs(low + high) * LEAST_PART);
+  const room = Math.max((high - low) * 0.06, (least - (high - low)) / 2);
   return [low - room, high + room];
+}
+
+/** A number at the axis, in as few signs as tell it. */
+function tickLabel(tick: number): string {
+  const rounded = Number(tick.toFixed(9));
+  return rounded !== 0 && Math.abs(rounded) < 1e-4 ? rounded.toExponential() : String(rounded);
 }
 
 function size(holder: HTMLElement): { width: number; height: number } {
