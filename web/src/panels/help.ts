@@ -2,7 +2,7 @@ import type { App } from "../app";
 import { h } from "../dom";
 
 /** Keys, what they do, and whether something must be simulated for it. */
-const KEYS: readonly [string, string, ("sim" | "time")?][] = [
+const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
   ["W A S D, arrows", "drive, while held", "sim"],
   ["Space", "stop", "sim"],
   ["Shift + drag", "push a link of the robot", "sim"],
@@ -13,6 +13,7 @@ const KEYS: readonly [string, string, ("sim" | "time")?][] = [
   ["arrows, Enter", "in the picture: move the tool, use it"],
   ["Delete", "take the chosen thing away", "sim"],
   ["P", "pause, go on", "sim"],
+  ["P, Space", "pause, go on", "play"],
   [".", "step, when paused", "sim"],
   ["R", "reset", "sim"],
   ["Shift + arrows, Ctrl + arrows", "turn the view, move it"],
@@ -40,7 +41,7 @@ export function help(app: App): HTMLDialogElement {
   const dialog = h(
     "dialog",
     { class: "help", "aria-label": "Keys" },
-    h("h2", {}, "Keys"),
+    h("h2", { tabindex: -1, autofocus: true }, "Keys"), // a dialog scrolls to what has its focus
     list,
     h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file."),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
