@@ -283,6 +283,22 @@ def test_a_part_that_two_robots_know_by_two_names_is_mended_once(
     assert Path("more/same.xacro").is_symlink()
 
 
+def test_a_fix_that_was_discarded_is_offered_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    joint = '<joint name="{}" type="fixed"><parent link="base_link"/><child link="{}"/></joint>\n'
+    links = '<link name="base_link"/><link name="mast"/>\n'
+    text = (
+        '<robot name="r">' + links + joint.format("one", "mast") + joint.format("two", "masst") + "</robot>\n"
+    )
+    Path("robot.urdf").write_text(text)
+    words = ("robot.urdf", "--select", "U")
+    assert "1 can be mended by --fix" in run(*words).stdout
+    after = run(*words, "--fix")  # written right, the mast would hang on two joints
+    assert (after.return_value, "can be mended" in after.stdout) == (1, False)
+    assert "write 'mast'" not in after.output
+    assert Path("robot.urdf").read_text() == text
+
+
 def test_an_unsafe_fix_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "robot.xacro"

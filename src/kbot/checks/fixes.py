@@ -10,7 +10,6 @@ from pathlib import Path
 from kbot.text import Diagnostic, Edit, Fix
 from kbot.text.files import unsaved
 
-_ROUNDS = 10
 Check = Callable[[str], Sequence[Diagnostic]]
 
 
@@ -23,14 +22,11 @@ def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[F
     """
     applied: list[Fix] = []
     found = list(check(text))
-    for _ in range(_ROUNDS):
-        fixes = _usable(found, path, unsafe)
-        if not fixes:
-            break
+    while fixes := _usable(found, path, unsafe):
         done = _try(text, found, fixes, check) or _one_by_one(text, found, fixes, check)
         if done is None:
             break
-        text, found, used = done
+        text, found, used = done  # fewer findings, or fewer errors that hide some: it comes to an end
         applied += used
     return text, applied
 

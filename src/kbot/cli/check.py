@@ -6,7 +6,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -102,6 +102,8 @@ def command(
     mended = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else {}
     with unsaved(mended if diff else {}):
         found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
+    if fix or unsafe_fixes:
+        found = [_without_tried(d, unsafe_fixes) for d in found]
     known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
     if write_baseline and not diff:
         _write_baseline(write_baseline, found)
@@ -185,6 +187,11 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
     for path in left_alone:
         click.echo(f"{path}: outside the working directory, its fixes are left alone", err=True)
     return after
+
+
+def _without_tried(found: Diagnostic, unsafe: bool) -> Diagnostic:
+    """A finding that is left after the fixes, without its own, which was discarded or left alone."""
+    return replace(found, fix=None) if found.fix and (found.fix.safe or unsafe) else found
 
 
 def _tell_left(found: Sequence[Diagnostic], unsafe: bool) -> None:
