@@ -224,6 +224,27 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     until(lambda: line(page).get_attribute("aria-valuetext") == f"{page.evaluate('kbot.time'):.2f} s")
 
 
+def test_where_time_was_set_back_is_marked(page: Any) -> None:
+    shown(page, page.began + 0.2)
+    marks = page.locator("#plots .jump")
+    assert marks.count() == 0
+    page.keyboard.press("r")
+    until(lambda: page.session.state().time < 0.1)
+    page.keyboard.press("p")
+    until(lambda: page.session.state().time > 0.5)
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") == "paused")
+    until(lambda: marks.count() == 1)
+    rows = once(page, lambda told: (np.diff(told[:, 0]) < 0).sum() == 1 and told[-1, 0] > 0.5)
+    first = 1 + int(np.diff(rows[:, 0]).argmin())
+    assert marks.inner_text() == f"\u2192 {rows[first, 0]:.2f} s"
+    before = rows[first - 1, 0] - rows[0, 0]
+    after = rows[-1, 0] - rows[first, 0]
+    box, whole = marks.bounding_box(), page.locator("#plots .u-over").bounding_box()
+    part = (box["x"] - whole["x"]) / whole["width"]
+    assert part == pytest.approx(before / (before + after), abs=0.03)
+
+
 def test_the_line_and_the_values_are_of_the_moment_on_show(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     fastest = int(rows[:, 1].argmax())

@@ -28,6 +28,8 @@ const LEAST_PART = 5e-5;
 /** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
 export class Graph {
   private readonly line = h("div", { class: "moment", role: "slider", tabindex: 0, "aria-label": "Time in the plot", "aria-valuemin": 0, hidden: true, title: "The moment on show: drag it" });
+  /** Where time was set back, or on. */
+  private readonly marks = h("div", {});
   private chart: uPlot | null = null;
   private asked = 0;
   /** Where one stood before the first of two clicks. */
@@ -54,7 +56,7 @@ export class Graph {
     const { default: UPlot } = await import("./chart");
     if (wanted !== this.asked || !this.app.plots.value) return;
     this.chart = new UPlot(this.options(), this.data(), this.holder);
-    this.chart.over.append(this.line);
+    this.chart.over.append(this.marks, this.line);
     this.chart.over.addEventListener("pointerdown", (event) => this.pointerDown(event));
     this.chart.over.addEventListener("pointermove", (event) => this.chart?.over.classList.toggle("at-moment", this.isAtLine(event.clientX)));
     this.chart.over.addEventListener("dblclick", () => this.whole());
@@ -66,6 +68,7 @@ export class Graph {
     if (this.chart === null) return;
     this.chart.setData(this.data());
     this.drawLine();
+    this.drawJumps();
   }
 
   /** Shows all of the span again, from where one stood before. */
@@ -182,7 +185,30 @@ export class Graph {
     const { offset, table } = this;
     const first = Math.max(0, table.indexAt(low));
     const last = table.indexAt(high) + 2;
-    return [table.at.slice(first, last).map((at) => at + offset), ...table.columns.map((column) => column.slice(first, last))];
+    const at = table.at.slice(first, last).map((one) => one + offset);
+    const columns = table.columns.map((column) => column.slice(first, last));
+    for (const index of this.jumps().reverse()) {
+      // no curve goes from one way to another
+      at.splice(index - first, 0, (table.at[index - 1]! + table.at[index]!) / 2 + offset);
+      for (const column of columns) column.splice(index - first, 0, null);
+    }
+    return [at, ...columns];
+  }
+
+  /** The rows on show that are the first after the clock was set to another time. */
+  private jumps(): number[] {
+    const [low, high] = this.span.range();
+    return this.app.travel.timeline.value?.played ? [] : this.table.jumps(this.table.indexAt(low) + 1, this.table.indexAt(high) + 1);
+  }
+
+  private drawJumps(): void {
+    const { chart, table } = this;
+    const marks = this.jumps().map((index) => {
+      const mark = h("div", { class: "jump" }, `\u2192 ${table.time[index]!.toFixed(2)} s`);
+      mark.style.left = `${chart!.valToPos(this.toX((table.at[index - 1]! + table.at[index]!) / 2), "x")}px`;
+      return mark;
+    });
+    this.marks.replaceChildren(...marks);
   }
 
   /** What the simulation's clock said at a place of the axis: another time, where it was set back since, that is

@@ -10,6 +10,8 @@ const MARGIN = 1;
 const MOST = 9000;
 /** Seconds between two moments that are still next to each other. */
 const GAP = 0.5;
+/** Seconds by which time along the timeline and by the clock differ from rounding alone, at the most. */
+const ROUNDED = 0.01;
 /** Milliseconds at least between two questions. */
 const PAUSE = 400;
 
@@ -96,6 +98,14 @@ export class Table {
       else high = middle;
     }
     return low - 1;
+  }
+
+  /** Where, of the rows from `first` to before `last`, the clock was set to another time: the first row after each. */
+  jumps(first: number, last: number): number[] {
+    const offset = (index: number): number => this.time[index]! - this.at[index]!;
+    const found: number[] = [];
+    for (let index = Math.max(1, first); index < Math.min(last, this.at.length); index += 1) if (Math.abs(offset(index) - offset(index - 1)) > ROUNDED) found.push(index);
+    return found;
   }
 
   csv(start: number, end: number): Blob {
