@@ -45,6 +45,18 @@ def test_a_dry_run_says_what_stands_in_for_what(launch: Path, capsys: pytest.Cap
     assert f"robot: {launch.parent / 'r.xacro'} width:=3" in out
 
 
+def test_the_command_that_applies_fixes_is_said_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    launch = tmp_path / "a.launch"
+    node = '<node name="{}" pkg="robot_state_publisher" type="state_publisher"/>'
+    launch.write_text(f"<launch>{node.format('a')}\n{node.format('b')}</launch>\n")
+    assert run(["launch", str(launch), "--dry-run"]) == 1
+    assert said(capsys)[1].count(f"kbot check --fix {launch}\n") == 1
+    assert run(["check", "--fix", str(launch)]) == 0
+    assert launch.read_text().count('type="robot_state_publisher"') == 2
+
+
 def test_a_folder_alone_is_answered_with_its_launch_files(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -28,6 +28,21 @@ def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
     assert did_you_mean(name, LINKS) == ""
 
 
+@pytest.mark.parametrize(
+    ("name", "known", "near"),
+    [
+        ("caster_wheel_radius", ["base_wheel_gap", "base_width"], []),
+        ("caster_wheel_radius", ["wheel_radius", "base_wheel_gap"], ["wheel_radius"]),
+        ("wheel_seperation", ["wheel_separation", "wheel_radius"], ["wheel_separation"]),
+        ("wheel_sep", ["wheel_separation", "wheel_radius"], ["wheel_separation"]),
+    ],
+)
+def test_a_word_in_the_middle_that_both_have_is_no_likeness(
+    name: str, known: list[str], near: list[str]
+) -> None:
+    assert nearest(name, known) == near
+
+
 def test_without_candidates_nothing_is_near() -> None:
     assert nearest("base_link", []) == []
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Iterable
@@ -34,10 +35,20 @@ def report(diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> N
         stream.flush()
 
 
+def say_how_to_fix(diagnostics: Iterable[Diagnostic]) -> None:
+    """The command that applies the safe fixes of what was reported, where there are any."""
+    fixes = [d.fix for d in diagnostics if d.fix and d.fix.safe]
+    files = dict.fromkeys(edit.span.file for fix in fixes for edit in fix.edits)
+    if files:
+        sys.stderr.write(f"apply what is safe of it with: {shlex.join(['kbot', 'check', '--fix', *files])}\n")
+        sys.stderr.flush()
+
+
 def report_error(error: Exception) -> None:
     """Write what went wrong to stderr: every diagnostic of a description, or one line."""
     if isinstance(error, DescriptionError) and error.diagnostics:
         report(error.diagnostics)
+        say_how_to_fix(error.diagnostics)
         return
     head = "\x1b[1;31merror:\x1b[0m" if has_color(sys.stderr) else "error:"
     if isinstance(error, click.ClickException):

@@ -24,18 +24,19 @@ def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
     from difflib import get_close_matches  # only where something is misspelt: imports add up
 
     matches = get_close_matches(name.lower(), by_lower, count, _ALIKE)
-    return [by_lower[match] for match in matches if _stems_are_alike(name.lower(), match)]
+    return [by_lower[match] for match in matches if _own_words_are_alike(name.lower(), match)]
 
 
-def _stems_are_alike(name: str, other: str) -> bool:
-    """Whether two names are alike in more than the ending that many names have, as `_link`."""
-    stem, _, ending = name.rpartition("_")
-    other_stem, _, other_ending = other.rpartition("_")
-    if not stem or not other_stem or ending != other_ending:
+def _own_words_are_alike(name: str, other: str) -> bool:
+    """Whether two names are alike in more than the words that both have, as `_link` and `wheel`."""
+    words, other_words = name.split("_"), other.split("_")
+    own = "_".join(word for word in words if word not in other_words)
+    theirs = "_".join(word for word in other_words if word not in words)
+    if own.startswith(theirs) or theirs.startswith(own):  # a word more or less, or cut short
         return True
     from difflib import SequenceMatcher
 
-    return SequenceMatcher(None, stem, other_stem).ratio() >= _ALIKE
+    return SequenceMatcher(None, own, theirs).ratio() >= _ALIKE
 
 
 class Suggestion(str):

@@ -12,7 +12,7 @@ import click
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
 from kbot.cli.companions import companion_options
 from kbot.cli.launch.text import print_answers, table
-from kbot.cli.output import fail, is_unusable, report, warn_of_others
+from kbot.cli.output import fail, is_unusable, report, say_how_to_fix, warn_of_others
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.staging import Stage, stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
@@ -96,11 +96,14 @@ def command(
     if dry_run:
         found = (*plan.diagnostics, *staged.notes, *controllers)
         report(found)
+        say_how_to_fix(found)
         click.echo(table(plan, staged))
         if any(is_unusable(d) for d in found):
             return 2
         return int(any(d.severity is not Severity.INFO for d in found))
-    report([*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers])
+    found = (*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers)
+    report(found)
+    say_how_to_fix(found)
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.path is None:
