@@ -7,6 +7,7 @@ import pytest
 from kbot.cli.main import run
 from kbot.kinematics.odometry import PlanarPose
 from kbot.sim.report import RunReport
+from kbot.text import KbotError
 
 
 def simulate(capsys, *words):
@@ -178,6 +179,17 @@ def test_a_picture_overwrites_nothing_but_pictures(capsys, tmp_path, option):
     status, _, err = simulate(capsys, "kbot", "--headless", "--plot", "a.png", "--shot", "a.png")
     assert status == 2
     assert "name two files" in err
+
+
+def test_a_picture_that_nothing_can_draw_is_refused_before_the_run(capsys, tmp_path, monkeypatch):
+    def nothing(width, height):
+        raise KbotError("no OpenGL")
+
+    monkeypatch.setattr("kbot.sensors.offscreen._context", nothing)
+    target = tmp_path / "end.png"
+    status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--shot", str(target))
+    assert (status, out) == (2, "")
+    assert "no OpenGL" in err
 
 
 def test_the_report_is_there_where_its_picture_cannot_be_written(capsys, tmp_path):

@@ -132,7 +132,7 @@ def test_without_opengl_one_sentence_says_what_to_install(robot, monkeypatch):
         __import__("sys").modules, "mujoco.egl", type("egl", (), {"GLContext": staticmethod(fails)})
     )
     monkeypatch.setattr(offscreen.sys, "platform", "linux")
-    with pytest.raises(KbotError, match=r"no libEGL\.so\): install the extra kbot\[camera\]"):
+    with pytest.raises(KbotError, match=r"no libEGL\.so\): pip install 'kbot\[camera\]'"):
         Simulation(robot).add_sensor(Camera(link="base_link", width=8, height=8))
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from kbot.text import KbotError
 
 MISSING = (
-    "cameras draw off screen by OpenGL, which is not here ({why}): install the extra kbot[camera]"
-    " and, on Linux, libegl1 and libgl1-mesa-dri"
+    "cameras draw off screen by OpenGL, which is not here ({why}): pip install 'kbot[camera]' (in a clone:"
+    " .venv/bin/pip install -e '.[camera]') and, on Linux, apt install libegl1 libgl1-mesa-dri"
 )
 
 
@@ -64,6 +64,11 @@ class Canvas:
         else:
             self._gl.make_current()
             yield
+
+
+def require_offscreen() -> None:
+    """Raises KbotError: there is no OpenGL off screen."""
+    _context(1, 1).free()
 
 
 def _context(width: int, height: int) -> Any:

@@ -182,6 +182,10 @@ def command(
     goal = None if goto is None else pose_of("--goto", goto)
     from kbot.sensors.declared import mount_declared
 
+    if shot is not None:  # said before the run, which takes its time
+        from kbot.sensors.offscreen import require_offscreen
+
+        require_offscreen()
     start = pose_of("--pose", pose)
     loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
     if options.is_live or options.record:
