@@ -145,6 +145,10 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["play", "RUN", "--topics"], "--topics is followed by names of topics"),
         (["play", "RUN", "--topics", "/odmo", "--loop"], "has no topic /odmo: did you mean"),
         (["play", "RUN", "-s", "3"], "is 2 s long: nothing is left of it 3 s on"),
+        (["play", "RUN", "-u", "0", "-l"], "that leaves nothing to be said again and again"),
+        (["play", "RUN", "-u", "1e-10", "-l"], "that leaves nothing to be said again and again"),
+        (["play", "RUN", "-s", "2", "-l"], "that leaves nothing to be said again and again"),
+        (["play", "tiny.mcap", "-l"], "0 s of tiny.mcap would be said"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),
         (["convert", "RUN", "out.xyz"], "'.xyz' is no kind of recording"),
         (["convert", "RUN", "text.bag"], "text.bag is there already"),
@@ -162,6 +166,13 @@ def test_what_cannot_be_done_is_one_clear_error(
     monkeypatch.chdir(tmp_path)
     for name in ("text.mcap", "text.bag", "text.txt"):
         Path(name).write_text("this is text")
+    with Path("tiny.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        channel = writer.register_channel("/said", "cdr", schema)
+        writer.add_message(channel, log_time=7, publish_time=7, data=b"\0\1\0\0\1\0\0\0\0")
+        writer.finish()
     assert run(["bag", *(recording if word == "RUN" else word for word in words)]) == 2
     error = capsys.readouterr().err
     assert said in error

@@ -259,9 +259,9 @@ def play(
     from kbot.cli.bag.play import play as say_again
     from kbot.record.player import Player
 
-    if loop and seconds == 0.0:
-        fail("--duration 0 leaves nothing to be said again and again")
     player = Player(recording, topics=topics, start=start, seconds=seconds)
+    if loop and player.length == 0.0:
+        fail(f"0 s of {recording} would be said: that leaves nothing to be said again and again")
     player.paused = paused
     say_again(player, options, rate=rate, delay=delay, loop=loop)
 
