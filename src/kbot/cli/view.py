@@ -56,8 +56,8 @@ def command(
 
     Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
     last good one on screen and says what is wrong, at the line. `kbot topic`, `kbot tf` and their like see
-    the joints that the sliders set. A recording is played, with the robot that is in it; they hear what it
-    says, and its time on /clock. Ctrl-C ends it.
+    the joints that the sliders set. A recording is played from when the page is there (with --no-browser at
+    once), with the robot that is in it; they hear what it says, and its time on /clock. Ctrl-C ends it.
     """
     path, arguments = one_file(words)
     from kbot.bridges.companion_options import CompanionOptions

@@ -119,7 +119,7 @@ def serve_recording(
     config: str,
     show: Callable[[Playback], None],
 ) -> None:
-    """As `serve`, for a recording that is played.
+    """As `serve`, for a recording that is played; where a browser is opened, from when its page is there.
 
     Raises:
         DescriptionError: the recording's description makes no robot.
@@ -130,6 +130,7 @@ def serve_recording(
     displays = read_displays(config)
     session = played_session(path, package_path, show)
     session.display_file = displays
+    session.paused = session.waits_for_page = open_browser
     if session.note:
         sys.stderr.write(f"{session.note}\n")
     serve_session(session, host=host, port=port, open_browser=open_browser)

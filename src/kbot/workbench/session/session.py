@@ -78,6 +78,8 @@ class Session:
         self.recording = RunRecording()
         self.played = ""
         """The recording on show, empty where none is."""
+        self.waits_for_page = False
+        """Whether it goes on when the first page is there."""
         self.marks = Marks()
         self.wants_reading: Callable[[], None] = lambda: None
         """Called when the description is to be read anew, without waiting for its files to change."""
@@ -126,6 +128,8 @@ class Session:
 
     def greeting(self, client: int) -> list[FromServer]:
         """What a page is told first."""
+        if self.waits_for_page and client != NOBODY:
+            self.waits_for_page = self.paused = False
         parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
         settings = self.display_file.greeting
         note = [Refused(self.note)] if self.note and client != NOBODY else []
