@@ -14,6 +14,8 @@ from kbot.text import KbotError
         ("&a {a: {b: *a}}", "VALUES refers to itself"),
         ("[" * 5000 + "]" * 5000, "VALUES is nested too deeply"),
         ("{a: 2026-13-45}", "month must be in 1..12"),
+        ("{a: !!int ''}", "VALUES is to be YAML"),
+        ("{a: !!bool perhaps}", "VALUES is to be YAML"),
         ("{a: 2026-11-21}", "2026-11-21 is a date, which no message holds: quote it if it is text"),
         ("{? [a] : 1}", "VALUES is to be YAML"),
         ("{2026-11-21: 1}", "2026-11-21 is no name of a field"),

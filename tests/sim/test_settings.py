@@ -119,6 +119,16 @@ def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
     assert settings.radius == 0.035
 
 
+@pytest.mark.parametrize("text", ["a: !!int ''\n", "a: 2020-13-45\n", "a: " + "[" * 5000, "a: [\n"])
+def test_a_file_of_parameters_that_is_no_yaml_is_said(with_extension, tmp_path, text):
+    file = tmp_path / "c.yaml"
+    file.write_text(text)
+    plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
+    _, (said,) = settings_of(with_extension(plugin))
+    assert said.code == "W132"
+    assert said.message.startswith(f"{file} is no YAML: ")
+
+
 @pytest.mark.parametrize(
     ("said", "code"), [("1e-320", "W131"), ("1e300", "W131"), ("-0.17", "W130"), ("wide", "W130")]
 )
@@ -129,6 +139,23 @@ def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
     assert [d.code for d in diagnostics] == [code]
     assert settings.separation == pytest.approx(0.174)
     Simulation(robot).run(0.1)
+
+
+@pytest.mark.parametrize(
+    ("tag", "source", "codes"),
+    [
+        ("odometrySource", "world", ["W139"]),
+        ("odometry_source", "1", ["W139"]),
+        ("odometrySource", "encoder", []),
+        ("odometry_source", "0", []),
+    ],
+)
+def test_odometry_from_the_world_is_said_to_be_that_of_the_wheels(with_extension, tag, source, codes):
+    plugin = '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">'
+    joints = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
+    robot = with_extension(f"{plugin}{joints}<{tag}>{source}</{tag}></plugin></gazebo>")
+    _, diagnostics = settings_of(robot)
+    assert [d.code for d in diagnostics] == codes
 
 
 @pytest.mark.parametrize("what", ["wheel_separation_multiplier", "wheel_radius_multiplier"])

@@ -97,6 +97,8 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
         ({"m.yaml": "image: no.pgm\nresolution: 1\norigin: [0, 0, 0]\n"}, "no.pgm does not exist"),
         ({"m.yaml": "a: 1\n"}, "'image' is missing"),
         ({"m.yaml": "a: [\n"}, "not YAML"),
+        ({"m.yaml": "a: !!int ''\n"}, "not YAML: a value is not of its tag's kind"),
+        ({"m.yaml": "a: " + "[" * 5000}, "not YAML: it is nested too deeply"),
         ({"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"}, "above 0"),
         ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cannot be read: .*truncated"),
         ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "no kind that can be read"),

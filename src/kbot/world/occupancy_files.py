@@ -15,6 +15,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml_text import load_yaml
 from kbot.world.images import read_picture
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -112,7 +113,7 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
 
     text = read_source(name).text
     try:
-        settings = yaml.safe_load(text)
+        settings = load_yaml(text)
         tree = yaml.compose(text, yaml.SafeLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from kbot.cli.output import fail, print_json
+from kbot.text.yaml_text import NOT_MADE
 
 if TYPE_CHECKING:
     from kbot.bridges.graph.client import GraphClient
@@ -105,7 +106,7 @@ def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
         mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
         place = f" (at character {mark.index + 1})" if mark is not None else ""
         fail(f"{what} is to be YAML, as in {example}: {problem}{place}")
-    except ValueError as error:
+    except NOT_MADE as error:
         fail(f"{what} is to be YAML, as in {example}: {error}")
     except RecursionError:
         fail(f"{what} is nested too deeply")

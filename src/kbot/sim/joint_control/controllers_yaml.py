@@ -13,6 +13,7 @@ from kbot.sim.joint_control.kinds import DIFF_DRIVE, OTHERS_NEED
 from kbot.text import DescriptionError, Element, Origin
 from kbot.text.files import read_source
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml_text import load_yaml
 from kbot.world.findings import Findings
 
 
@@ -107,7 +108,7 @@ def _read(element: Element, findings: Findings) -> Mapping[str, object]:
 
     path = element.text.strip()
     try:
-        document = yaml.safe_load(read_source(Path(path)).text)
+        document = load_yaml(read_source(Path(path)).text)
     except DescriptionError as error:
         findings.warning("W132", f"the controllers' {error.diagnostics[0].message}", element.origin)
         return {}

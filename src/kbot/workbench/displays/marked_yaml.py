@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.text import KbotError
+from kbot.text.yaml_text import NOT_MADE
 
 MOST_VALUES = 50_000
+LARGEST_BITS = 1023
+"""Of a whole number that a float can hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +89,7 @@ class _Maker:
         line = node.start_mark.line + 1
         self._count += 1
         if self._count > MOST_VALUES or len(self._open) > 100 or node in self._open:
-            raise KbotError(f"{self._file}:{line}: more or deeper than any settings are")
+            raise self._error(node, "more or deeper than any settings are")
         self._open.append(node)
         try:
             return Marked(self._value(node), self._file, line)
@@ -99,6 +102,13 @@ class _Maker:
         if isinstance(node, self._yaml.SequenceNode):
             return [self.make(item) for item in node.value]
         try:
-            return self._constructor.construct_object(node)
-        except (self._yaml.YAMLError, ValueError) as error:
-            raise KbotError(f"{self._file}:{node.start_mark.line + 1}: {error}") from None
+            value = self._constructor.construct_object(node)
+        except (self._yaml.YAMLError, *NOT_MADE):
+            said, kind = json.dumps(node.value, ensure_ascii=False)[:60], node.tag.rpartition(":")[2]
+            raise self._error(node, f"{said} is no {kind}") from None
+        if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
+            raise self._error(node, "no setting is a number as large as this")
+        return value
+
+    def _error(self, node: Any, text: str) -> KbotError:  # noqa: ANN401 - as above
+        return KbotError(f"{self._file}:{node.start_mark.line + 1}: {text}")
