@@ -60,3 +60,75 @@ def test_there_is_an_end_to_them(monkeypatch: pytest.MonkeyPatch) -> None:
     known.obey(Mark(2.0, 2.0))
     with pytest.raises(KbotError, match="2 bookmarks are set: remove some"):
         known.obey(Mark(3.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("at", "words"),
+    [
+        (f"1{'0' * 400}", "no setting is a number as large"),
+        ("!!int ''", '"" is no int'),
+        ("!!bool perhaps", '"perhaps" is no bool'),
+        ("!!timestamp soon", '"soon" is no timestamp'),
+        ("!other 1", '"1" is no '),
+        ("2020-13-45", "is no timestamp"),
+    ],
+)
+def test_a_value_that_yaml_cannot_make_is_told_of_at_its_line(at: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap.bookmarks.yaml"
+    file.write_text(f"- at: 1.0\n  time: 1.0\n  note: fine\n- at: {at}\n  time: 1.0\n  note: odd\n")
+    known = Marks(str(tmp_path / "run.mcap"))
+    assert f"{file}:4: " in known.note
+    assert words in known.note
+
+
+def test_a_file_of_another_program_is_not_taken_for_ours(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap.bookmarks.yaml"
+    text = "- at: 1.0\n  time: 1.0\n  note: fine\n  colour: red\n"
+    file.write_text(text)
+    known = Marks(str(tmp_path / "run.mcap"))
+    assert f"{file}:4: a bookmark has no 'colour'" in known.note
+    with pytest.raises(KbotError, match="no others can be set"):
+        known.obey(Mark(1.0, 1.0))
+    assert file.read_text() == text
+
+
+@pytest.mark.parametrize(
+    "comment", ["# mine\n{}", "{}# mine\n", "{}  # mine", "# Bookmarks of a recording\n{}"]
+)
+def test_comments_in_the_file_are_not_lost(comment: str, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap.bookmarks.yaml"
+    text = comment.format("- at: 1.0\n  time: 1.0\n  note: fine\n")
+    file.write_text(text)
+    known = Marks(str(tmp_path / "run.mcap"))
+    assert [one.note for one in known.view.all] == ["fine"]
+    with pytest.raises(KbotError, match="has comments, which would be lost"):
+        known.obey(Mark(2.0, 2.0))
+    assert (file.read_text(), len(known.view.all)) == (text, 1)
+
+
+def test_what_looks_like_a_comment_in_a_note_is_none(tmp_path: Path) -> None:
+    recording = str(tmp_path / "run.mcap")
+    known = Marks(recording)
+    known.obey(Mark(1.0, 1.0))
+    known.obey(NoteMark(1, "first\n# second\nthird # fourth"))
+    again = Marks(recording)
+    again.obey(Mark(2.0, 2.0))
+    assert [one.note for one in Marks(recording).view.all] == [
+        "first\n# second\nthird # fourth",
+        "Bookmark 1",
+    ]
+
+
+def test_an_edit_by_hand_is_not_written_over(tmp_path: Path) -> None:
+    recording, file = str(tmp_path / "run.mcap"), tmp_path / "run.mcap.bookmarks.yaml"
+    known = Marks(recording)
+    known.obey(Mark(1.0, 1.0))
+    by_hand = file.read_text().replace("Bookmark 1", "by hand")
+    file.write_text(by_hand)
+    with pytest.raises(KbotError, match="has changed since it was read"):
+        known.obey(Mark(2.0, 2.0))
+    assert file.read_text() == by_hand
+    assert [one.note for one in known.view.all] == ["Bookmark 1"]
+    file.unlink()
+    known.obey(Mark(2.0, 2.0))
+    assert len(Marks(recording).view.all) == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeGuard
 
@@ -14,6 +15,7 @@ from kbot.workbench.protocol import Bookmark, Bookmarks, Mark, NoteMark, RemoveM
 
 MOST = 1000
 SUFFIX = ".bookmarks.yaml"
+FIELDS = ("at", "time", "note")
 HEADER = "# Bookmarks of a recording: seconds from its start, its clock there in s, and what was noted\n"
 
 
@@ -28,9 +30,12 @@ class Marks:
         """Why what is in the file is not shown, empty where it is."""
         self._all: list[Bookmark] = []
         self._count = 0
+        self._text = ""
+        """What is in the file, as far as is known."""
         if self.file and Path(self.file).exists():
             try:
-                self._all = _read(self.file)
+                self._text = read_source(self.file).text
+                self._all = _read(self._text, self.file)
             except KbotError as error:
                 self.note = f"{error} (its bookmarks are not shown, and no others can be set)"
             self._count = len(self._all)
@@ -43,7 +48,8 @@ class Marks:
         """Set a bookmark, write on one, or remove it; one that is gone already is passed over.
 
         Raises:
-            KbotError: there are very many, or the file beside the recording cannot be written.
+            KbotError: there are very many, or the file beside the recording cannot be written without losing
+                what others wrote in it.
         """
         if self.note:
             raise KbotError(self.note)
@@ -59,18 +65,28 @@ class Marks:
             case RemoveMark(number=number):
                 changed = [one for one in changed if one.number != number]
         if self.file:
-            write_bytes(self.file, _written(changed).encode())
+            self._require_untouched()
+            text = _written(changed)
+            write_bytes(self.file, text.encode())
+            self._text = text
         self._all = changed
         self._count += isinstance(order, Mark)
+
+    def _require_untouched(self) -> None:
+        """Raises KbotError: what others wrote in the file would be lost."""
+        if Path(self.file).exists() and read_source(self.file).text != self._text:
+            raise KbotError(f"{self.file} has changed since it was read: open the recording anew")
+        if _has_comments(self._text):
+            raise KbotError(f"{self.file} has comments, which would be lost: write bookmarks there")
 
     def _unused_name(self) -> str:
         names = {one.note for one in self._all}
         return next(name for n in range(1, MOST + 2) if (name := f"Bookmark {n}") not in names)
 
 
-def _read(file: str) -> list[Bookmark]:
-    """Raises KbotError: it cannot be read, or holds something else; with file:line."""
-    document = read_yaml(read_source(file).text, file)
+def _read(text: str, file: str) -> list[Bookmark]:
+    """Raises KbotError: it holds something else; with file:line."""
+    document = read_yaml(text, file)
     entries = document.items if document.value is not None else []
     found = [_bookmark(number, entry) for number, entry in enumerate(entries, 1)]
     return sorted(found, key=lambda one: one.at)
@@ -78,14 +94,26 @@ def _read(file: str) -> list[Bookmark]:
 
 def _bookmark(number: int, entry: Marked) -> Bookmark:
     fields = entry.fields
-    at, time, note = (fields[name].value if name in fields else None for name in ("at", "time", "note"))
+    at, time, note = (fields[name].value if name in fields else None for name in FIELDS)
     if not (_is_number(at) and at >= 0 and _is_number(time) and isinstance(note, str)):
         raise entry.error("a bookmark has 'at' and 'time', in seconds, and a 'note'")
+    for name, field in fields.items():
+        if name not in FIELDS:
+            raise field.error(f"a bookmark has no '{name}': the file is another program's")
     return Bookmark(number, float(at), float(time), note)
 
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _has_comments(text: str) -> bool:
+    """Whether there are others than KBot's own: between two tokens of YAML there is nothing else."""
+    import yaml
+
+    text = text.removeprefix(HEADER)
+    pairs = pairwise(yaml.scan(text, yaml.SafeLoader))
+    return any("#" in text[one.end_mark.index : next_one.start_mark.index] for one, next_one in pairs)
 
 
 def _written(all_of_them: list[Bookmark]) -> str:
