@@ -3,6 +3,7 @@
 import http.client
 import json
 import socket
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,35 @@ def test_a_foreign_host_or_origin_gets_nothing(viewing: str) -> None:
     ):
         pass
     assert caught.value.response.status_code == 403
+
+
+def test_a_page_that_does_not_answer_is_let_go_of(xacro: Path) -> None:
+    """Long before the 10 s that the library gives it."""
+    session = open_session(str(xacro), simulate=False)
+    with serving(session) as address:
+        port = urlsplit(address).port
+        silent = socket.create_connection(("127.0.0.1", port), timeout=5)
+        head = (
+            f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        silent.sendall(head.encode())
+        assert silent.recv(12) == b"HTTP/1.1 101"
+        ends: list[str] = []
+
+        def listen() -> None:
+            try:
+                while silent.recv(1 << 16):
+                    pass
+                ends.append("closed")
+            except OSError as error:
+                ends.append(repr(error))
+
+        listening = threading.Thread(target=listen)
+        listening.start()
+    listening.join()
+    silent.close()
+    assert ends == ["closed"]
 
 
 def test_other_machines_need_the_token_for_the_socket(xacro: Path) -> None:

@@ -96,6 +96,7 @@ class Server:
             sock=listening,
             process_request=self._files.answer,
             compression=None,
+            close_timeout=CLOSING_SECONDS,  # of a page that does not answer
             max_size=MAX_MESSAGE,
             max_queue=8,
             server_header=None,
