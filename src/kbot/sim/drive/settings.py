@@ -154,6 +154,7 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
                           "wheelSeparation", "wheel_separation")  # fmt: skip
     radius = _compare("wheels' radius", radius, drive.radius, values, "wheelDiameter", "wheel_diameter",
                       "wheel_radius")  # fmt: skip
+    _note_source(values)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     half = (separation or drive.separation) / 2.0
     linear = values.positive("max_linear_acceleration", "max_acceleration")
@@ -181,6 +182,19 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
         odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
         odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
     )
+
+
+def _note_source(values: _PluginValues) -> None:
+    """Gazebo Classic's drive can tell the model's own pose as odometry: `world`, in ROS 2 the number 1."""
+    element = values.element("odometrySource", "odometry_source")
+    if element is not None and element.text.strip() in ("world", "1"):
+        values.findings.info(
+            "W139",
+            f"<{element.tag}> asks for the robot's own pose in the world as odometry: here it is reckoned"
+            " from the wheels, and drifts as theirs does",
+            element.origin,
+            "write encoder, or in ROS 2 the number 0: a real robot has no other",
+        )
 
 
 def _compare(what: str, said: float | None, true: float, values: _PluginValues, *names: str) -> float | None:
