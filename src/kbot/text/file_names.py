@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 MOST = 100
-"""Characters of a name; with a date, a number and an ending it stays below the 255 bytes of file systems, also
-where each takes two."""
+"""Characters of a name; with a date, a number and an ending it stays below the 255 bytes of file systems,
+also where each takes two."""
 
 _REFUSED = re.compile(r'[\x00-\x1f\x7f-\x9f\ud800-\udfff<>:"/\\|?*]')
 _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])\s*(\..*)?", re.IGNORECASE)

@@ -236,11 +236,11 @@ def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[
     except asyncio.CancelledError:
         pass
     finally:
-        loop.run_until_complete(loop.shutdown_asyncgens())
         for left in asyncio.all_tasks(loop):
             left.cancel()
             with suppress(asyncio.CancelledError):
                 loop.run_until_complete(left)
+        loop.run_until_complete(loop.shutdown_asyncgens())
         loop.run_until_complete(loop.shutdown_default_executor())
         loop.close()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -19,9 +18,10 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.numbers import pose_of, speeds_of
-from kbot.cli.output import fail, print_json, report
+from kbot.cli.output import fail, report
 from kbot.cli.progress import busy
 from kbot.cli.sim.goto import run_goto
+from kbot.cli.sim.headless import run_headless
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 DURATION = 10.0
-INTERRUPTED = 130
-"""The exit status after Ctrl-C, as a shell has it."""
 
 
 @click.command(
@@ -202,7 +200,9 @@ def command(
             if speeds is not None:
                 simulation.cmd_vel(*speeds)
             live = options.is_live and script is None
-            status = _run(simulation, duration if live else seconds, script, as_json, plot, in_real_time=live)
+            status = run_headless(
+                simulation, duration if live else seconds, script, as_json, plot, in_real_time=live
+            )
         if shot is not None:
             _draw_end(simulation, shot)
     return status
@@ -250,54 +250,3 @@ def _simulation(
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
     report([*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics])
     return loaded, simulation
-
-
-def _run(
-    simulation: Simulation,
-    seconds: float | None,
-    script: str | None,
-    as_json: bool,
-    plot: str | None,
-    in_real_time: bool = False,
-) -> int:
-    """`seconds` None is until Ctrl-C."""
-    from kbot.cli.sim.progress import Progress
-    from kbot.sim.report import Odometer, make_report
-    from kbot.sim.script import ScriptFailed, run_script
-
-    odometer = Odometer(simulation, keeps=plot is not None)
-    failed: ScriptFailed | None = None
-    interrupted = False
-    with Progress(simulation, seconds if script is None else None) as progress:
-        try:
-            if in_real_time or seconds is None:
-                from kbot.bridges.pacing import run_in_real_time
-
-                run_in_real_time(simulation, seconds)
-            elif script is None:
-                simulation.run(seconds)
-            else:
-                run_script(script, simulation)
-        except ScriptFailed as failure:
-            failed = failure
-        except KeyboardInterrupt:  # what was simulated until then is reported
-            interrupted = True
-    odometer.close()
-    result = make_report(simulation, odometer.distance, progress.wall)
-    if as_json:
-        print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})
-    else:
-        click.echo(result.to_text())
-    if failed is not None:
-        sys.stderr.write(f"{failed}\n")
-    if interrupted:
-        click.echo(f"interrupted at {simulation.time:.3f} s", err=True)
-    if plot is not None:  # after the report, which is not lost where no picture can be written
-        from kbot.sim.plot import draw
-
-        write_bytes(
-            plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
-        )
-    if interrupted:
-        return INTERRUPTED
-    return 1 if failed is not None else 0

@@ -241,8 +241,7 @@ class Carrier:
             delay=self._delay,
             after=self._after,
         )
-        self._names[id(action)] = node.full_name
-        full = node.full_name
+        self._names[id(action)] = full = node.full_name
         values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
         for key, placed in values.items():
             self._set(f"{full}/{key}", placed.value, placed.origin or origin)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
-from kbot.messages import Bus, Clock, JointState, Publisher, TFMessage
+from kbot.messages import Bus, Clock, Publisher
 from kbot.model import Robot
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.player import LATCHED
@@ -16,6 +16,7 @@ from kbot.text import KbotError
 from kbot.wire import decode_cdr
 from kbot.workbench.driving.motion import Moment, flat
 from kbot.workbench.playback.damage import Damage, damage_at
+from kbot.workbench.playback.recorded_moves import RecordedMoves
 from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun
 from kbot.workbench.playback.recorded_series import series_of_run
 from kbot.workbench.playback.recorded_way import world_from_root
@@ -27,9 +28,6 @@ from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.world import World
-
-LOOKS = 1.0, 4.0
-"""Seconds before a moment in which all frames and joints are looked for, at first and then."""
 
 
 class Playback:
@@ -56,14 +54,10 @@ class Playback:
             name: (self.bus.advertise(name, kind, latched=name in LATCHED, wanted=self._sayer(name)), kind)
             for name, kind in run.topics.items()
         }
-        self._known: set[tuple[str, str]] = set()
-        """All frames and joints that the recording is known to tell of, each by its topic."""
+        self._moves = RecordedMoves(run)
         self._frames = ForeignFrames(self.bus)
         self._frames.poses({}, {})  # hears from here on
         self._listen()
-        self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
-        for _, topic, message in self._samples:
-            self._known |= _told_of(topic, message)
         self._go_to(0.0)
         attend(self)
 
@@ -131,7 +125,7 @@ class Playback:
         self._frames.forget()
         for message in self._run.statics:
             say_static(self.bus, message)
-        self._say_moves(now)
+        self._say_moves()
         for topic, (publisher, _) in self._publishers.items():
             if publisher.is_heard:
                 self._say(topic)
@@ -254,34 +248,13 @@ class Playback:
             hear = self._world.hear if name == POSES_TOPIC else self._told.hear
             self.bus.subscribe(name, self._run.topics[name], hear)
 
-    def _say_moves(self, now: int) -> None:
-        """Say the newest of every frame and joint: each may come in a message, and at a rate, of its own."""
-        found: list[tuple[str, Any]] = []
-        missing = self._known
-        for seconds in LOOKS:
-            after = max(now - round(seconds * 1e9), self._run.index.start - 1)
-            entries = self._run.index.between(self._run.moves, after, now)
-            found = [(entry.topic, self._run.read(entry)) for entry in entries if entry.topic != TF_STATIC]
-            missing = self._known.difference(*(_told_of(*one) for one in found))
-            if not missing:
-                break
-        rare = [
-            (topic, message)
-            for at, topic, message in self._samples
-            if at <= now and _told_of(topic, message) & missing
-        ]
-        newest, seen = [], set[tuple[str, str]]()
-        for topic, message in reversed((*rare, *found)):
-            told = _told_of(topic, message)
-            if not told <= seen:
-                newest.append((topic, message))
-                seen |= told
-        for topic, message in reversed(newest):
+    def _say_moves(self) -> None:
+        for topic, message in self._moves.until(self.clock.nanoseconds):
             self._publishers[topic][0].publish(message)
 
     def _sayer(self, topic: str) -> Callable[[], None]:
         if topic in self._run.moves:
-            return lambda: self._say_moves(self.clock.nanoseconds) if self._known else None
+            return self._say_moves
         return lambda: self._say(topic)
 
     def _say(self, topic: str) -> None:
@@ -298,10 +271,3 @@ class Playback:
 
 def _refuse() -> NoReturn:
     raise KbotError("a recording is played: it goes as it went")
-
-
-def _told_of(topic: str, message: object) -> set[tuple[str, str]]:
-    """The topic with each of the message's frames or joints."""
-    if isinstance(message, TFMessage):
-        return {(topic, stamped.child_frame_id) for stamped in message.transforms}
-    return {(topic, name) for name in message.name} if isinstance(message, JointState) else set()

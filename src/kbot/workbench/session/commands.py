@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.workbench.driving.motion import Motion
-from kbot.workbench.protocol import Action, FromPage, Push, Seek, SetJoint, SetJoints, SetLoop
+from kbot.workbench.protocol import Action, Advance, FromPage, Push, Seek, SetJoint, SetJoints, SetLoop
 
 
 def carry_out(order: FromPage, motion: Motion) -> bool:
@@ -19,6 +19,10 @@ def carry_out(order: FromPage, motion: Motion) -> bool:
             motion.set_joints(preset)
         case Push(link=link, x=x, y=y, z=z, seconds=seconds):
             motion.push(link, (x, y, z), seconds)
+        case Advance(seconds=seconds):
+            motion.paused = True
+            while seconds > 1e-6 and (done := motion.advance(seconds)) > 0.0:
+                seconds -= done  # a slow machine does it in several goes
         case Seek(at=at):
             motion.seek(at)
         case SetLoop(loop=loop):

@@ -13,7 +13,6 @@ from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.playback.recorded_way import RecordedWay
 from kbot.workbench.protocol import (
     About,
-    Advance,
     Drive,
     Findings,
     FromPage,
@@ -241,10 +240,6 @@ class Session:
             case Pause(paused=paused):
                 self.paused = paused
                 self.rate = 0.0
-            case Advance(seconds=seconds):
-                self.paused = True
-                while seconds > 1e-6 and (done := self._motion.advance(seconds)) > 0.0:
-                    seconds -= done  # a slow machine does it in several goes
             case Reset():
                 self._motion.reset()
                 self._resets += 1

@@ -1,0 +1,52 @@
+"""Where a recording's frames and joints stood last: each may come in a message, and at a rate, of its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kbot.messages import JointState, TFMessage
+from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun
+
+LOOKS = 1.0, 4.0
+"""Seconds before a moment in which all frames and joints are looked for, at first and then."""
+
+
+class RecordedMoves:
+    """The newest word of every frame and joint until a moment."""
+
+    def __init__(self, run: RecordedRun) -> None:
+        self._run = run
+        self._samples = [(entry.nanoseconds, entry.topic, run.read(entry)) for entry in run.samples()]
+        self._known = set[tuple[str, str]]().union(*(_told_of(*one) for _, *one in self._samples))
+        """All frames and joints that the recording is known to tell of, each by its topic."""
+
+    def until(self, now: int) -> list[tuple[str, Any]]:
+        """Topics and messages, oldest first, that tell where all stood at a time in ns."""
+        found: list[tuple[str, Any]] = []
+        missing = self._known
+        for seconds in LOOKS:
+            after = max(now - round(seconds * 1e9), self._run.index.start - 1)
+            entries = self._run.index.between(self._run.moves, after, now)
+            found = [(entry.topic, self._run.read(entry)) for entry in entries if entry.topic != TF_STATIC]
+            missing = self._known.difference(*(_told_of(*one) for one in found))
+            if not missing:
+                break
+        rare = [
+            (topic, message)
+            for at, topic, message in self._samples
+            if at <= now and _told_of(topic, message) & missing
+        ]
+        newest, seen = [], set[tuple[str, str]]()
+        for topic, message in reversed((*rare, *found)):
+            told = _told_of(topic, message)
+            if not told <= seen:
+                newest.append((topic, message))
+                seen |= told
+        return newest[::-1]
+
+
+def _told_of(topic: str, message: object) -> set[tuple[str, str]]:
+    """The topic with each of the message's frames or joints."""
+    if isinstance(message, TFMessage):
+        return {(topic, stamped.child_frame_id) for stamped in message.transforms}
+    return {(topic, name) for name in message.name} if isinstance(message, JointState) else set()
