@@ -145,8 +145,7 @@ def base_off_axle(context: Context) -> Found:
             yield Finding(
                 origin,
                 f"{name} is {away * 1e3:.4g} mm {where} the middle of the axle: turning on the spot it "
-                "goes round a "
-                f"circle of {away * 1e3:.4g} mm radius",
+                f"goes round a circle of {away * 1e3:.4g} mm radius",
                 f"put {name} under the middle of the axle, or let odometry account for it",
                 (Related(name, context.robot.links[name].origin),),
             )

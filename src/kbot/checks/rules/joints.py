@@ -111,9 +111,8 @@ def angle_in_degrees(context: Context) -> Found:
             radians = " ".join(f"{math.radians(v):.10g}" for v in values)
             yield Finding(
                 element.attribute_origin("rpy"),
-                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns (it "
-                "ends at "
-                f"{turned:.1f} degrees): degrees where radians are meant?",
+                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns "
+                f"(it ends at {turned:.1f} degrees): degrees where radians are meant?",
                 f'as degrees it is rpy="{radians}"',
                 fix=context.replace_plain(
                     element.attribute_origin("rpy"), radians, "read the angles as degrees", safe=False

@@ -131,9 +131,8 @@ def tensor_units(context: Context) -> Found:
                 continue
             yield Finding(
                 inertial.inertia_origin,
-                f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, {gyration / reach:.3g} "
-                "times as far as "
-                f"its shape reaches ({reach * 1e3:.4g} mm): is the tensor in kg m^2?",
+                f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, {gyration / reach:.3g} times as "
+                f"far as its shape reaches ({reach * 1e3:.4g} mm): is the tensor in kg m^2?",
                 solid_hint(context, link, inertial),
                 geometry_of(context.bodies[link.name]),
                 solid_fix(context, link, inertial),
@@ -161,9 +160,8 @@ def tensor_too_small(context: Context) -> Found:
         if small > _TOO_SMALL and not _meant_mass(context, link, inertial):
             yield Finding(
                 inertial.inertia_origin,
-                f"{link.name}: the tensor is {small:.3g} times smaller than that of a solid of its "
-                "shape and "
-                f"{inertial.mass:g} kg",
+                f"{link.name}: the tensor is {small:.3g} times smaller than that of a solid of its shape "
+                f"and {inertial.mass:g} kg",
                 solid_hint(context, link, inertial),
                 geometry_of(context.bodies[link.name]),
                 solid_fix(context, link, inertial),

@@ -187,8 +187,7 @@ def collada_scaled_twice(context: Context) -> Found:
             yield Finding(
                 mesh.origin,
                 f"{link.name}: the mesh's own unit is {unit:g} m and its scale {factor:g} once more: "
-                "the part is "
-                f"{1.0 / unit:g} times too small",
+                f"the part is {1.0 / unit:g} times too small",
                 "leave the scale out",
             )
 

@@ -188,8 +188,7 @@ def wheel_axis_askew(context: Context) -> Found:
                     yield Finding(
                         _axis_origin(wheel.joint),
                         f"{wheel.joint.name}: it turns about an axis {angle:.3g} degrees from that of "
-                        "its own "
-                        "cylinder: the wheel tumbles",
+                        "its own cylinder: the wheel tumbles",
                         related=(Related("the cylinder", wheel.part.origin),) if wheel.part else (),
                     )
                     continue
