@@ -22,7 +22,8 @@ def test_without_being_asked_for_there_is_none():
 def test_each_simulator_is_told_of_the_same_lidar(control):
     (spec,) = declared_sensors(kbot.load("kbot", lidar=True, control=control)).specs
     assert isinstance(spec, Lidar)
-    assert (spec.samples, spec.rate, spec.topic, spec.frame) == (360, 20.0, "scan", "lidar_link")
+    assert (spec.samples, spec.rate, spec.frame) == (360, 20.0, "lidar_link")
+    assert spec.topic.removeprefix("/") == "scan"  # plugins of gazebo_ros give a full name
     # the beams are a degree apart all around
     assert spec.increment == pytest.approx(math.radians(1))
     assert spec.noise.stddev == 0.005

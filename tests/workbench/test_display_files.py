@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 import kbot
+from kbot.templates import Sizes, make_package
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.displays.kinds import KINDS
@@ -187,17 +188,13 @@ def test_what_is_not_shown_is_named() -> None:
     assert "moveit_rviz_plugin/Panel of Panels: kept in the file" in notes
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "templates/robot/config/view.rviz",
-        "templates/robot/config/view_ros2.rviz",
-        "robots/kbot_description/config/kbot.rviz",
-    ],
-)
-def test_our_own_files_of_rviz_are_used_whole(name: str) -> None:
-    file = Path(kbot.__file__).parent / name
-    assert read_rviz(file.read_text(), name).notes == ()
+def test_our_own_files_of_rviz_are_used_whole(tmp_path: Path) -> None:
+    made = make_package(tmp_path / "my_robot", "my_robot", Sizes())
+    ours = Path(kbot.__file__).parent / "robots" / "kbot_description" / "config" / "kbot.rviz"
+    files = [ours, *(tmp_path / "my_robot" / path for path in made if path.suffix == ".rviz")]
+    assert len(files) == 3
+    for file in files:
+        assert read_rviz(file.read_text(), file.name).notes == ()
 
 
 def test_the_orbit_of_rviz_is_an_eye_and_a_target() -> None:
