@@ -95,7 +95,7 @@ def assert_one_clear_message(done: subprocess.CompletedProcess[str], *parts: str
     lines = said.splitlines()
     assert "Traceback" not in said, said
     assert sum("error: " in line for line in lines) == 1, said
-    assert len(lines) <= 10, said  # what is wrong and where, two places with their code, a hint, a count
+    assert len(lines) <= 8, said
     assert "\x1b" not in said
     first = next(line for line in lines if "error: " in line)
     assert all(part in first for part in parts), said
