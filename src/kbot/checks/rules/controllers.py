@@ -18,6 +18,18 @@ def _gazebo_plugins(context: Context) -> Iterator[Element]:
             yield from (e for e in extension.descendants() if e.tag == "plugin")
 
 
+def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
+    joints = context.robot.joints
+    for element in holder.elements("joint"):
+        name = element.attributes.get("name", "")
+        if name and name not in joints and "$" not in name:
+            yield Finding(
+                element.attribute_origin("name"),
+                f"{what} '{holder.attributes.get('name', '')}': '{name}' is no joint of this robot",
+                did_you_mean(name, joints),
+            )
+
+
 @rule("D101", "plugin-joint-unknown", Severity.ERROR, "robot")
 def plugin_joint_unknown(context: Context) -> Found:
     """A drive plugin or controller that names a joint the robot lacks.
@@ -66,19 +78,9 @@ def control_joint_unknown(context: Context) -> Found:
 
     Fix: safe, where one known name is a single slip away: it is written.
     """
-    joints = context.robot.joints
     for extension in context.robot.extensions:
-        if extension.tag != "ros2_control":
-            continue
-        for element in extension.elements("joint"):
-            name = element.attributes.get("name", "")
-            if name and name not in joints and "$" not in name:
-                yield Finding(
-                    element.attribute_origin("name"),
-                    f"<ros2_control> '{extension.attributes.get('name', '')}': '{name}' is no joint of "
-                    "this robot",
-                    did_you_mean(name, joints),
-                )
+        if extension.tag == "ros2_control":
+            yield from _unknown_joints(context, extension, "<ros2_control>")
 
 
 @rule("D103", "gazebo-reference-unknown", Severity.WARNING, "robot")
@@ -118,7 +120,6 @@ def transmission_joint_unknown(context: Context) -> Found:
 
     Fix: safe, where one known name is a single slip away: it is written.
     """
-    joints = context.robot.joints
     for extension in context.robot.extensions:
         holders: Iterable[Element] = ()
         if extension.tag == "transmission":
@@ -126,15 +127,7 @@ def transmission_joint_unknown(context: Context) -> Found:
         elif extension.tag == "ros2_control":
             holders = extension.elements("transmission")
         for holder in holders:
-            for element in holder.elements("joint"):
-                name = element.attributes.get("name", "")
-                if name and name not in joints and "$" not in name:
-                    yield Finding(
-                        element.attribute_origin("name"),
-                        f"transmission '{holder.attributes.get('name', '')}': '{name}' is no joint of "
-                        "this robot",
-                        did_you_mean(name, joints),
-                    )
+            yield from _unknown_joints(context, holder, "transmission")
 
 
 @rule("D121", "plugin-frame-unknown", Severity.WARNING, "robot")

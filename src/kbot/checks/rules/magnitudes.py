@@ -73,6 +73,16 @@ def _meant_mass(context: Context, link: Link, inertial: Inertial) -> float:
     return meant if _is_solid(meant / solid.volume) else 0.0
 
 
+def _of_tensor(context: Context, link: Link, inertial: Inertial, message: str) -> Finding:
+    return Finding(
+        inertial.inertia_origin,
+        message,
+        solid_hint(context, link, inertial),
+        geometry_of(context.bodies[link.name]),
+        solid_fix(context, link, inertial),
+    )
+
+
 @rule("I107", "gyration-too-large", Severity.WARNING, "robot")
 def gyration_too_large(context: Context) -> Found:
     """A radius of gyration that reaches beyond the link's own shape.
@@ -95,15 +105,13 @@ def gyration_too_large(context: Context) -> Found:
         if 1.05 * reach < gyration <= 3.0 * reach and gyration - reach > _SMALL:
             if _meant_mass(context, link, inertial):
                 continue
-            yield Finding(
-                inertial.inertia_origin,
+            yield _of_tensor(
+                context,
+                link,
+                inertial,
                 f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, yet its shape ends "
-                f"{reach * 1e3:.4g} mm "
-                f"from the centre of mass: the tensor is at least {(gyration / reach) ** 2:.2g} times "
-                "too large",
-                solid_hint(context, link, inertial),
-                geometry_of(context.bodies[link.name]),
-                solid_fix(context, link, inertial),
+                f"{reach * 1e3:.4g} mm from the centre of mass: the tensor is at least "
+                f"{(gyration / reach) ** 2:.2g} times too large",
             )
 
 
@@ -129,13 +137,12 @@ def tensor_units(context: Context) -> Found:
         if 0.0 < 3.0 * reach < gyration and gyration > 2.0 * _SMALL:
             if _meant_mass(context, link, inertial):
                 continue
-            yield Finding(
-                inertial.inertia_origin,
+            yield _of_tensor(
+                context,
+                link,
+                inertial,
                 f"{link.name}: radius of gyration {gyration * 1e3:.4g} mm, {gyration / reach:.3g} times as "
                 f"far as its shape reaches ({reach * 1e3:.4g} mm): is the tensor in kg m^2?",
-                solid_hint(context, link, inertial),
-                geometry_of(context.bodies[link.name]),
-                solid_fix(context, link, inertial),
             )
 
 
@@ -158,13 +165,12 @@ def tensor_too_small(context: Context) -> Found:
             continue
         small = _times_too_small(solid, inertial)
         if small > _TOO_SMALL and not _meant_mass(context, link, inertial):
-            yield Finding(
-                inertial.inertia_origin,
+            yield _of_tensor(
+                context,
+                link,
+                inertial,
                 f"{link.name}: the tensor is {small:.3g} times smaller than that of a solid of its shape "
                 f"and {inertial.mass:g} kg",
-                solid_hint(context, link, inertial),
-                geometry_of(context.bodies[link.name]),
-                solid_fix(context, link, inertial),
             )
 
 

@@ -24,6 +24,19 @@ def _entry(context: Context) -> SourceFile | None:
     return first if first and first.path == context.entry.path else None
 
 
+def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
+    """Of each element of a tag in the entry file whose name stands nowhere else; `{}` in `message` is it."""
+    file = _entry(context)
+    for name, element in named(file, tag) if file is not None else ():
+        if name.removeprefix("xacro:") not in context.words and "${" not in name:
+            yield Finding(
+                element.attribute_origin("name"),
+                message.format(name),
+                hint,
+                fix=remove_element(element, safe=False),
+            )
+
+
 @rule("S101", "unused-property", Severity.WARNING, "source")
 def unused_property(context: Context) -> Found:
     """A property that nothing uses.
@@ -37,17 +50,12 @@ def unused_property(context: Context) -> Found:
 
     Fix: unsafe: the property is removed.
     """
-    file = _entry(context)
-    if file is None:
-        return
-    for name, element in named(file, "xacro:property"):
-        if name not in context.words:
-            yield Finding(
-                element.attribute_origin("name"),
-                f"the property '{name}' is never used: changing it changes nothing",
-                "use it, or remove it",
-                fix=remove_element(element, safe=False),
-            )
+    return _unused(
+        context,
+        "xacro:property",
+        "the property '{}' is never used: changing it changes nothing",
+        "use it, or remove it",
+    )
 
 
 @rule("S102", "unused-macro", Severity.INFO, "source")
@@ -62,17 +70,7 @@ def unused_macro(context: Context) -> Found:
 
     Fix: unsafe: the macro is removed.
     """
-    file = _entry(context)
-    if file is None:
-        return
-    for name, element in named(file, "xacro:macro"):
-        if name.removeprefix("xacro:") not in context.words:
-            yield Finding(
-                element.attribute_origin("name"),
-                f"the macro '{name}' is never called",
-                "call it, or remove it",
-                fix=remove_element(element, safe=False),
-            )
+    return _unused(context, "xacro:macro", "the macro '{}' is never called", "call it, or remove it")
 
 
 @rule("S103", "unused-argument", Severity.WARNING, "source")
@@ -87,17 +85,12 @@ def unused_argument(context: Context) -> Found:
 
     Fix: unsafe: the argument is removed.
     """
-    file = _entry(context)
-    if file is None:
-        return
-    for name, element in named(file, "xacro:arg"):
-        if name not in context.words and "${" not in name:
-            yield Finding(
-                element.attribute_origin("name"),
-                f"the argument '{name}' is never read: passing it changes nothing",
-                "use it, or remove it",
-                fix=remove_element(element, safe=False),
-            )
+    return _unused(
+        context,
+        "xacro:arg",
+        "the argument '{}' is never read: passing it changes nothing",
+        "use it, or remove it",
+    )
 
 
 @rule("S104", "unused-parameter", Severity.INFO, "source")
