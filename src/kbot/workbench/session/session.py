@@ -92,11 +92,11 @@ class Session:
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
         """What pages are to know at once, such as what is not shown."""
-        self.topics = TopicRelay(self._motion.bus, self._now, for_page)
+        self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
         self.rate = 0.0
         self._resets = 0
-        self._deadman = Deadman()
+        self._deadman = Deadman(lambda linear, angular: self._motion.drive(linear, angular))
         self._scene = ShownScene(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
         self.shown.look()
 
@@ -197,8 +197,7 @@ class Session:
 
     def advance(self, wall_seconds: float) -> bool:
         """Let wall time pass; whether anything may have changed."""
-        if self._deadman.is_let_go(wall_seconds):
-            self._stop()
+        self._deadman.pass_time(wall_seconds)
         if self.mode == "view":
             self._motion.advance(wall_seconds)
         changed = self._motion.run_errands() | self._look_around()
@@ -234,9 +233,9 @@ class Session:
         """
         match message:
             case Drive(linear=linear, angular=angular):
-                self._drive(linear, angular, client)
+                self._deadman.drive(linear, angular, client)
             case Stop():
-                self._stop()
+                self._deadman.stop()
             case Pause(paused=paused):
                 self.paused = paused
                 self.rate = 0.0
@@ -272,8 +271,7 @@ class Session:
     def leave(self, client: int) -> None:
         """A page is gone; if it was driving, the robot stops."""
         self.topics.leave(client)
-        if client == self._deadman.driver:
-            self._stop()
+        self._deadman.leave(client)
 
     def _enter(self, name: str, seed: int) -> None:
         self._motion, self._scene.world = self._motion.enter(name, seed)
@@ -298,17 +296,3 @@ class Session:
             if text not in known:
                 self.announce(Refused(text))
         return True
-
-    def _drive(self, linear: float, angular: float, client: int) -> None:
-        standing = linear == 0.0 and angular == 0.0
-        if standing and client != self._deadman.driver:
-            return  # another page is driving, and this one merely lets go
-        self._motion.drive(linear, angular)
-        self._deadman.press(NOBODY if standing else client)
-
-    def _stop(self) -> None:
-        self._deadman.release()
-        self._motion.drive(0.0, 0.0)
-
-    def _now(self) -> int:
-        return self._motion.clock.nanoseconds
