@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
 from bench_first_picture import first_picture  # noqa: E402 - found by the path set above
-from browsing import opened_browser  # noqa: E402 - as above
+from browsing import opened_browser  # noqa: E402 - found by the path set above
 
-from peers.conftest import PROGRAMS, Ros, stop, wait_until  # noqa: E402 - as above
-from peers.test_kbot_description import PACKAGE, shows_robot  # noqa: E402 - as above
+from peers.conftest import PROGRAMS, Ros, stop, wait_until  # noqa: E402 - found by the path set above
+from peers.test_kbot_description import PACKAGE, shows_robot  # noqa: E402 - found by the path set above
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

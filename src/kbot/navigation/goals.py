@@ -223,7 +223,7 @@ class Goals:
             self._navigator.planner = result()
         except KbotError as error:
             self._navigator.refuse(str(error))
-        except Exception as error:
+        except Exception as error:  # whatever its thread met refuses the goal, and the run goes on
             log.exception("no map could be made")
             self._navigator.refuse(f"no map: {error}")
 

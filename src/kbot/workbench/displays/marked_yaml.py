@@ -110,5 +110,5 @@ class _Maker:
             raise self._error(node, "no setting is a number as large as this")
         return value
 
-    def _error(self, node: Any, text: str) -> KbotError:  # noqa: ANN401 - as above
+    def _error(self, node: Any, text: str) -> KbotError:  # noqa: ANN401 - PyYAML has no types
         return KbotError(f"{self._file}:{node.start_mark.line + 1}: {text}")

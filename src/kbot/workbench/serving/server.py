@@ -242,7 +242,7 @@ class Server:
         """Tell every page of a fault of KBot's own, and go on: it ends neither the server nor a recording."""
         try:
             yield
-        except Exception as error:  # noqa: BLE001 - see above
+        except Exception as error:  # noqa: BLE001 - told to every page, and survived
             self.hub.publish(Refused(self._complaints.fault(doing, error)))
 
     async def _follow_files(self) -> None:
