@@ -130,9 +130,7 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Told:
         hint = f"'{name}' is an attribute, and no element: put it into the tag of the element before"
         return _Told("a tag begins with the name of its element", hint)
     if data.startswith(b"</", tag):
-        return _Told(
-            "here an element ends, and none has begun", 'a robot is written in <robot name="…"> … </robot>'
-        )
+        return _Told("here an element ends, and none has begun", _A_ROBOT)
     if tag == offset - 1:
         return _Told("'<' stands alone: no element's name follows", "write &lt; for the character < itself")
     last = _LAST_NAME.search(data, tag, stop)
