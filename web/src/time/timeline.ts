@@ -97,7 +97,7 @@ export function timelineBar(app: App): HTMLElement {
       return;
     }
     const isLive = now.live && !now.played;
-    const at = isLive ? Math.max(now.end, Math.round((app.state.value?.at ?? 0) * 1000) / 1000) : now.at; // states are told of more often
+    const at = isLive ? travel.newest(now) : now.at;
     slider.max = String(isLive ? at : now.end);
     slider.value = String(at);
     describe(now, isLive, at);

@@ -8,12 +8,15 @@ const ACTS: ReadonlySet<FromPage["type"]> = new Set(["drive", "push", "reset", "
 /** Seconds that one step goes. */
 const STEP = 0.1;
 
+/** A time in s as the server tells it, in whole milliseconds. */
+const inMilliseconds = (seconds: number): number => Math.round(seconds * 1000) / 1000;
+
 /** Where this page stands in time: at what is, at a moment of the last minutes, or within a recording. */
 export class TimeTravel {
   readonly timeline = new Signal<Timeline | null>(null);
   readonly bookmarks = new Bookmarks();
   private asked: number | null = null;
-  /** The moment that was asked for last, until the server says which one is shown. */
+  /** The moment that was asked for last, until the server says that it is shown. */
   private wanted: number | null = null;
   /** Whether what topics said here was of a moment that was. */
   private wasPast = false;
@@ -43,10 +46,12 @@ export class TimeTravel {
   connected(): void {
     if (this.wasPast) this.topics.forget();
     this.wasPast = false;
+    this.wanted = null;
   }
 
   heard(now: Timeline): void {
-    if (this.asked === null) this.wanted = null;
+    const isAnswered = this.wanted !== null && Math.abs(now.at - this.wanted) < STEP / 2; // one to an earlier step is further away
+    if (this.asked === null && isAnswered) this.wanted = null;
     this.timeline.set(now);
     if (this.wasPast === now.live) this.topics.forget();
     else for (const topic of now.silent) this.topics.forget(topic);
@@ -59,6 +64,11 @@ export class TimeTravel {
   asNow(state: State): State {
     const now = this.timeline.value;
     return now === null || now.live || (state.paused === now.paused && state.speed === now.speed) ? state : { ...state, paused: now.paused, speed: now.speed };
+  }
+
+  /** The moment that is now, in seconds along the timeline: states are told of more often than timelines. */
+  newest(now: Timeline): number {
+    return Math.max(now.end, inMilliseconds(this.state.value?.at ?? 0));
   }
 
   /** Shows a moment; of many asked for at once the last. */
@@ -76,7 +86,8 @@ export class TimeTravel {
   step(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
-    const at = (this.wanted ?? (this.isElsewhere ? now.at : now.end)) + direction * STEP;
+    const from = this.wanted ?? (this.isElsewhere ? now.at : this.newest(now));
+    const at = inMilliseconds(from + direction * STEP);
     if (at < now.end) this.seek(Math.max(now.start, at));
     else if (now.played) this.seek(now.end);
     else this.goLive();
