@@ -130,7 +130,7 @@ export interface FallenView {
   z: number;
 }
 
-/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. */
+/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. `jumps` counts how often the robot was put elsewhere, which is no part of its way. */
 export interface State {
   revision: number;
   time: number;
@@ -150,6 +150,7 @@ export interface State {
   at: number;
   faults: readonly FaultView[];
   fallen: readonly FallenView[];
+  jumps: number;
   type: "state";
 }
 
@@ -225,11 +226,12 @@ export interface Topics {
   type: "topics";
 }
 
-/** One message of a topic that was asked for, its fields by name. `time` is when it was published. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says. */
+/** One message of a topic that was asked for, its fields by name. `time` is when it was published; with `is_latched` that was before it was asked for. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says. */
 export interface TopicMessage {
   topic: string;
   kind: string;
   time: number;
+  is_latched: boolean;
   message: { [name: string]: unknown };
   type: "message";
 }
@@ -301,12 +303,13 @@ export interface Recorded {
   type: "recorded";
 }
 
-/** The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at moments in s along the timeline. */
+/** The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at moments in s along the timeline. To the points of these numbers, from 0, it did not drive: it was put there. */
 export interface Trail {
   resets: number;
   at: readonly number[];
   x: readonly number[];
   y: readonly number[];
+  jumps: readonly number[];
   type: "trail";
 }
 

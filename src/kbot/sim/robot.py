@@ -63,6 +63,8 @@ class SimulatedRobot(RobotJoints):
         self._odometry: WheelOdometry | None = None
         self._reckoned: DifferentialDrive | None = None
         self._servos: WheelServos | SteeredServos | None = None
+        self.jumps = 0
+        """How often it was put elsewhere, by a reset too."""
         if isinstance(drive, DifferentialDrive) and settings is not None:
             reckoned = self._reckoned = settings.reckoned(drive)
             fastest = min(speed_limit(robot, joint) for joint in drive.joints)
@@ -91,6 +93,7 @@ class SimulatedRobot(RobotJoints):
         if isinstance(self._servos, SteeredServos):
             self._servos.restart()
         self._is_driving, self._next_slew = False, 0
+        self.jumps += 1
         self._start_joints()
         self._start_counting_turns()
 
@@ -192,6 +195,7 @@ class SimulatedRobot(RobotJoints):
     def _stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
         """See `RobotBody._stand_at`; commands go on."""
         super()._stand_at(x, y, yaw, height)
+        self.jumps += 1
         if self._servos is not None:
             self._servos.settle()
 

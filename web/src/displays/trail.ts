@@ -6,14 +6,15 @@ import type { Make } from "./display";
 
 const MOST = 8000;
 
-/** When the robot came there, in s along the timeline, and x and y in m. */
-type Point = readonly [at: number, x: number, y: number];
+/** When the robot came there, in s along the timeline, and x and y in m; and whether it was put there, not driven. */
+type Point = readonly [at: number, x: number, y: number, isJump: boolean];
 
 /** The way the robot took: what the server knows of it, and what is seen of it from then on. */
 export const trail: Make = (picture) => {
   const { app } = picture;
   const ribbon = new Ribbon();
   let resets = -1;
+  let jumps = 0;
   let colour = "";
   const paint = (): void => void ribbon.mesh.material.color.set(colour || PALETTES[app.theme.value].trail);
   const show = (at: number): void => ribbon.showUntil(app.travel.isElsewhere ? at : Infinity);
@@ -28,7 +29,8 @@ export const trail: Make = (picture) => {
     }
     const scene = app.scene.value;
     const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0);
+    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0, state.jumps !== jumps);
+    ({ jumps } = state);
     show(state.at);
   };
   const stops = [
@@ -37,7 +39,8 @@ export const trail: Make = (picture) => {
     }),
     app.trail.watch((known) => {
       if (known?.resets !== resets) return;
-      ribbon.take(known.at.map((at, index) => [at, known.x[index]!, known.y[index]!]));
+      const put = new Set(known.jumps);
+      ribbon.take(known.at.map((at, index) => [at, known.x[index]!, known.y[index]!, put.has(index)]));
       show(app.state.value?.at ?? 0);
       picture.invalidate();
     }),
@@ -62,21 +65,23 @@ export const trail: Make = (picture) => {
   };
 };
 
-/** A ribbon on the floor, the oldest half forgotten when it is full. */
+/** A ribbon on the floor, cut where the robot was put elsewhere; the oldest half forgotten when it is full. */
 class Ribbon {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly positions = new BufferAttribute(new Float32Array(MOST * 6), 3);
+  /** Two triangles from each point to the next. */
+  private readonly index = new BufferAttribute(new Uint32Array((MOST - 1) * 6), 1);
   private points: Point[] = [];
   private width = 0.004;
   private spacing = 0.004;
 
   constructor() {
     this.positions.setUsage(DynamicDrawUsage);
-    const index = new Uint32Array((MOST - 1) * 6);
-    for (let i = 0; i < MOST - 1; i += 1) index.set([2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 1, 2 * i + 3, 2 * i + 2], i * 6);
+    this.index.setUsage(DynamicDrawUsage);
+    for (let i = 1; i < MOST; i += 1) this.join(i, true);
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", this.positions);
-    geometry.setIndex(new BufferAttribute(index, 1));
+    geometry.setIndex(this.index);
     geometry.setDrawRange(0, 0);
     this.mesh = new Mesh(geometry, new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.85, depthWrite: false }));
     this.mesh.frustumCulled = false;
@@ -88,14 +93,14 @@ class Ribbon {
     this.mesh.position.z = height + radius * 0.004;
   }
 
-  add(at: number, x: number, y: number): void {
+  add(at: number, x: number, y: number, isJump: boolean): void {
     const last = this.points.at(-1);
     if (last !== undefined && Math.hypot(x - last[1], y - last[2]) < this.spacing) return;
     if (this.points.length >= MOST) {
       this.points = this.points.slice(MOST / 2);
       this.points.forEach((_, i) => this.write(i));
     }
-    this.points.push([at, x, y]);
+    this.points.push([at, x, y, isJump]);
     this.write(this.points.length - 1);
     if (this.points.length > 1) this.write(this.points.length - 2);
     this.positions.needsUpdate = true;
@@ -130,13 +135,25 @@ class Ribbon {
   }
 
   private write(i: number): void {
-    const [, x, y] = this.points[i]!;
-    const [, fromX, fromY] = this.points[i - 1] ?? this.points[i]!;
-    const [, toX, toY] = this.points[i + 1] ?? this.points[i]!;
+    const here = this.points[i]!;
+    const [, x, y, isJump] = here;
+    const next = this.points[i + 1] ?? here;
+    const [, fromX, fromY] = isJump ? here : (this.points[i - 1] ?? here);
+    const [, toX, toY] = next[3] ? here : next;
+    if (i > 0) this.join(i, !isJump);
     const dx = toX - fromX;
     const dy = toY - fromY;
     const scale = this.width / 2 / (Math.hypot(dx, dy) || 1);
     this.positions.setXYZ(2 * i, x - dy * scale, y + dx * scale, 0);
     this.positions.setXYZ(2 * i + 1, x + dy * scale, y - dx * scale, 0);
+  }
+
+  /** Lets the ribbon come to a point from the one before, or begin anew there. */
+  private join(i: number, joined: boolean): void {
+    const [from, at] = [2 * (i - 1), (i - 1) * 6];
+    const isJoined = this.index.getX(at) !== this.index.getX(at + 1);
+    if (joined === isJoined) return;
+    this.index.set(joined ? [from, from + 1, from + 2, from + 1, from + 3, from + 2] : [0, 0, 0, 0, 0, 0], at);
+    this.index.needsUpdate = true;
   }
 }

@@ -9,27 +9,19 @@ export const GOING: readonly string[] = ["accepted", "driving"];
 /** Those after which nothing is to be done: they are shown so long, in ms. */
 const DONE: readonly string[] = ["reached", "cancelled"];
 const SHOWN_FOR = 6000;
-/** Milliseconds within which one is told how the last goal ended, long ago perhaps: that is no news. */
-const OLD = 5000;
 
 /** Tells of each state of a goal, its reason and when it was, in s of simulated time, from when something is simulated on. */
 export function onGoal(app: App, heard: (state: string, reason: string, time: number) => void): void {
   let isListening = false;
-  let isFirst = true;
-  let asked = 0;
-  app.connection.link.watch((link) => {
-    if (link !== "live") return;
-    isFirst = true;
-    asked = performance.now();
-  });
+  let last = "";
   app.about.watch((about) => {
     if (about?.mode !== "sim" || isListening) return;
     isListening = true;
-    asked = performance.now();
-    app.topics.listen(TOPIC, ({ message, time }) => {
-      const [state = "", ...reason] = String(message["data"]).split(": ");
-      const isOld = isFirst && !GOING.includes(state) && performance.now() < asked + OLD;
-      isFirst = false;
+    app.topics.listen(TOPIC, ({ message, time, is_latched }) => {
+      const words = String(message["data"]);
+      const [state = "", ...reason] = words.split(": ");
+      const isOld = is_latched && !GOING.includes(state) && ["", words].includes(last); // it ended before one came
+      last = words;
       if (!isOld) heard(state, reason.join(": "), time);
     });
   });

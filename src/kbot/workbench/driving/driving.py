@@ -162,6 +162,7 @@ class Driving:
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
             fallen=self._out_of_world.now,
+            jumps=sim.named().jumps,
         )
 
     @property

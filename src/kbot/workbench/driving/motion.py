@@ -35,6 +35,8 @@ class Moment:
     odometry: tuple[float, float, float] = (0.0, 0.0, 0.0)
     faults: tuple[FaultView, ...] = ()
     fallen: tuple[FallenView, ...] = ()
+    jumps: int = 0
+    """How often the robot was put elsewhere."""
 
 
 class Motion(Protocol):

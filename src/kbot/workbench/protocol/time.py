@@ -50,12 +50,14 @@ class AskTrail:
 @dataclass(frozen=True, slots=True)
 class Trail:
     """The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at
-    moments in s along the timeline."""
+    moments in s along the timeline. To the points of these numbers, from 0, it did not drive: it was put
+    there."""
 
     resets: int
     at: tuple[float, ...]
     x: tuple[float, ...]
     y: tuple[float, ...]
+    jumps: tuple[int, ...]
     type: Literal["trail"] = "trail"
 
 

@@ -22,7 +22,7 @@ class State:
 
     `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y,
     yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along
-    the timeline.
+    the timeline. `jumps` counts how often the robot was put elsewhere, which is no part of its way.
     """
 
     revision: int
@@ -43,6 +43,7 @@ class State:
     at: float = 0.0
     faults: tuple[FaultView, ...] = ()
     fallen: tuple[FallenView, ...] = ()
+    jumps: int = 0
     type: Literal["state"] = "state"
 
 

@@ -29,7 +29,8 @@ class Topics:
 
 @dataclass(frozen=True, slots=True)
 class TopicMessage:
-    """One message of a topic that was asked for, its fields by name. `time` is when it was published.
+    """One message of a topic that was asked for, its fields by name. `time` is when it was published; with
+    `is_latched` that was before it was asked for.
 
     Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says.
     """
@@ -37,6 +38,7 @@ class TopicMessage:
     topic: str
     kind: str
     time: float
+    is_latched: bool
     message: dict[str, Any]
     type: Literal["message"] = "message"
 

@@ -52,7 +52,7 @@ class Past:
         scene = self._session.scene
         root = 7 * next(number for number, link in enumerate(scene.links) if link.name == scene.root)
         x, y = state.poses[root : root + 2]
-        self._ways.add(state.resets, state.at, x, y, scene.radius * SPACING)
+        self._ways.add(state.resets, state.at, x, y, scene.radius * SPACING, state.jumps)
         self._ways.forget(self._history.start)
 
     def tell_topic(self, topic: str, frame: Frame, pages: frozenset[int]) -> None:
@@ -88,8 +88,8 @@ class Past:
             points = yield from self._session.way(self._session.scene.radius * SPACING)
         else:
             points = self._ways.of(round(resets))
-        at, x, y = zip(*points, strict=True) if points else ((), (), ())
-        return Trail(round(resets), at, x, y)
+        at, x, y, is_jump = zip(*points, strict=True) if points else ((), (), (), ())
+        return Trail(round(resets), at, x, y, tuple(number for number, jump in enumerate(is_jump) if jump))
 
     def resume(self, client: Client) -> None:
         """Let the simulation go on from the moment that a page is shown.

@@ -39,4 +39,5 @@ def state_message(
         at=round(at, 4),
         faults=moment.faults,
         fallen=moment.fallen,
+        jumps=moment.jumps,
     )

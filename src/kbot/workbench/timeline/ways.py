@@ -6,13 +6,20 @@ import math
 from bisect import bisect_right
 from collections import deque
 from dataclasses import dataclass, field
-from operator import itemgetter
+from typing import NamedTuple
 
 MOST_POINTS = 8000
 """Of one way; of a longer one the older half is forgotten."""
 
-Point = tuple[float, float, float]
-"""When it came there, in s along the timeline, and x and y in m of the world."""
+
+class Point(NamedTuple):
+    """When the robot came there, in s along the timeline, and x and y in m of the world; with `is_jump` it
+    did not drive there from the point before, but was put there."""
+
+    at: float
+    x: float
+    y: float
+    is_jump: bool = False
 
 
 @dataclass(slots=True)
@@ -23,17 +30,17 @@ class Way:
     began: float
     points: list[Point] = field(default_factory=list)
 
-    def add(self, at: float, x: float, y: float, spacing: float) -> None:
+    def add(self, at: float, x: float, y: float, spacing: float, is_jump: bool) -> None:
         """The robot is at a place; one nearer to the last than `spacing`, in m, is passed over."""
-        if self.points and math.hypot(x - self.points[-1][1], y - self.points[-1][2]) < spacing:
+        if self.points and math.hypot(x - self.points[-1].x, y - self.points[-1].y) < spacing:
             return
-        self.points.append((round(at, 4), round(x, 4), round(y, 4)))
+        self.points.append(Point(round(at, 4), round(x, 4), round(y, 4), is_jump and bool(self.points)))
         if len(self.points) > MOST_POINTS:
             del self.points[: MOST_POINTS // 2]
 
     def until(self, at: float) -> list[Point]:
         """What of it was gone by a moment."""
-        return self.points[: bisect_right(self.points, at, key=itemgetter(0))]
+        return self.points[: bisect_right(self.points, at, key=lambda point: point.at)]
 
 
 class Ways:
@@ -41,6 +48,7 @@ class Ways:
 
     def __init__(self) -> None:
         self._all: deque[Way] = deque()
+        self._jumps = 0
         self._before: list[Point] = []
         """The way to the state that the simulation goes on from next."""
 
@@ -49,12 +57,13 @@ class Ways:
         led = [way for way in self._all if way.began <= at]
         self._before = led[-1].until(at) if led else []
 
-    def add(self, resets: int, at: float, x: float, y: float, spacing: float) -> None:
-        """As of a way, of the one since so many resets."""
+    def add(self, resets: int, at: float, x: float, y: float, spacing: float, jumps: int) -> None:
+        """As of a way, of the one since so many resets; the robot was put elsewhere so many times."""
         if not self._all or self._all[-1].resets != resets:
             self._all.append(Way(resets, at, self._before))
             self._before = []
-        self._all[-1].add(at, x, y, spacing)
+        self._all[-1].add(at, x, y, spacing, jumps != self._jumps)
+        self._jumps = jumps
 
     def forget(self, start: float) -> None:
         """Only moments from `start` on are looked at any more."""

@@ -21,8 +21,9 @@ from kbot.wire.plain import to_plain
 _ALIGNED = 8
 
 
-def encode_packet(packet: Packet) -> str | bytes:
-    """One message of a topic: text, or bytes where fields of it are arrays or bytes."""
+def encode_packet(packet: Packet, is_latched: bool = False) -> str | bytes:
+    """One message of a topic, said before it was asked for where it `is_latched`: text, or bytes where fields
+    of it are arrays or bytes."""
     message: Any = packet.message
     fields: dict[str, Any] = {}
     arrays: dict[str, list[object]] = {}
@@ -44,6 +45,7 @@ def encode_packet(packet: Packet) -> str | bytes:
         "topic": packet.topic,
         "kind": packet.type_name,
         "time": packet.nanoseconds * 1e-9,
+        "is_latched": is_latched,
         "message": fields,
     }
     if not arrays:

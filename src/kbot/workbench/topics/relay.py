@@ -44,6 +44,8 @@ class _Heard:
     def __init__(self) -> None:
         self.newest: Packet | None = None
         self.is_new = False
+        self.is_latched = False
+        """Whether it was said before anybody heard the topic."""
         self.not_before = 0.0
         """Wall time before which pages get no further message."""
         self.times: deque[int] = deque(maxlen=200)
@@ -54,7 +56,7 @@ class _Heard:
             self.times.clear()  # time began anew
         if isinstance(packet.message, Marker | MarkerArray):
             self.markers.take(packet.message)
-        self.newest, self.is_new = packet, True
+        self.newest, self.is_new, self.is_latched = packet, True, False
         self.times.append(packet.nanoseconds)
 
     def rate(self, now: int) -> float:
@@ -129,7 +131,9 @@ class TopicRelay:
     def newest(self, topic: str) -> Frame | None:
         """What a topic that is heard said last, if it did."""
         heard = self._heard.get(topic)
-        return self._encoded(heard, heard.newest) if heard is not None and heard.newest is not None else None
+        if heard is None or heard.newest is None:
+            return None
+        return self._encoded(heard, heard.newest, is_latched=True)
 
     def leave(self, page: int) -> None:
         """The page is gone."""
@@ -142,7 +146,7 @@ class TopicRelay:
         wall, found = time.monotonic(), []
         for topic, heard in self._heard.items():
             if heard.is_new and heard.newest is not None and wall >= heard.not_before:
-                frame = self._encoded(heard, heard.newest)
+                frame = self._encoded(heard, heard.newest, heard.is_latched)
                 heard.is_new = False
                 heard.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
                 found.append((topic, frame, frozenset(self._wanted[topic])))
@@ -180,14 +184,14 @@ class TopicRelay:
             raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
         self._bus.publish(name, from_plain(message, message_type))
 
-    def _encoded(self, heard: _Heard, packet: Packet) -> Frame:
+    def _encoded(self, heard: _Heard, packet: Packet, is_latched: bool) -> Frame:
         message = packet.message
         if isinstance(message, Marker | MarkerArray):  # a marker stands until it is deleted: none is lost
             message = heard.markers.standing(self._now())
         message = self._for_page(message)
         if message is not packet.message:
             packet = Packet(packet.topic, message, packet.nanoseconds)
-        return encode_packet(packet)
+        return encode_packet(packet, is_latched)
 
     def _listen(self) -> None:
         """Hear what is wanted and has come up, and no more what is gone."""
@@ -200,4 +204,5 @@ class TopicRelay:
             if topic in offered and topic not in self._heard:
                 heard = self._heard[topic] = _Heard()
                 self._feed.open(topic, heard.receive)
+                heard.is_latched = True  # what it said while it was opened
         self._known = self._bus.changes

@@ -1,0 +1,145 @@
+"""The robot's way: it breaks where the robot was put elsewhere, live and in recordings."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kbot
+from kbot.kinematics.transform import Transform
+from kbot.messages import Header, String, TFMessage
+from kbot.messages.navigation import PoseWithCovarianceStamped
+from kbot.messages.types import Time, TransformStamped, Vector3
+from kbot.messages.types import Transform as TransformMessage
+from kbot.record import Recorder
+from kbot.sim import Simulation
+from kbot.wire import Feed
+from kbot.workbench.protocol import MoveModel, ResetPart, Trail
+from kbot.workbench.serve import open_session
+from kbot.workbench.serving.hub import Hub
+from kbot.workbench.serving.past import Past
+from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
+
+from .test_playback import write
+
+pytestmark = pytest.mark.usefixtures("keeps_up")
+
+Act = Callable[[Session], object]
+
+
+def sim(session: Session) -> Simulation:
+    return session._motion._sim  # type: ignore[attr-defined, no-any-return]
+
+
+def aside(session: Session) -> Transform:
+    """Half a hand beside where the robot stands, nearer than it drives in half a second."""
+    return Transform.from_xyz_rpy((0.0, 0.04, 0.0), (0.0, 0.0, 0.0)) @ sim(session).get_model_state("kbot").pose
+
+
+PUT: dict[str, Act] = {
+    "a peer": lambda s: sim(s).set_model_state("kbot", aside(s)),
+    "the page": lambda s: s.obey(MoveModel("kbot", 0.1, 0.04, 0.0, 0.0), 1),
+    "2D pose estimate": lambda s: s.topics.bus.publish("initialpose", PoseWithCovarianceStamped()),
+    "a peer's reset": lambda s: sim(s).reset_world(),
+    "the page's reset of the world": lambda s: s.obey(ResetPart("world"), 1),
+}
+
+
+def driven(session: Session, put: Act, is_paused: bool) -> Trail:
+    """The trail of a robot that drives, is put elsewhere, and drives again."""
+    past = Past(session, Hub())
+
+    def drive(count: int) -> None:
+        sim(session).cmd_vel(0.3, 0.0)
+        for _ in range(count):
+            session.advance(0.05)
+            past.tell_state(session.state())
+
+    drive(20)
+    session.paused = is_paused
+    put(session)
+    session.advance(0.05)
+    past.tell_state(session.state())
+    session.paused = False
+    drive(20)
+    making = past.trail(session.state().resets)
+    with pytest.raises(StopIteration) as done:
+        next(making)
+    trail: Trail = done.value.value
+    return trail
+
+
+@pytest.mark.parametrize("is_paused", [False, True])
+@pytest.mark.parametrize("who", PUT)
+def test_it_breaks_where_the_robot_is_put_elsewhere(who: str, is_paused: bool) -> None:
+    session = open_session("kbot", simulate=True)
+    trail = driven(session, PUT[who], is_paused)
+    if who == "the page's reset of the world":
+        assert trail.jumps == ()  # a way of its own
+        assert max(trail.x) < 0.35
+        return
+    (jump,) = trail.jumps
+    places = np.column_stack((trail.x, trail.y))
+    lengths = np.hypot(*np.diff(places, axis=0).T)
+    assert lengths.argmax() == jump - 1  # the piece that is not drawn is the one that was not driven
+    assert np.delete(lengths, jump - 1).max() < 0.02
+
+
+def test_driving_and_being_pushed_breaks_nothing() -> None:
+    session = open_session("kbot", simulate=True)
+    trail = driven(session, lambda s: sim(s).set_twist((0.0, 1.0, 0.0), (0.0, 0.0, 0.0)), is_paused=False)
+    assert len(trail.x) > 30
+    assert trail.jumps == ()
+
+
+@pytest.mark.parametrize("file", ["run.mcap", "run.bag", "run"])
+@pytest.mark.parametrize("at", [1.0, 1.013])  # at a moment of which a place is told, and between two
+def test_a_recording_of_kbot_tells_where(tmp_path: Path, file: str, at: float) -> None:
+    robot = Simulation(kbot.load("kbot"))
+    path = str(tmp_path / file)
+    with Recorder(robot, Feed(robot.bus, lambda: robot.clock.nanoseconds), path):
+        robot.cmd_vel(0.3, 0.0)
+        robot.run(at)
+        robot.set_pose(robot.ground_truth.pose.x, 0.04, 0.0)
+        robot.run(1.0)
+        other = robot.spawn_model("kbot", "other", x=2.0)
+        robot.set_pose(2.0, 1.0, 0.0, other.name)
+        robot.run(1.0)
+    pieces = pieces_of(played_session(path))
+    assert [len(piece) > 10 for piece in pieces if len(piece) > 1] == [True, True]
+    assert {round(y, 2) for _, y in pieces[0]} == {0.0}
+    assert {round(y, 2) for _, y in pieces[-1]} == {0.04}
+
+
+def test_in_a_recording_of_others_what_is_too_far_was_not_driven(tmp_path: Path) -> None:
+    """At 10 m/s, and after 3 s beside its way."""
+
+    def said(at: float, x: float, y: float) -> tuple[str, float, TFMessage]:
+        header = Header(Time.from_nanoseconds(round(at * 1e9)), "odom")
+        return "/tf", at, TFMessage((TransformStamped(header, "base", TransformMessage(Vector3(x, y))),))
+
+    path = write(
+        tmp_path / "real.mcap",
+        ("/robot_description", 0.0, String('<robot name="one"><link name="base"/></robot>')),
+        *(said(0.1 * t, 1.0 * t, 0.0 if t < 30 else 5.0) for t in range(60)),
+    )
+    first, second = pieces_of(played_session(path))
+    assert (len(first), len(second)) == (30, 30)
+    assert second[0] == (30.0, 5.0)
+
+
+def pieces_of(session: Session) -> list[list[tuple[float, float]]]:
+    """The places of a recording's way, cut where it breaks."""
+    past = Past(session, Hub())
+    making = past.trail(0)
+    while True:
+        try:
+            next(making)
+        except StopIteration as done:
+            trail: Trail = done.value
+            break
+    places = list(zip(trail.x, trail.y, strict=True))
+    cuts = [0, *trail.jumps, len(places)]
+    return [places[a:b] for a, b in zip(cuts, cuts[1:], strict=False) if a < b]
