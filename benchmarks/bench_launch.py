@@ -1,8 +1,13 @@
-"""From `kbot launch` to the robot in the page, beside roslaunch to the robot in rviz.
+"""From `kbot launch` to the robot in the page, beside roslaunch to rviz's first frame.
 
-Both carry out KBot's own kbot_base_rviz.launch: one in headless Chromium, one in rviz under Xvfb, both
-without a graphics card. The browser is open already; roslaunch starts its own master, as it does for a
-user. It needs a ROS 1 (`make test-peers` installs it).
+Both carry out the chapter's corrected launch file (KBOT_SHARED, or `shared` beside the repository) and start
+all that a user waits for: roslaunch its master, its nodes and rviz, which opens what was saved in it last;
+KBot its server and Chromium, with a profile that has been used before. Both draw in software on one screen
+(Xvfb), which tells when they are there: rviz's first frame by the grey of its picture, a robot by its plate.
+In a second row Chromium is open already. The printed package makes no robot with either: it is compared how
+soon that is said. Processor time is that of all processes of a command until then. The medians of
+alternating rounds are compared; one before them does not count. It needs a ROS 1 (`make test-peers` installs
+it) and Chromium.
 
     python benchmarks/bench_launch.py [--runs N]
 """
@@ -10,83 +15,182 @@ user. It needs a ROS 1 (`make test-peers` installs it).
 from __future__ import annotations
 
 import argparse
+import os
+import resource
+import shlex
+import shutil
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
+
+import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from bench_first_picture import first_picture  # noqa: E402 - found by the path set above
-from browsing import opened_browser  # noqa: E402 - found by the path set above
+from browsing import ARGUMENTS, chromium, tree_seconds  # noqa: E402 - found by the path set above
 
 from peers.conftest import PROGRAMS, Ros, stop, wait_until  # noqa: E402 - found by the path set above
-from peers.test_kbot_description import PACKAGE, shows_robot  # noqa: E402 - found by the path set above
+from peers.test_kbot_description import picture  # noqa: E402 - found by the path set above
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+CHAPTER = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared") / "chapter"
+LAUNCH = "launch/kbot_base_rviz.launch"
+OURS = "kbot launch, to the robot in the page"
+OPEN = "the same, in a Chromium that is open"
+FRAME = "roslaunch, to rviz's first frame"
+ROBOT = "roslaunch, to the robot in rviz"
+SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""WebGL without a graphics card, as rviz has OpenGL by LIBGL_ALWAYS_SOFTWARE."""
+NEW_TAB, PAGE_PLATE, RVIZ_GREY, RVIZ_PLATE = (255, 255, 255), (176, 181, 192), (48, 48, 48), (180, 0, 0)
+ENOUGH = 20_000
+"""Pixels of a colour; a plate has twice as many."""
+PERIOD = 0.03
+"""Seconds between looks at the screen."""
+PATIENCE = 180.0
 
-LAUNCH = PACKAGE / "launch" / "kbot_base_rviz.launch"
+
+class Cost(NamedTuple):
+    """Until something is there: seconds that passed, and of processor time."""
+
+    wall: float
+    work: float
+
+
+class Desk:
+    """A home with one of the chapter's packages, where rviz and Chromium have been used before."""
+
+    def __init__(self, home: Path, package: str) -> None:
+        home.mkdir()
+        self.ros = Ros(home)
+        source = CHAPTER / package / "kbot_description"
+        launch = str(shutil.copytree(source, self.ros.packages / source.name) / LAUNCH)
+        self.roslaunch = ("roslaunch", launch)
+        self.kbot_launch = (sys.executable, "-m", "kbot", "launch", launch, "--port", "0")
+        (home / ".rviz").mkdir()
+        shutil.copy(CHAPTER / "ros_reference" / "kbot.rviz", home / ".rviz" / "default.rviz")
+        size = ("--window-position=0,0", "--window-size=1280,900")
+        self._browser = (chromium(), *ARGUMENTS, *SOFTWARE, *size, f"--user-data-dir={home}/chromium")
+        self.ros.environment["BROWSER"] = f"{shlex.join(self._browser)} %s"
+
+    @contextmanager
+    def screen(self) -> Iterator[Path]:
+        """The file that holds its picture."""
+        folder, number = self.ros.home / "screen", f":{90 + os.getpid() % 900}"
+        folder.mkdir()
+        server = self.ros.start("Xvfb", number, "-screen", "0", "1280x900x24", "-fbdir", str(folder))
+        try:
+            wait_until((folder / "Xvfb_screen0").exists, "a screen")
+            self.ros.environment["DISPLAY"] = number
+            yield folder / "Xvfb_screen0"
+        finally:
+            stop(server)
+
+    @contextmanager
+    def open_browser(self, screen: Path) -> Iterator[int]:
+        """The process of a Chromium with nothing in it, that has come to rest."""
+        process = self.ros.start(*self._browser, "about:blank")
+        try:
+            wait_until(lambda: shows(screen, NEW_TAB), "a browser")
+            time.sleep(5.0)
+            yield process.pid
+        finally:
+            stop(process)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--runs", type=int, default=5)
     runs = parser.parse_args().runs
-    from shutil import which
-
-    missing = [name for name in PROGRAMS if which(name) is None]
+    missing = [name for name in PROGRAMS if shutil.which(name) is None]
     if missing:
         sys.exit(f"there is no ROS 1 here: {', '.join(missing)} missing")
-    ours, theirs = [], []
-    with opened_browser() as browser:
-        for _ in range(runs):
-            ours.append(kbot_launch(browser))
-            theirs.append(roslaunch())
-    a, b = statistics.median(ours), statistics.median(theirs)
-    print(f"kbot launch, to the robot in the page:   {a:.2f} s")
-    print(f"roslaunch, to the robot in rviz:         {b:.2f} s")
-    print(f"kbot / roslaunch:                        {a / b:.2f}   limit 1")
+    if not CHAPTER.is_dir():
+        sys.exit(f"the chapter is not at {CHAPTER} (set KBOT_SHARED)")
+    rounds: dict[str, list[Cost]] = defaultdict(list)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        printed = Desk(Path(folder) / "printed", "printed")
+        desk = Desk(Path(folder) / "corrected", "corrected")
+        with desk.screen() as screen:
+            for number in range(runs + 1):
+                for name, cost in one_round(desk, screen, printed):
+                    if number:
+                        rounds[name].append(cost)
+    for name, costs in rounds.items():
+        wall, work = (statistics.median(values) for values in zip(*costs, strict=True))
+        print(f"{name:40} {wall:6.2f} s, {work:5.2f} s of processor time")
+    for name, other in ((OURS, FRAME), (OURS, ROBOT), (OPEN, FRAME)):
+        print(f"{name}, beside {other}: {compared(rounds[name], rounds[other])}")
 
 
-def kbot_launch(browser: Browser) -> float:
-    """Seconds from the command to the page's first picture of the robot."""
+def one_round(desk: Desk, screen: Path, printed: Desk) -> Iterator[tuple[str, Cost]]:
+    """What each costs, once."""
+    page = until(desk.ros, desk.kbot_launch, screen, PAGE_PLATE)
+    yield OURS, page[0]
+    rviz = until(desk.ros, desk.roslaunch, screen, RVIZ_GREY, RVIZ_PLATE)
+    yield from zip((FRAME, ROBOT), rviz, strict=True)
+    with desk.open_browser(screen) as browser:
+        yield OPEN, until(desk.ros, desk.kbot_launch, screen, PAGE_PLATE, beside=browser)[0]
+    yield "kbot launch, printed: to its error", until_refused(printed.ros, printed.kbot_launch)
+    yield "roslaunch, printed: to its error", until_refused(printed.ros, printed.roslaunch)
+
+
+def until(
+    ros: Ros,
+    command: tuple[str, ...],
+    screen: Path,
+    *colours: tuple[int, int, int],
+    beside: int | None = None,
+) -> list[Cost]:
+    """From a command to each of these colours on the screen; with the work of a process `beside` it."""
+    costs = []
+    others = tree_seconds(beside) if beside else 0.0
     start = time.perf_counter()
-    command = [sys.executable, "-m", "kbot", "launch", str(LAUNCH), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        address = ""
-        while "http://" not in address:
-            address = running.stdout.readline()
-        address = address[address.index("http://") :].split()[0]
-        first_picture(browser, address, "!!window.kbot && kbot.frames > 0 && kbot.revision > 0")
-        taken = time.perf_counter() - start
-        running.terminate()
-    return taken
+    process = ros.start(*command)
+    try:
+        for colour in colours:
+            while not shows(screen, colour):
+                if time.perf_counter() - start > PATIENCE:
+                    sys.exit(f"{' '.join(command)}: no {colour} on the screen after {PATIENCE:g} s")
+                time.sleep(PERIOD)
+            wall = time.perf_counter() - start
+            work = tree_seconds(process.pid) + (tree_seconds(beside) if beside else 0.0) - others
+            costs.append(Cost(wall, work))
+    finally:
+        stop(process)
+        wait_until(lambda: not any(shows(screen, colour) for colour in colours), "an empty screen")
+    return costs
 
 
-def roslaunch() -> float:
-    """Seconds from the command to a blue plate and black wheels on rviz's screen."""
-    with tempfile.TemporaryDirectory() as folder:
-        ros = Ros(Path(folder))
-        (ros.packages / "kbot_description").symlink_to(PACKAGE)
-        screen = Path(folder) / "screen"
-        screen.mkdir()
-        server = ros.start("Xvfb", ":87", "-screen", "0", "1280x900x24", "-fbdir", str(screen))
-        ros.environment["DISPLAY"] = ":87"
-        picture = screen / "Xvfb_screen0"
-        wait_until(picture.exists, "a screen")
-        start = time.perf_counter()
-        process = ros.start("roslaunch", str(LAUNCH))
-        try:
-            wait_until(lambda: shows_robot(picture), "the robot in rviz", 120)
-            return time.perf_counter() - start
-        finally:
-            stop(process)
-            stop(server)
+def until_refused(ros: Ros, command: tuple[str, ...]) -> Cost:
+    """To the end of a command that fails."""
+    before, start = _children_seconds(), time.perf_counter()
+    if ros.start(*command).wait(PATIENCE) == 0:
+        sys.exit(f"{' '.join(command)} did not fail")
+    return Cost(time.perf_counter() - start, _children_seconds() - before)
+
+
+def _children_seconds() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def shows(screen: Path, colour: tuple[int, int, int]) -> bool:
+    """Whether enough of a screen is of a colour, as drivers round it; every fourth pixel is looked at."""
+    seen = picture(screen)[::2, ::2].astype(np.int16)
+    return 4 * int((np.abs(seen - colour).max(axis=2) <= 2).sum()) > ENOUGH
+
+
+def compared(ours: list[Cost], theirs: list[Cost]) -> str:
+    """The medians of the rounds' ratios."""
+    pairs = list(zip(ours, theirs, strict=True))
+    wall = statistics.median(one.wall / other.wall for one, other in pairs)
+    work = statistics.median(one.work / other.work for one, other in pairs)
+    return f"{wall:.2f} (bound 1), in processor time {work:.2f}"
 
 
 if __name__ == "__main__":

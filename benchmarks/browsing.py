@@ -136,6 +136,19 @@ def cpu_seconds(pid: int) -> float:
     return nanoseconds / 1e9
 
 
+def tree_seconds(pid: int) -> float:
+    """Processor time of a process and of all that it started, with those of them that have ended."""
+    tick = os.sysconf("SC_CLK_TCK")
+    ticks = 0
+    for one in (pid, *_descendants(pid)):
+        try:
+            words = Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split()
+        except OSError:  # it has just ended
+            continue
+        ticks += sum(map(int, words[11:15]))  # of itself and of children waited for: utime to cstime
+    return ticks / tick
+
+
 def drawing_seconds() -> float:
     """Processor time of the browser's drawing processes, which other work on the machine hardly changes."""
     return sum(cpu_seconds(pid) for pid in _descendants(os.getpid()) if _draws(pid))
