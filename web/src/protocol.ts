@@ -267,7 +267,7 @@ export interface RecordingView {
   seconds: number;
 }
 
-/** What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until that moment. */
+/** What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until that moment. The page `asked` for a moment last, which may be before or after all there is. */
 export interface Timeline {
   start: number;
   end: number;
@@ -279,6 +279,7 @@ export interface Timeline {
   speed: number;
   silent: readonly string[];
   recording: RecordingView | null;
+  asked: number | null;
   type: "timeline";
 }
 

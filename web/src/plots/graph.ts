@@ -84,10 +84,10 @@ export class Graph {
     else travel.seek(Math.max(this.span.start, at));
   }
 
-  /** The moment on show. */
+  /** The moment on show, or that is asked for. */
   private get at(): number {
     const { travel } = this.app;
-    return travel.isElsewhere ? travel.at : this.span.end;
+    return travel.awaited ?? (travel.isElsewhere ? travel.at : this.span.end);
   }
 
   private drawLine(): void {
@@ -145,7 +145,8 @@ export class Graph {
     const { over } = this.chart!;
     const from = event.clientX;
     const drags = this.isAtLine(from);
-    if (event.detail < 2) this.stood = this.at;
+    const { travel } = this.app;
+    if (event.detail < 2) this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // what is now goes on
     if (drags) {
       event.stopPropagation();
       over.setPointerCapture(event.pointerId);

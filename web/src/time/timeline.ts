@@ -96,8 +96,9 @@ export function timelineBar(app: App): HTMLElement {
       letGo = setTimeout(follow, wait + 1);
       return;
     }
-    const isLive = now.live && !now.played;
-    const at = isLive ? travel.newest(now) : now.at;
+    const { awaited } = travel;
+    const isLive = now.live && !now.played && awaited === null;
+    const at = awaited ?? (isLive ? travel.newest(now) : now.at);
     slider.max = String(isLive ? at : now.end);
     slider.value = String(at);
     describe(now, isLive, at);

@@ -42,6 +42,11 @@ export class TimeTravel {
     return this.timeline.value?.at ?? 0;
   }
 
+  /** The moment asked for that is not on show yet, null where none is. */
+  get awaited(): number | null {
+    return this.wanted;
+  }
+
   /** The server that is connected now shows what is; it may answer before it says so. */
   connected(): void {
     if (this.wasPast) this.topics.forget();
@@ -50,8 +55,7 @@ export class TimeTravel {
   }
 
   heard(now: Timeline): void {
-    const isAnswered = this.wanted !== null && Math.abs(now.at - this.wanted) < STEP / 2; // one to an earlier step is further away
-    if (this.asked === null && isAnswered) this.wanted = null;
+    if (this.wanted === now.asked) this.wanted = null;
     this.timeline.set(now);
     if (this.wasPast === now.live) this.topics.forget();
     else for (const topic of now.silent) this.topics.forget(topic);

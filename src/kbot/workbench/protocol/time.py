@@ -135,7 +135,7 @@ class Timeline:
     """What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and
     what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a
     recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until
-    that moment."""
+    that moment. The page `asked` for a moment last, which may be before or after all there is."""
 
     start: float
     end: float
@@ -147,4 +147,5 @@ class Timeline:
     speed: float
     silent: tuple[str, ...]
     recording: RecordingView | None
+    asked: float | None = None
     type: Literal["timeline"] = "timeline"

@@ -19,6 +19,8 @@ class Client:
         self.number = number
         self.looks_at: float | None = None
         """The moment that it is shown of what was, None where it is shown what is."""
+        self.asked: float | None = None
+        """The moment that it asked for last."""
         self.scene: str | bytes = ""
         """The scene it was shown last, while it looks back."""
         self.silent: tuple[str, ...] = ()

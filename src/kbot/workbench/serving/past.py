@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from dataclasses import replace
 
 from kbot.text import KbotError
 from kbot.workbench.protocol import State, Timeline, Told, Trail
@@ -120,7 +121,7 @@ class Past:
         """Show a page what is."""
         if client.looks_at is None:
             return
-        client.looks_at, client.silent = None, ()
+        client.looks_at, client.asked, client.silent = None, None, ()
         self.tell_time(client)
         if client.scene != self._scene:
             client.put(self._session.scene)
@@ -132,7 +133,7 @@ class Past:
 
     def tell_time(self, client: Client) -> None:
         """Tell a page what there is to go back to, where that is news."""
-        timeline = self._session.timeline() or self._of_history(client)
+        timeline = replace(self._session.timeline() or self._of_history(client), asked=client.asked)
         if timeline != client.timeline:
             client.put_time(timeline)
 

@@ -151,6 +151,8 @@ class Server:
         message: FromPage | None = None
         try:
             message = decode(data)
+            if isinstance(message, Seek):
+                client.asked = message.at
             match message:
                 case Subscribe(topic=topic):
                     self._subscribe(client, topic)
