@@ -12,8 +12,8 @@ const MOST = 9000;
 const GAP = 0.5;
 /** Seconds by which time along the timeline and by the clock differ from rounding alone, at the most. */
 const ROUNDED = 0.01;
-/** Milliseconds at least between two questions. */
-const PAUSE = 400;
+/** Milliseconds after which an answer is not waited for any more. */
+const PATIENCE = 20_000;
 
 /** The numbers on show: what the server kept or recorded, and what came since. */
 export class Table {
@@ -25,7 +25,7 @@ export class Table {
   private from = Infinity;
   private to = -Infinity;
   private thinned = false;
-  private asked: { number: number; start: number; end: number; when: number } | null = null;
+  private asked: { number: number; start: number; when: number } | null = null;
   private count = 0;
 
   constructor(private readonly app: App) {}
@@ -53,11 +53,10 @@ export class Table {
     const isFine = !this.thinned || end - start > (this.to - this.from) / 2;
     if (isHere && isFine && this.at.length < MOST) return;
     const now = performance.now();
-    if (this.asked !== null && now - this.asked.when < PAUSE * 10 && this.asked.start <= start && this.asked.end >= end - GAP) return;
-    if (this.asked !== null && now - this.asked.when < PAUSE) return;
+    if (this.asked !== null && now - this.asked.when < PATIENCE) return; // a new question would end the work on that one
     this.count += 1;
-    this.asked = { number: this.count, start: Math.max(0, start - MARGIN), end: end + MARGIN, when: now };
-    this.app.send({ type: "ask_series", number: this.count, fields: this.chosen.map((field) => field.key), start: this.asked.start, end: this.asked.end });
+    this.asked = { number: this.count, start: Math.max(0, start - MARGIN), when: now };
+    this.app.send({ type: "ask_series", number: this.count, fields: this.chosen.map((field) => field.key), start: this.asked.start, end: end + MARGIN });
   }
 
   /** Takes an answer; what came here after its end is kept. */
