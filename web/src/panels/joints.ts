@@ -6,12 +6,17 @@ import type { JointView, State } from "../protocol";
 const MANY = 8;
 /** By how much of its way a slider may be off before it is moved: what rests always trembles a little. */
 const UNSEEN = 1e-5;
+/** Milliseconds after a hand's or a key's last move for which a slider stays there: what is told of meanwhile may be from before. */
+const HELD = 400;
 
 interface Row {
   joint: JointView;
+  /** Of its position in a state. */
+  index: number;
   element: HTMLElement;
   slider: HTMLInputElement;
   show: (position: number) => void;
+  isHeld: () => boolean;
 }
 
 /** A slider and a number for each joint; while something is simulated they show what it does, and tell joints
@@ -38,7 +43,7 @@ export function joints(app: App): HTMLElement {
     units.hidden = joints.length === 0;
     search.hidden = joints.length < MANY;
     if (search.hidden) search.value = "";
-    rows = joints.map((joint) => row(app, joint));
+    rows = joints.map((joint, index) => row(app, joint, index));
     list.replaceChildren(search, nothing, ...rows.map(({ element }) => element));
     filter();
     if (app.state.value !== null) update(rows, app.state.value);
@@ -60,13 +65,15 @@ export function joints(app: App): HTMLElement {
   return panel("joints", "Joints", [presets, units], list);
 }
 
-function row(app: App, joint: JointView): Row {
+function row(app: App, joint: JointView, index: number): Row {
   const [factor, digits, unit, words] = unitOf(joint, app.options.value.radians);
   const fixed = joint.control === "none";
   const send = (position: number): void => {
     if (Number.isFinite(position)) app.send({ type: "set_joint", name: joint.name, position });
   };
   let shown = "";
+  let moved = -Infinity;
+  const isHeld = (): boolean => slider.matches(":active") || performance.now() < moved + HELD;
   const slider = h("input", {
     type: "range",
     min: joint.lower,
@@ -76,7 +83,11 @@ function row(app: App, joint: JointView): Row {
     disabled: fixed || joint.control === "velocity",
     "aria-label": joint.name,
     title: `${tidy(joint.lower * factor, digits)} to ${tidy(joint.upper * factor, digits)} ${unit}`,
-    oninput: () => send(slider.valueAsNumber),
+    oninput: () => {
+      moved = performance.now();
+      setTimeout(() => app.state.value !== null && update([result], app.state.value), HELD + 1);
+      send(slider.valueAsNumber);
+    },
     ondblclick: () => joint.control === "position" && send(0),
   });
   const number = h("input", {
@@ -102,7 +113,8 @@ function row(app: App, joint: JointView): Row {
     shown = (position * factor).toFixed(digits);
     if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
-  return { joint, element, slider, show };
+  const result: Row = { joint, index, element, slider, show, isHeld };
+  return result;
 }
 
 /** How fast a joint is to go, up to its limit; a double click stops it. */
@@ -127,15 +139,15 @@ function speedSlider(app: App, joint: JointView, factor: number, digits: number,
 }
 
 function update(rows: Row[], state: State): void {
-  rows.forEach(({ joint, slider, show }, index) => {
+  for (const { joint, index, slider, show, isHeld } of rows) {
     const position = state.positions[index] ?? 0;
     const wrapped = joint.kind === "continuous" ? wrap(position) : position;
     show(wrapped);
     const span = joint.upper - joint.lower;
     const isNew = Math.abs(slider.valueAsNumber - wrapped) > UNSEEN * span;
-    if (isNew && !slider.matches(":active")) slider.value = String(wrapped);
+    if (isNew && !isHeld()) slider.value = String(wrapped);
     slider.style.setProperty("--at", ((slider.valueAsNumber - joint.lower) / span).toFixed(4));
-  });
+  }
 }
 
 /** Factor from rad or m, digits, and the unit's sign and name. */
