@@ -1,0 +1,120 @@
+"""Quick steps add up, and what was asked for last is what comes, however late answers are."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.workbench.protocol import AskSeries
+from kbot.workbench.serve import serving
+from kbot.workbench.serving.hub import Client
+from kbot.workbench.serving.plotting import Asked, Plotting
+from kbot.workbench.session.session import Session
+
+from .conftest import until
+from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, played, plot, shown, table
+
+__all__ = ["page", "played"]
+
+OpenPage = Callable[..., Any]
+
+
+def test_quick_keys_in_the_plot_add_up(page: Any) -> None:
+    shown(page, page.began + 0.2)
+    line(page).focus()
+    page.keyboard.press("Home")
+    until(lambda: is_past(page))
+    low, high = at_line(page), float(line(page).get_attribute("aria-valuemax"))
+    for _ in range(5):  # of a tenth of what is on show
+        page.keyboard.press("PageUp")
+    until(lambda: at_line(page) == pytest.approx((low + high) / 2, abs=0.02))
+    until(
+        lambda: (
+            page.session.state().at - page.evaluate("kbot.time") == pytest.approx((high - low) / 2, abs=0.2)
+        )
+    )
+
+
+def test_two_clicks_leave_what_is_now_running(page: Any) -> None:
+    shown(page, page.began + 0.2)
+    page.keyboard.press("p")
+    until(lambda: page.inner_text(".rate") != "paused")
+    box = plot(page)
+    page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 20)
+    time = page.session.state().time
+    until(lambda: page.evaluate("kbot.time") > time + 0.5)
+    assert not is_past(page)
+
+
+def test_a_slow_answer_is_waited_for_while_time_goes_on(
+    driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address = driving[0]
+    answer = Plotting._answer
+
+    async def answer_late(self: Plotting, client: Client, what: Asked) -> None:
+        if isinstance(what, AskSeries):
+            await asyncio.sleep(3.0)
+        await answer(self, client, what)
+
+    monkeypatch.setattr(Plotting, "_answer", answer_late)
+    page = open_page(address, viewport=WIDE)
+    open_plots(page)
+    until(lambda: len(table(page)) > 20)
+
+
+def test_a_step_goes_from_where_a_recording_has_come_to(played: Session, open_page: OpenPage) -> None:
+    played.speed = 0.5
+    with serving(played) as address:
+        page = open_page(address, viewport=WIDE)
+        page.keyboard.press("p")
+        until(lambda: page.get_by_role("button", name="Pause").is_visible())
+        slider = page.get_by_role("slider", name="Moment on show")
+        box = slider.bounding_box()
+        page.mouse.click(box["x"] + box["width"] * 0.2, box["y"] + box["height"] / 2)
+        until(lambda: 1.6 < played.timeline().at < 5.0)
+        played.paused = True
+        at = played.timeline().at
+        until(lambda: slider.evaluate("s => s.valueAsNumber") == pytest.approx(at, abs=0.01))
+        page.keyboard.press("ArrowRight")
+        until(lambda: played.timeline().at == pytest.approx(at + 0.1, abs=0.02))
+        page.goto("about:blank")
+
+
+def test_quick_keys_on_a_joint_add_up(viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    slider = page.get_by_label("left_wheel_joint", exact=True)
+    degrees = page.get_by_label("left_wheel_joint in degrees")
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    one = until(lambda: float(degrees.input_value()))
+    page.keyboard.press("ArrowLeft")
+    until(lambda: float(degrees.input_value()) == 0.0)
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    until(lambda: float(degrees.input_value()) == pytest.approx(20 * one, abs=1.1))
+    until(
+        lambda: (
+            slider.evaluate("s => s.valueAsNumber")
+            == pytest.approx(float(degrees.input_value()) * 0.0174533, abs=2e-3)
+        )
+    )
+
+
+def test_what_is_being_typed_stays_when_another_tab_changes_something(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, other = open_page(viewing), open_page(viewing)
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    number.dblclick()
+    page.keyboard.type("0.2")
+    revision = page.evaluate("kbot.revision")
+    other.get_by_label("wheel_radius", exact=True).fill("0.05")
+    until(lambda: page.evaluate("kbot.revision") > revision)
+    page.keyboard.type("6")
+    page.keyboard.press("Enter")
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
