@@ -1,6 +1,6 @@
 import pytest
 
-from kbot.messages import Bus, Odometry, String, Twist
+from kbot.messages import Bus, Odometry, String, TFMessage, Twist
 from kbot.messages.bus import absolute
 from kbot.text import KbotError
 
@@ -51,6 +51,20 @@ def test_is_heard_only_when_someone_listens():
     assert not publisher.is_heard
     bus.subscribe("/a", String, print)
     assert publisher.is_heard
+
+
+def test_the_rate_of_a_topic_is_that_of_all_who_speak_on_it():
+    bus = Bus()
+    first, second = bus.advertise("/tf", TFMessage, rate=50.0), bus.advertise("tf", TFMessage, rate=20.0)
+    assert bus.rate("/tf") == 70.0
+    bus.mute("/tf")
+    assert bus.rate("/tf") == 0.0
+    bus.mute("/tf", False)
+    second.close()
+    first.rate = 10.0
+    assert bus.rate("tf") == 10.0
+    bus.publish("/cmd_vel", Twist())
+    assert bus.rate("/cmd_vel") == bus.rate("/nowhere") == 0.0
 
 
 def test_a_missing_topic_is_named_with_the_nearest():

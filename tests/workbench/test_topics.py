@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from kbot.kinematics.transform import Transform
-from kbot.messages import Bus, Header, Quaternion, TFMessage, Twist, Vector3
+from kbot.messages import Bus, Header, Quaternion, String, TFMessage, Twist, Vector3
 from kbot.messages import Transform as TransformMessage
 from kbot.messages.sensing import LaserScan, Range
 from kbot.messages.types import TransformStamped
+from kbot.nodes.state_publishers import StatePublishers
 from kbot.text import KbotError
 from kbot.wire import Packet
 from kbot.workbench.protocol import Drive, SetWorld
@@ -19,6 +20,8 @@ from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.serve import open_session
 from kbot.workbench.topics.payload import encode_packet
 from kbot.workbench.topics.relay import TopicRelay
+
+from .conftest import until
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -108,9 +111,51 @@ def test_the_list_says_types_rates_and_inputs() -> None:
     topics = {topic.name: topic for topic in session.topics.topics().topics}
     assert topics["/scan"].kind == "sensor_msgs/msg/LaserScan"
     assert topics["/scan"].rate == pytest.approx(20.0, rel=0.02)  # as its description says
-    assert topics["/odom"].rate is None
+    assert topics["/odom"].rate == 50.0  # nobody hears it: by the word of who would say it
+    assert topics["/plan"].rate is None  # said when there is one
     assert topics["/cmd_vel"].is_input
     assert not topics["/odom"].is_input
+
+
+def test_rates_are_right_before_anybody_hears_a_topic() -> None:
+    """Those that are told of topics nobody hears are those that are counted once a page does."""
+    session = open_session("kbot", simulate=True, arguments={**LIDAR, "camera": "true"})
+    StatePublishers(session._motion._sim)  # type: ignore[attr-defined]
+    for _ in range(5):
+        session.advance(0.1)
+    told = {one.name: one.rate for one in session.topics.topics().topics if one.rate is not None}
+    assert {"/clock", "/odom", "/tf", "/joint_states", "/scan"} <= told.keys()
+    small = [name for name in told if "image" not in name and "camera" not in name]
+    for name in small:
+        session.topics.subscribe(name, 1)
+    for _ in range(30):
+        session.advance(0.1)
+    counted = {one.name: one.rate for one in session.topics.topics().topics if one.name in small}
+    for name in small:
+        assert counted[name] == pytest.approx(told[name], rel=0.03), name
+
+
+def test_a_silent_topic_has_no_rate() -> None:
+    session = open_session("kbot", simulate=True)
+    session.topics.bus.mute("odom")
+    assert {one.name: one.rate for one in session.topics.topics().topics}["/odom"] is None
+
+
+def test_what_was_said_before_a_page_came_is_told_as_that() -> None:
+    bus = Bus()
+    relay = TopicRelay(bus, lambda: 0)
+    status = bus.advertise("/status", String, latched=True)
+    status.publish(String("long ago"))
+    first = relay.subscribe("/status", 1)
+    assert first is not None
+    assert (read(first)[0]["message"]["data"], read(first)[0]["is_latched"]) == ("long ago", True)
+    assert [read(frame)[0]["is_latched"] for _, frame, _ in relay.news()] == [True]
+    status.publish(String("now"))
+    ((_, frame, _),) = until(relay.news)  # not before its time, for a page takes so many a second
+    assert (read(frame)[0]["message"]["data"], read(frame)[0]["is_latched"]) == ("now", False)
+    second = relay.subscribe("/status", 2)
+    assert second is not None
+    assert (read(second)[0]["message"]["data"], read(second)[0]["is_latched"]) == ("now", True)
 
 
 def test_sliders_say_joint_states_and_transforms() -> None:

@@ -1,6 +1,7 @@
 """The robot's way: it breaks where the robot was put elsewhere, live and in recordings."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,8 @@ def sim(session: Session) -> Simulation:
 
 def aside(session: Session) -> Transform:
     """Half a hand beside where the robot stands, nearer than it drives in half a second."""
-    return Transform.from_xyz_rpy((0.0, 0.04, 0.0), (0.0, 0.0, 0.0)) @ sim(session).get_model_state("kbot").pose
+    here = sim(session).get_model_state("kbot").pose
+    return Transform.from_xyz_rpy((0.0, 0.04, 0.0), (0.0, 0.0, 0.0)) @ here
 
 
 PUT: dict[str, Act] = {
@@ -142,4 +144,4 @@ def pieces_of(session: Session) -> list[list[tuple[float, float]]]:
             break
     places = list(zip(trail.x, trail.y, strict=True))
     cuts = [0, *trail.jumps, len(places)]
-    return [places[a:b] for a, b in zip(cuts, cuts[1:], strict=False) if a < b]
+    return [places[a:b] for a, b in pairwise(cuts) if a < b]

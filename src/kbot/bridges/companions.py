@@ -104,7 +104,7 @@ class Companions:
         """
         self._leave()
         if tells_time and "/clock" not in shown.bus.topics:  # a recording that is played may have its own
-            clock = shown.bus.advertise("/clock", ClockMessage)
+            clock = shown.bus.advertise("/clock", ClockMessage, rate=CLOCK_RATE)
             self._timer = shown.clock.every(
                 CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
             )

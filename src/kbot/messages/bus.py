@@ -32,7 +32,7 @@ class _Topic:
         self.message_type = message_type
         self.is_input = is_input
         self.subscriptions: list[Subscription] = []
-        self.publishers = 0
+        self.publishers: list[Publisher[Any]] = []
         self.latched = False
         self.muted = False
         self.last: Any = None
@@ -41,26 +41,26 @@ class _Topic:
     @property
     def is_there(self) -> bool:
         """Whether anyone speaks on it, or is meant to hear it."""
-        return self.publishers > 0 or any(not one.looks_on for one in self.subscriptions)
+        return bool(self.publishers) or any(not one.looks_on for one in self.subscriptions)
 
 
 class Publisher(Generic[M]):
     """Where messages of one type go out on one topic, until it is closed."""
 
-    def __init__(self, bus: Bus, topic: _Topic) -> None:
+    def __init__(self, bus: Bus, topic: _Topic, rate: float = 0.0) -> None:
         self._bus = bus
         self._topic = topic
-        self._is_open = True
-        topic.publishers += 1
+        self.rate = rate
+        """Messages a second of its clock while anyone hears them; 0 where they come as it happens."""
+        topic.publishers.append(self)
         bus.changes += 1
 
     def close(self) -> None:
         """Speak no more; with the last who speaks on a topic, what it said last goes."""
-        if not self._is_open:
+        if self not in self._topic.publishers:
             return
-        self._is_open = False
-        self._topic.publishers -= 1
-        if self._topic.publishers == 0:
+        self._topic.publishers.remove(self)
+        if not self._topic.publishers:
             self._topic.last = self._topic.wanted = None
         self._bus.changes += 1
 
@@ -112,9 +112,11 @@ class Bus:
         *,
         latched: bool = False,
         wanted: Callable[[], None] | None = None,
+        rate: float = 0.0,
     ) -> Publisher[M]:
         """A publisher; a latched topic hands its last message to those who subscribe later. `wanted` is
-        called when somebody subscribes before there is one: what is costly is made then.
+        called when somebody subscribes before there is one: what is costly is made then. `rate` is as
+        `Publisher.rate`.
 
         Raises:
             KbotError: the topic's name is not one, or it carries another type.
@@ -122,7 +124,7 @@ class Bus:
         entry = self._topic(topic, message_type)
         entry.latched = entry.latched or latched
         entry.wanted = wanted or entry.wanted
-        return Publisher(self, entry)
+        return Publisher(self, entry, rate)
 
     def subscribe(
         self, topic: str, message_type: type[M], callback: Callable[[M], None], *, looks_on: bool = False
@@ -159,6 +161,12 @@ class Bus:
         """Whether those who come later get the topic's last message."""
         entry = self._topics.get(absolute(topic))
         return entry is not None and entry.latched
+
+    def rate(self, topic: str) -> float:
+        """Messages a second that would be heard on a topic, by the word of those who speak on it; 0 where
+        none gives a rate."""
+        entry = self._topics.get(absolute(topic))
+        return 0.0 if entry is None or entry.muted else sum(one.rate for one in entry.publishers)
 
     def mute(self, topic: str, muted: bool = True) -> bool:
         """Let nothing be heard on a topic, or let it be heard again; whether it was mute before."""

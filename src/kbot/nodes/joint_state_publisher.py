@@ -63,7 +63,7 @@ class JointStatePublisher:
         self._with = publish_default_positions, publish_default_velocities, publish_default_efforts
         for name, zero in (zeros or {}).items():
             self.set(name, zero)
-        self._topic = bus.advertise(f"{namespace}/joint_states", msg.JointState)
+        self._topic = bus.advertise(f"{namespace}/joint_states", msg.JointState, rate=rate)
         self._subscriptions = [bus.subscribe(topic, msg.JointState, self.hear) for topic in source_list]
         self._timer = clock.every(rate, self.publish)
 

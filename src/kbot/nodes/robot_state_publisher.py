@@ -77,6 +77,8 @@ class RobotStatePublisher:
         due = self._last is None or now - self._last >= self._period
         if not (due or came_back or self._ignore_timestamp):
             return
+        if self._last is not None and now > self._last:
+            self._tf.rate = 1e9 / (now - self._last)
         self._last = now
         if self._tf.is_heard:
             joints = self._moving if self._use_tf_static else self._moving + self._fixed

@@ -112,7 +112,7 @@ class Sensor(ABC, Generic[M]):
     def _advertise(self, topic: str, message_type: type[A]) -> Publisher[A]:
         """Raises KbotError: the topic's name is none in ROS, or it is another's."""
         require_sensor_topic(topic)
-        return self.simulation.bus.advertise(topic, message_type)
+        return self.simulation.bus.advertise(topic, message_type, rate=self.spec.rate)
 
     @property
     def _namespace(self) -> str:

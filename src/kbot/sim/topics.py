@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, sin
 from typing import Any
 
@@ -12,6 +13,7 @@ from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import Clock
 from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
+from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
@@ -32,13 +34,14 @@ class RobotTopics:
         naming = robot.naming
         self._frame_prefix = naming.frame_prefix
         self._covariance = covariance(POSE_VARIANCE)
+        advertise = partial(bus.advertise, rate=1.0 / CONTROL_PERIOD)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (bus.advertise(naming.topic("joint_states"), msg.JointState), self.joint_state),
+            (advertise(naming.topic("joint_states"), msg.JointState), self.joint_state),
         ]
         if tells_time:
-            self._outputs.insert(0, (bus.advertise("/clock", msg.ClockMessage), msg.ClockMessage))
+            self._outputs.insert(0, (advertise("/clock", msg.ClockMessage), msg.ClockMessage))
         self._outputs += [
-            (bus.advertise(naming.topic(topic), msg.JointState), self.joint_state)
+            (advertise(naming.topic(topic), msg.JointState), self.joint_state)
             for topic in robot.control.state_topics
             if naming.topic(topic) != naming.topic("joint_states")
         ]
@@ -50,10 +53,10 @@ class RobotTopics:
             self._odometry_frame += robot.settings.odometry_frame
             self._outputs += [
                 (
-                    bus.advertise(naming.topic(robot.settings.odometry_topic), msg.Odometry),
+                    advertise(naming.topic(robot.settings.odometry_topic), msg.Odometry),
                     self._odometry,
                 ),
-                (bus.advertise("/tf", msg.TFMessage), self._transform),
+                (advertise("/tf", msg.TFMessage), self._transform),
             ]
             self._commands += [
                 bus.subscribe(
@@ -62,7 +65,7 @@ class RobotTopics:
                 for topic in robot.settings.command_topics
             ]
             self._outputs += [
-                (bus.advertise(naming.topic(topic), msg.Odometry), self._odometry)
+                (advertise(naming.topic(topic), msg.Odometry), self._odometry)
                 for topic in robot.settings.odometry_topics[1:]
             ]
         self._heard = self._outputs

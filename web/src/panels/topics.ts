@@ -53,7 +53,7 @@ class Row {
   tell({ kind, rate, is_input }: TopicView): void {
     this.type.textContent = shortType(kind);
     this.rate.textContent = rate === null ? (is_input ? "in" : "not counted") : `${rate} Hz`;
-    this.rate.title = rate === null && !is_input ? "What nobody looks at is not made: its rate is counted while it is open here or on show" : "";
+    this.rate.title = rate === null ? (is_input ? "" : "It comes as it happens: counted while it is open here or on show") : "Counted while it is open here or on show; until then what it would come at";
   }
 
   close(): void {

@@ -5,6 +5,8 @@ A model is a robot or a body of the world; a link is `robot::link`, or `link` of
 
 from __future__ import annotations
 
+from functools import partial
+
 import mujoco
 import numpy as np
 
@@ -25,8 +27,9 @@ class GazeboTopics:
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         bus = simulation.bus
-        self._models: Publisher[srv.ModelStates] = bus.advertise("/gazebo/model_states", srv.ModelStates)
-        self._links: Publisher[srv.LinkStates] = bus.advertise("/gazebo/link_states", srv.LinkStates)
+        advertise = partial(bus.advertise, rate=TOPICS_RATE)
+        self._models: Publisher[srv.ModelStates] = advertise("/gazebo/model_states", srv.ModelStates)
+        self._links: Publisher[srv.LinkStates] = advertise("/gazebo/link_states", srv.LinkStates)
         self._commands = bus.subscribe("/gazebo/set_model_state", srv.ModelState, self._set)
         self._timer = simulation.clock.every(TOPICS_RATE, self._publish)
 

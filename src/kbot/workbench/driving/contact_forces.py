@@ -25,7 +25,7 @@ class ContactForces:
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        self._publisher = simulation.bus.advertise(TOPIC, MarkerArray)
+        self._publisher = simulation.bus.advertise(TOPIC, MarkerArray, rate=RATE)
         low, high = robot_bounds(simulation.robot)
         mass = sum(link.inertial.mass for link in simulation.robot.links.values() if link.inertial)
         gravity = float(np.linalg.norm(simulation.world.gravity)) or 9.81

@@ -174,7 +174,7 @@ class Sliders:
 
     def __post_init__(self) -> None:
         self._tree = FrameTree(self.robot)
-        self._joint_states = self.bus.advertise("joint_states", JointState)
+        self._joint_states = self.bus.advertise("joint_states", JointState, rate=self.setting.rate)
         RobotStatePublisher(self.robot, self.bus, self.clock)
         self._timer = self.clock.every(self.setting.rate, self._say)
         self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}

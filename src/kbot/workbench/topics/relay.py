@@ -64,7 +64,7 @@ class _Heard:
         recent = [t for t in self.times if now - t <= COUNTED_SECONDS * 1e9]
         if len(recent) < 2 or recent[-1] == recent[0]:
             return 0.0
-        return float(f"{(len(recent) - 1) / (recent[-1] - recent[0]) * 1e9:.3g}")
+        return (len(recent) - 1) / (recent[-1] - recent[0]) * 1e9
 
 
 class TopicRelay:
@@ -154,18 +154,18 @@ class TopicRelay:
 
     def topics(self) -> Topics:
         """What there is to hear, by name."""
-        inputs, now = self._bus.inputs, self._now()
+        inputs = self._bus.inputs
         return Topics(
             tuple(
-                TopicView(
-                    name,
-                    ros_name(kind),
-                    self._heard[name].rate(now) if name in self._heard else None,
-                    name in inputs,
-                )
+                TopicView(name, ros_name(kind), self._rate(name), name in inputs)
                 for name, kind in sorted(self._feed.offered().items())
             )
         )
+
+    def _rate(self, topic: str) -> float | None:
+        heard = self._heard.get(topic)
+        rate = (self._bus.rate(topic) or None) if heard is None else heard.rate(self._now())
+        return None if rate is None else float(f"{rate:.3g}")
 
     def publish(self, topic: str, kind: str, message: dict[str, Any]) -> None:
         """Say what a page says.
