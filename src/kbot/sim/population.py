@@ -89,7 +89,7 @@ class Population(Running):
         )
         """The warnings that building it gave."""
         self._use(assembly)
-        self._topics = {name: RobotTopics(self.bus, self._robot, tells_time=True)}
+        self._topics = {name: RobotTopics(self.bus, self.clock, self._robot, tells_time=True)}
 
     def named(self, name: str | None = None) -> SimulatedRobot:
         """A robot by name, the first for None. Raises KbotError when there is no such robot."""
@@ -142,7 +142,7 @@ class Population(Running):
         simulated.reset()
         if simulated.is_slewing:
             self.serve(simulated)
-        self._topics[name] = RobotTopics(self.bus, simulated)
+        self._topics[name] = RobotTopics(self.bus, self.clock, simulated)
         said = {"namespace": namespace, "frame_prefix": frame_prefix, "description": to_urdf(robot)}
         self._note("spawn_model", robot=name, x=x, y=y, yaw=yaw, **said)
         self._robots_changed()

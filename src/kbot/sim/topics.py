@@ -15,6 +15,7 @@ from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
+from kbot.sim.trajectory_action import TrajectoryAction
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
 """Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
@@ -28,7 +29,7 @@ def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
 class RobotTopics:
     """`odom`, `tf` and `joint_states` out, `cmd_vel` in; nothing is made that nobody hears."""
 
-    def __init__(self, bus: Bus, robot: SimulatedRobot, *, tells_time: bool = False) -> None:
+    def __init__(self, bus: Bus, clock: Clock, robot: SimulatedRobot, *, tells_time: bool = False) -> None:
         """`tells_time`: whether `/clock` is said too."""
         self._robot = robot
         naming = robot.naming
@@ -47,6 +48,11 @@ class RobotTopics:
         ]
         self._commands: list[Subscription] = [
             hear(bus, robot, controller) for controller in robot.control.controllers
+        ]
+        self._actions = [
+            TrajectoryAction(bus, clock, robot, controller)
+            for controller in robot.control.controllers
+            if controller.constraints is not None
         ]
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
@@ -78,6 +84,8 @@ class RobotTopics:
         """Hear no more commands, and say nothing more."""
         for commands in self._commands:
             commands.close()
+        for action in self._actions:
+            action.close()
         for publisher, _ in self._outputs:
             publisher.close()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, get_args, get_origin, get_type_hints
+from typing import Annotated, ClassVar, get_args, get_origin, get_type_hints
 
 from kbot.messages.services import SERVICES
 from kbot.wire.names import PARTS, ros_name
@@ -23,13 +23,20 @@ def own_definitions() -> Iterator[tuple[str, str]]:
 
 
 def definition(cls: type, *, ros1: bool = False) -> str:
-    """The fields of a message as ROS writes them."""
-    return "\n".join(f"{kind} {name}" for name, kind in fields(cls, ros1))
+    """The constants and fields of a message as ROS writes them."""
+    return "\n".join((*constants(cls), *(f"{kind} {name}" for name, kind in fields(cls, ros1))))
 
 
 def part_name(service: str, part: str) -> str:
     """The name of the type of a service's `Request` or `Response`."""
     return f"{service.replace('/', '/msg/')}_{part}"
+
+
+def constants(cls: type) -> Iterator[str]:
+    """Each as ROS writes it, and as it is reckoned into a type's sum: `int32 STRICT=2`."""
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        if get_origin(hint) is ClassVar:
+            yield f"{_kind(get_args(hint)[0], ros1=True)} {name}={getattr(cls, name)}"
 
 
 def fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from kbot.messages import gz_services
+from kbot.messages import actions, gz_services
 from kbot.messages import services as messages
 from kbot.text import KbotError
 
@@ -30,7 +30,7 @@ NAMESAKES = {
     "trajectory_msgs": "JointTrajectory JointTrajectoryPoint",
     "tf2_msgs": "TFMessage",
     "rosgraph_msgs": "Clock",
-    "actionlib_msgs": "GoalID",
+    "actionlib_msgs": "GoalID GoalStatus GoalStatusArray",
     "visualization_msgs": "Marker MarkerArray MeshFile UVCoordinate",
     "builtin_interfaces": "Duration Time",
 }
@@ -39,25 +39,32 @@ all of ROS takes longer to load than a robot does."""
 
 OTHER_NAMES = {"ClockMessage": "Clock"}
 
-PARTS = {
-    cls: f"gazebo_msgs/msg/{cls.__name__}"
-    for cls in (
+_PARTS: dict[str, tuple[type, ...]] = {
+    "gazebo_msgs": (
         messages.ModelState,
         messages.LinkState,
         messages.EntityState,
         messages.ModelStates,
         messages.LinkStates,
-    )
-} | {
-    cls: f"ros_gz_interfaces/msg/{cls.__name__}"
-    for cls in (
+    ),
+    "ros_gz_interfaces": (
         gz_services.Entity,
         gz_services.EntityFactory,
         gz_services.WorldReset,
         gz_services.WorldControl,
-    )
+    ),
+    "control_msgs": (
+        actions.JointTolerance,
+        actions.FollowJointTrajectoryGoal,
+        actions.FollowJointTrajectoryResult,
+        actions.FollowJointTrajectoryFeedback,
+        actions.FollowJointTrajectoryActionGoal,
+        actions.FollowJointTrajectoryActionResult,
+        actions.FollowJointTrajectoryActionFeedback,
+    ),
 }
-"""Messages that only services, or topics beside them, have; ROS's own lists lack them."""
+PARTS = {cls: f"{package}/msg/{cls.__name__}" for package, classes in _PARTS.items() for cls in classes}
+"""Messages that only services and actions, or topics beside them, have; ROS's own lists lack them."""
 
 
 @cache

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.messages.services import SERVICES
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.wire.definitions import fields, part_name
+from kbot.wire.definitions import constants, fields, part_name
 from kbot.wire.types import ros1_definition, ros2_types
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def service_type(name: str) -> ServiceType:
 def _md5(service: str) -> str:
     digest = hashlib.md5(usedforsecurity=False)
     for cls in SERVICES[service]:
-        lines = []
+        lines = list(constants(cls))
         for name, kind in fields(cls, ros1=True):
             full = kind.removesuffix("[]").replace("/", "/msg/")
             lines.append(f"{ros1_definition(full)[1] if '/' in kind else kind} {name}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from kbot.messages import control, navigation, sensing, visualization
+from kbot.messages import actions, control, navigation, sensing, visualization
 from kbot.messages import types as messages
 from kbot.wire.definitions import own_definitions
 from kbot.wire.names import PARTS, ros_name, shipped_types
@@ -44,7 +44,7 @@ def _with_own(store: Typestore) -> Typestore:
 
 @cache
 def _known() -> dict[str, type]:
-    homes = (messages, sensing, navigation, control, visualization)
+    homes = (messages, sensing, navigation, control, actions, visualization)
     own = {name: message_type for message_type, name in PARTS.items()}
     found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
     return own | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}

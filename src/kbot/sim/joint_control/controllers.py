@@ -16,6 +16,7 @@ from kbot.sim.joint_control.kinds import (
     Kind,
     is_done_elsewhere,
 )
+from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
@@ -36,6 +37,8 @@ class JointController:
     interface: Interface
     is_active: bool = True
     """Whether it was started; one that was only loaded commands nothing."""
+    constraints: Constraints | None = None
+    """Those of a controller that has the action follow_joint_trajectory, as ROS 1 has it on topics."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +131,16 @@ class _Reader:
                 what = f"the controller '{found.controller}' does not command '{word}', which {why}"
                 self.findings.info("W135", what, found.place(kind.joints))
         topic = f"{found.controller}/{kind.topic}"
-        yield JointController(found.controller, topic, kind.input, joints, interface, found.is_active)
+        has_action = found.ros == 1 and kind.input is Input.TRAJECTORY
+        yield JointController(
+            found.controller,
+            topic,
+            kind.input,
+            joints,
+            interface,
+            found.is_active,
+            Constraints.of(found.values, joints) if has_action else None,
+        )
 
     def _has(self, found: Parameters, *needed: str) -> bool:
         """Whether a controller has what its namesake does not start without."""

@@ -117,6 +117,17 @@ class JointServos:
         way = _Way(joints, Trajectory(Point(0.0, here, still, still), tuple(points)), step)
         self._ways = (*self._ways, way)
 
+    def desired(
+        self, joints: tuple[str, ...], time: float
+    ) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """Where the trajectory that these joints follow has them at a time (s), and how fast; None where they
+        follow none together."""
+        for way in self._ways:
+            if way.joints == joints:
+                sample = way.trajectory.at(max(0.0, time - way.start * self._timestep))
+                return tuple(sample.positions.tolist()), tuple(sample.velocities.tolist())
+        return None
+
     def release(self, joint: str) -> None:
         if joint in self._orders:
             self._leave_ways(joint)

@@ -1,0 +1,103 @@
+"""Messages of actionlib, and those of the action control_msgs/FollowJointTrajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoint
+from kbot.messages.navigation import GoalID
+from kbot.messages.types import Header
+
+HEADER, NOW, SOME, WAY, POINT = Header(), Duration(), GoalID(), JointTrajectory(), JointTrajectoryPoint()
+
+Int32 = Annotated[int, "int32"]
+
+
+@dataclass(frozen=True, slots=True)
+class GoalStatus:
+    """`status` is one of those below that a server tells of; `text` says why."""
+
+    goal_id: GoalID = SOME
+    status: int = 0
+    text: str = ""
+
+    ACTIVE: ClassVar[int] = 1
+    PREEMPTED: ClassVar[int] = 2
+    SUCCEEDED: ClassVar[int] = 3
+    ABORTED: ClassVar[int] = 4
+    REJECTED: ClassVar[int] = 5
+
+
+STATUS = GoalStatus()
+
+
+@dataclass(frozen=True, slots=True)
+class GoalStatusArray:
+    header: Header = HEADER
+    status_list: tuple[GoalStatus, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JointTolerance:
+    """rad or m, and so on: 0 is what the controller has, below 0 is no bound."""
+
+    name: str = ""
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryGoal:
+    trajectory: JointTrajectory = WAY
+    path_tolerance: tuple[JointTolerance, ...] = ()
+    goal_tolerance: tuple[JointTolerance, ...] = ()
+    goal_time_tolerance: Duration = NOW
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryResult:
+    SUCCESSFUL: ClassVar[Int32] = 0
+    INVALID_GOAL: ClassVar[Int32] = -1
+    INVALID_JOINTS: ClassVar[Int32] = -2
+    OLD_HEADER_TIMESTAMP: ClassVar[Int32] = -3
+    PATH_TOLERANCE_VIOLATED: ClassVar[Int32] = -4
+    GOAL_TOLERANCE_VIOLATED: ClassVar[Int32] = -5
+
+    error_code: Int32 = 0
+    error_string: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryFeedback:
+    header: Header = HEADER
+    joint_names: tuple[str, ...] = ()
+    desired: JointTrajectoryPoint = POINT
+    actual: JointTrajectoryPoint = POINT
+    error: JointTrajectoryPoint = POINT
+
+
+GOAL, RESULT = FollowJointTrajectoryGoal(), FollowJointTrajectoryResult()
+FEEDBACK = FollowJointTrajectoryFeedback()
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryActionGoal:
+    header: Header = HEADER
+    goal_id: GoalID = SOME
+    goal: FollowJointTrajectoryGoal = GOAL
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryActionResult:
+    header: Header = HEADER
+    status: GoalStatus = STATUS
+    result: FollowJointTrajectoryResult = RESULT
+
+
+@dataclass(frozen=True, slots=True)
+class FollowJointTrajectoryActionFeedback:
+    header: Header = HEADER
+    status: GoalStatus = STATUS
+    feedback: FollowJointTrajectoryFeedback = FEEDBACK

@@ -1,0 +1,98 @@
+"""An arm of a launch file under Debian's own clients: actionlib's for its trajectories."""
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from .conftest import Ros, stop, wait_until
+from .test_bridge_ros1 import one, said
+
+LINK = """<link name="{}"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+JOINT = """<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>
+<origin xyz="{3}"/><axis xyz="0 1 0"/></joint>
+<transmission name="t_{0}"><type>transmission_interface/SimpleTransmission</type><joint name="{0}">
+<hardwareInterface>hardware_interface/PositionJointInterface</hardwareInterface></joint>
+<actuator name="m_{0}"/></transmission>"""
+ARM = f"""<robot name="arm"><link name="world"/>{LINK.format("upper")}{LINK.format("lower")}
+{JOINT.format("shoulder", "world", "upper", "0 0 2")}{JOINT.format("elbow", "upper", "lower", "0.5 0 0")}
+<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">
+<robotNamespace>/arm</robotNamespace></plugin></gazebo></robot>"""
+CONTROLLERS = """
+joint_state_controller: {type: joint_state_controller/JointStateController, publish_rate: 50}
+follow: {type: position_controllers/JointTrajectoryController, joints: [shoulder, elbow]}
+shoulder_position: {type: position_controllers/JointPositionController, joint: shoulder}
+"""
+LAUNCH = """<launch>
+  <param name="robot_description" textfile="$(dirname)/arm.urdf"/>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch"/>
+  <node pkg="gazebo_ros" type="spawn_model" name="spawn" args="-urdf -param robot_description -model arm"/>
+  <rosparam command="load" file="$(dirname)/arm.yaml" ns="arm"/>
+  <node pkg="controller_manager" type="spawner" name="s" ns="arm" args="joint_state_controller follow"/>
+</launch>"""
+
+
+@pytest.fixture(scope="module")
+def arm(ros: Ros, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ros]:
+    """It runs in real time with `--ros1` and a master of its own."""
+    folder = tmp_path_factory.mktemp("arm")
+    for name, text in (("arm.urdf", ARM), ("arm.yaml", CONTROLLERS), ("arm.launch", LAUNCH)):
+        (folder / name).write_text(text)
+    words = ("launch", str(folder / "arm.launch"), "--ros1", "--no-browser", "--port", "0")
+    running = ros.start(sys.executable, "-m", "kbot", *words)
+    try:
+        wait_until(lambda: "/arm/follow/follow_joint_trajectory/goal" in said(ros, "rostopic", "list"), "it")
+        yield ros
+    finally:
+        stop(running)
+
+
+CLIENT = Path(__file__).with_name("follow_trajectory.py")
+
+
+def follow(ros: Ros, *goals: object) -> list[dict[str, object]]:
+    """What Debian's actionlib client got for each goal."""
+    return list(json.loads(ros.run("/usr/bin/python3", str(CLIENT), json.dumps(goals))))
+
+
+def test_the_action_has_the_topics_and_types_of_actionlib(arm: Ros) -> None:
+    listed = arm.run("rostopic", "list", "-v")
+    stem = "/arm/follow/follow_joint_trajectory"
+    for line in (
+        f"{stem}/status [actionlib_msgs/GoalStatusArray] 1 publisher",
+        f"{stem}/feedback [control_msgs/FollowJointTrajectoryActionFeedback] 1 publisher",
+        f"{stem}/result [control_msgs/FollowJointTrajectoryActionResult] 1 publisher",
+        f"{stem}/goal [control_msgs/FollowJointTrajectoryActionGoal] 1 subscriber",
+        f"{stem}/cancel [actionlib_msgs/GoalID] 1 subscriber",
+    ):
+        assert line in listed
+
+
+def test_actionlib_s_client_has_a_trajectory_followed_hears_of_it_and_cancels_one(arm: Ros) -> None:
+    joints = ["shoulder", "elbow"]
+    reached, cancelled = follow(
+        arm,
+        {"joints": joints, "points": [[1.0, [0.4, -0.3]], [2.0, [0.6, -0.5]]]},
+        {"joints": joints, "points": [[20.0, [0.0, 0.0]]], "cancel_after": 1.0},
+    )
+    assert (reached["state"], reached["code"]) == (3, 0)
+    assert reached["feedback"] > 10
+    assert cancelled["state"] == 2
+    positions = dict(zip(*(one(arm, "/arm/joint_states")[key] for key in ("name", "position")), strict=True))
+    assert 0.3 < positions["shoulder"] < 0.6
+
+
+def test_what_cannot_be_followed_is_refused_with_code_and_words(arm: Ros) -> None:
+    both = ["shoulder", "elbow"]
+    refused = follow(
+        arm,
+        {"joints": ["shoulder", "elbw"], "points": [[1.0, [0.1, 0.1]]]},
+        {"joints": both, "points": [[1.0, ["nan", 0.1]]]},
+        {"joints": both, "points": [[1.0, [0.1, 0.1]], [0.5, [0.2, 0.2]]]},
+    )
+    assert [(one["state"], one["code"]) for one in refused] == [(5, -2), (5, -1), (5, -1)]
+    for one_refused, words in zip(refused, ("did you mean 'elbow'", "finite", "grow"), strict=True):
+        assert words in str(one_refused["words"])
