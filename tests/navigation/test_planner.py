@@ -195,6 +195,20 @@ def test_a_radius_and_margins_must_be_lengths():
         GridPlanner(_grid(), 0.1, margins=())
 
 
+def test_a_goal_that_walls_shut_out_is_refused_without_a_finer_map():
+    grid = _grid()
+    grid.cells[2, 2:32] = grid.cells[31, 2:32] = grid.cells[2:32, 2] = grid.cells[2:32, 31] = 100
+    asked = []
+    planner = GridPlanner(grid, 0.2, finer=lambda: asked.append(1) or grid)
+    start = PlanarPose(1.0, 1.0)
+    assert planner.plan(start, PlanarPose(3.6, 1.0)).refusal is Refusal.GOAL_OUTSIDE
+    assert planner.plan(PlanarPose(3.6, 1.0), start).refusal is Refusal.UNREACHABLE
+    assert not asked
+    grid.cells[10, 31] = 0  # a gap of 0.1 m: wider cells may hide that it is wide enough
+    assert GridPlanner(grid, 0.2, finer=lambda: asked.append(1) or grid).plan(start, PlanarPose(3.6, 1.0))
+    assert asked
+
+
 def test_a_way_that_wide_cells_hide_is_found_on_finer_ones():
     """A door from y = -0.14 to 0.16 m, its posts not on the edges of cells, and no way around them."""
     posts = (box("left", (0.1, 2.0, 0.3), 1.02, 1.16), box("right", (0.1, 2.0, 0.3), 1.02, -1.14))

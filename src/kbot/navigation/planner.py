@@ -15,6 +15,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.navigation.inflation import inflate
 from kbot.navigation.jump_point_search import Cell, Cells, JumpPointSearch
 from kbot.navigation.path import Path
+from kbot.navigation.regions import Regions
 from kbot.navigation.string_pulling import pull_taut
 from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -102,13 +103,22 @@ class GridPlanner:
         A robot that stands too near an obstacle first leaves by the shortest way.
         """
         found = self._plan(start, goal)
-        if isinstance(found, NoPath) and found.refusal in _NARROW and self._finer is not None:
+        if isinstance(found, NoPath) and self._may_be_mended(found, start, goal) and self._finer is not None:
             finer = self._finer.plan(start, goal)
             if not isinstance(finer, NoPath) or finer.refusal in _NARROW:
                 found = finer
         if isinstance(found, NoPath) and found.refusal is Refusal.UNREACHABLE:
             return self._leads_out(start, goal) or found
         return found
+
+    def _may_be_mended(self, found: NoPath, start: PlanarPose, goal: PlanarPose) -> bool:
+        """Whether smaller cells may show a way where these show none. Nothing is nearer than the radius to
+        where a robot's middle can go: where that is more than a cell, the cells it passes are free here too."""
+        is_wide = self.radius >= math.sqrt(2.0) * self.grid.resolution
+        if found.refusal is not Refusal.UNREACHABLE or not is_wide:
+            return found.refusal in _NARROW
+        first, last = (self.grid.cell(pose.x, pose.y) for pose in (start, goal))
+        return Regions(~self._blocked).connect(first, last)
 
     def _leads_out(self, start: PlanarPose, goal: PlanarPose) -> NoPath | None:
         """The refusal of a goal outside the box around all that stands on the map, of a robot that is within;
@@ -138,7 +148,9 @@ class GridPlanner:
             if not layer.free[last]:
                 continue
             begin = first if layer.free[first] else _nearest(layer.free, first, self._reach(0.0) + 2.0)
-            way = layer.search.find(begin, last) if begin is not None else None
+            if begin is None or not layer.regions.connect(begin, last):
+                continue
+            way = layer.search.find(begin, last)
             if way is not None:
                 return self._path(start, goal, first, pull_taut(layer.free, way), layer.margin)
         if not self._layers[-1].free[last]:
@@ -186,6 +198,10 @@ class _Layer:
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         return ~inflate(self._blocked, self._reach)
+
+    @cached_property
+    def regions(self) -> Regions:
+        return Regions(self.free)
 
     @cached_property
     def search(self) -> JumpPointSearch:
