@@ -112,8 +112,8 @@ class GridPlanner:
         return found
 
     def _may_be_mended(self, found: NoPath, start: PlanarPose, goal: PlanarPose) -> bool:
-        """Whether smaller cells may show a way where these show none. Where a robot's middle can go, nothing is
-        nearer than the radius: where that is more than a cell, the cells it passes are free here too."""
+        """Whether smaller cells may show a way where these show none. Where a robot's middle can go, nothing
+        is nearer than the radius: where that is more than a cell, the cells it passes are free here too."""
         is_wide = self.radius >= math.sqrt(2.0) * self.grid.resolution
         if found.refusal is not Refusal.UNREACHABLE or not is_wide:
             return found.refusal in _NARROW
