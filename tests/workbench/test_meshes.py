@@ -3,7 +3,6 @@
 import json
 import logging
 import struct
-import time
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,8 @@ from kbot.workbench.meshes.simplify import simplify, triangle_count
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import FromServer, Refused
 from kbot.workbench.serve import open_session, serving
+
+from .conftest import until
 
 URDF = """<robot name="r"><link name="a"><visual><geometry><mesh filename="{mesh}"/></geometry></visual>
 <collision><geometry><mesh filename="{mesh}"/></geometry></collision></link></robot>"""
@@ -123,11 +124,8 @@ def test_a_mesh_that_goes_missing_later_is_told_again(
     session = open_session(str(file), simulate=False)
     assert session.missing_meshes() == []
     with caplog.at_level(logging.WARNING), serving(session):
-        time.sleep(0.2)
         file.write_text(URDF.format(mesh="bxo.stl"))
-        end = time.monotonic() + 10.0
-        while not caplog.messages and time.monotonic() < end:
-            time.sleep(0.02)
+        until(lambda: caplog.messages)
     assert any("bxo.stl" in message and "r.urdf:1" in message for message in caplog.messages)
 
 

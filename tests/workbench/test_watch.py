@@ -1,6 +1,8 @@
 """Seeing that files changed."""
 
 import asyncio
+import os
+import time
 from pathlib import Path
 
 from kbot.workbench.serving.file_watcher import Watcher
@@ -12,7 +14,7 @@ def wait_for_change(watcher: Watcher, change: object) -> None:
         await asyncio.sleep(0)
         assert callable(change)
         change()
-        await asyncio.wait_for(waiting, 20)
+        await asyncio.wait_for(waiting, 60)
 
     asyncio.run(run())
 
@@ -20,7 +22,7 @@ def wait_for_change(watcher: Watcher, change: object) -> None:
 def test_a_write_a_new_file_and_a_lost_one_are_seen(tmp_path: Path) -> None:
     file, included = tmp_path / "a", tmp_path / "b"
     file.write_text("1")
-    watcher = Watcher([str(file), str(included)])
+    watcher = Watcher([str(file), str(included)], time.time_ns())
     wait_for_change(watcher, lambda: file.write_text("22"))
     wait_for_change(watcher, lambda: included.write_text("1"))
     wait_for_change(watcher, lambda: included.unlink())
@@ -32,7 +34,20 @@ def test_a_write_a_new_file_and_a_lost_one_are_seen(tmp_path: Path) -> None:
 def test_a_change_between_reading_and_watching_is_seen(tmp_path: Path) -> None:
     file, other = tmp_path / "a", tmp_path / "b"
     file.write_text("1")
-    watcher = Watcher([str(file)])
+    watcher = Watcher([str(file)], time.time_ns())
     file.write_text("22")
-    watcher.watch([str(file), str(other)])
+    watcher.watch([str(file), str(other)], time.time_ns())
+    wait_for_change(watcher, lambda: None)
+
+
+def test_a_change_after_reading_is_seen_though_it_is_watched_later(tmp_path: Path) -> None:
+    file, included = tmp_path / "a", tmp_path / "b"
+    read = time.time_ns()
+    for one in (file, included):
+        one.write_text("1")
+        os.utime(one, ns=(read, read - 1_000_000))
+    watcher = Watcher([str(file)], read)
+    included.write_text("2")
+    os.utime(included, ns=(read, read + 1_000_000))
+    watcher.watch([str(file), str(included)], read)
     wait_for_change(watcher, lambda: None)

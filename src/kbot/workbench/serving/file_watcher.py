@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 from collections.abc import Iterable
 
@@ -14,16 +15,17 @@ Signature = tuple[tuple[int, int, int] | None, ...]
 class Watcher:
     """Waits for a change of any of its files; a file that is missing is watched too."""
 
-    def __init__(self, files: Iterable[str]) -> None:
-        self._files: tuple[str, ...] = tuple(files)
-        self._seen = _signature(self._files)
+    def __init__(self, files: Iterable[str], read: int) -> None:
+        """They were read at `read`, a wall time in ns: what changed since then is news."""
+        self._files: tuple[str, ...] = ()
+        self._seen: Signature = ()
+        self.watch(files, read)
 
-    def watch(self, files: Iterable[str], since: Signature | None = None) -> None:
+    def watch(self, files: Iterable[str], read: int) -> None:
         """Watch these files instead. Those watched before keep what was seen of them."""
         known = dict(zip(self._files, self._seen, strict=True))
         self._files = tuple(files)
-        now = _signature(self._files)
-        self._seen = tuple(known.get(f, s) for f, s in zip(self._files, now, strict=True))
+        self._seen = tuple(known[file] if file in known else _stamp(file, read) for file in self._files)
 
     async def changed(self) -> None:
         """Return once a file has changed and has then been still for one poll.
@@ -45,9 +47,12 @@ def _signature(files: tuple[str, ...]) -> Signature:
     return tuple(_stamp(file) for file in files)
 
 
-def _stamp(file: str) -> tuple[int, int, int] | None:
+def _stamp(file: str, until: float = math.inf) -> tuple[int, int, int] | None:
+    """None where there is no such file, or one that was changed after a wall time in ns."""
     try:
         status = os.stat(file)  # noqa: PTH116 - five times cheaper than Path.stat, and done often
     except OSError:
+        return None
+    if status.st_mtime_ns > until:
         return None
     return status.st_mtime_ns, status.st_size, status.st_ino

@@ -249,11 +249,12 @@ class Server:
 
     async def _follow_files(self) -> None:
         """Show the description anew each time one of its files changes."""
-        watcher = Watcher(self.session.shown.files)
+        shown = self.session.shown
+        watcher = Watcher(shown.files, shown.began)
         while True:
             await watcher.changed()
             await self._read_anew()
-            watcher.watch(self.session.shown.files)
+            watcher.watch(shown.files, shown.began)
 
     async def _follow_page(self) -> None:
         """Show the description anew when a page changed it; of many changes at once the last is shown."""

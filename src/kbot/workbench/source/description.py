@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from kbot.model import Robot
 from kbot.text import DescriptionError, Diagnostic, Element
@@ -15,7 +16,8 @@ class Reading:
     """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
 
     `files` are all that it was read from, the description itself first; `outside` the mesh files that it
-    names and that are not for the page.
+    names and that are not for the page. `began` is the wall time, in ns, from which on a change of a file
+    may not be in it.
     """
 
     robot: Robot | None
@@ -24,6 +26,7 @@ class Reading:
     findings: tuple[Diagnostic, ...]
     files: tuple[str, ...]
     outside: frozenset[str] = frozenset()
+    began: int = field(default_factory=time.time_ns)
 
     def require(self) -> Robot:
         """The robot.
@@ -63,6 +66,7 @@ class Description:
         from kbot.workbench.meshes.roots import MeshRoots, confine
         from kbot.xacro.packages import Packages
 
+        began = time.time_ns()
         packages = Packages(self.package_path, around=self.path)
         arguments = self.overrides.arguments
         loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
@@ -75,10 +79,10 @@ class Description:
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
         document = loaded.expansion.document
         if loaded.robot is None:
-            return Reading(None, usable, document, tuple(findings), tuple(files))
+            return Reading(None, usable, document, tuple(findings), tuple(files), began=began)
         confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
         findings = (*findings, *confined.findings)
-        return Reading(confined.robot, usable, document, findings, tuple(files), confined.outside)
+        return Reading(confined.robot, usable, document, findings, tuple(files), confined.outside, began)
 
 
 def _has_sensors(robot: Robot) -> bool:

@@ -57,6 +57,11 @@ class Shown:
         return self._latest.files
 
     @property
+    def began(self) -> int:
+        """Wall time in ns at which the last reading of them began."""
+        return self._latest.began
+
+    @property
     def package_path(self) -> tuple[str, ...]:
         return self._reader.package_path
 
