@@ -1,5 +1,5 @@
-"""Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, and the
-sensor interfaces of ros2_control.
+"""Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, the sensor
+interfaces of ros2_control, and Classic's plugins of a whole model.
 
 Codes: W140 something is left out (warning), W141 a value or a link that is none (error).
 """
@@ -13,6 +13,7 @@ from typing import Any
 
 from kbot.model import Robot
 from kbot.sensors.camera import Camera
+from kbot.sensors.model_plugins import model_plugins
 from kbot.sensors.readers import read_sensor
 from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
@@ -55,6 +56,7 @@ def declared_sensors(robot: Robot, naming: Naming = PLAIN) -> Declared:
         if spec is not None and sum(d.is_error for d in diagnostics) == before:
             specs.append(spec)
     specs += ros2_control_sensors(robot, diagnostics)
+    specs += model_plugins(robot, naming, diagnostics)
     heard = []
     for spec in specs:
         try:

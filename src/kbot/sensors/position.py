@@ -23,7 +23,7 @@ from kbot.messages import (
 )
 from kbot.messages.sensing import Covariance, NavSatFix
 from kbot.sensors.noise import NONE, Noise, NoiseSource
-from kbot.sensors.sensor import Sensor, Spec
+from kbot.sensors.sensor import HERE, Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.georeference import Georeference
@@ -138,20 +138,33 @@ def geodetic(
 
 @dataclass(frozen=True, kw_only=True)
 class GroundTruth(Spec):
-    """The true pose of a link in the world, and its twist in its own axes."""
+    """The true pose of a link in the world, and its twist in its own axes.
+
+    `fixed_frame` is what the world is called; `offset` moves the pose along the world's axes (m) and turns it
+    about them; `noise` is that of the twist, in m/s and rad/s.
+    """
 
     kind: ClassVar[str] = "ground_truth"
     rate: float = 50.0
+    fixed_frame: str = "world"
+    offset: Transform = HERE
+    noise: Noise = NONE
 
     def mount(self, simulation: Simulation) -> GroundTruthSensor:
         return GroundTruthSensor(simulation, self)
 
 
 class GroundTruthSensor(Sensor[Odometry]):
-    """Says an Odometry in the frame `world`."""
+    """Says an Odometry in the frame of the world."""
 
     message_type = Odometry
     spec: GroundTruth
+
+    def __init__(self, simulation: Simulation, spec: GroundTruth) -> None:
+        super().__init__(simulation, spec)
+        self._noise = NoiseSource(spec.noise, simulation.seed, spec.label, 6, self._period)
+        variance = spec.noise.variance
+        self._covariance = tuple(variance if n % 7 == 0 else 0.0 for n in range(36))
 
     def measure(self, sample: int | None = None) -> Odometry:
         model, data, place, axes = self._place()
@@ -159,12 +172,18 @@ class GroundTruthSensor(Sensor[Odometry]):
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, self._body, velocity, 0)
         spin = velocity[:3]
         speed = velocity[3:] + np.cross(spin, place - data.xpos[self._body])
-        turned = Transform.from_rotation_translation(axes, (0.0, 0.0, 0.0)).quaternion_xyzw
+        twist = np.concatenate((axes.T @ speed, axes.T @ spin))
+        if sample is not None:
+            twist = self._noise.apply(twist, sample)
+        moved = self.spec.offset
+        turned = Transform.from_rotation_translation(moved.rotation @ axes, (0.0, 0.0, 0.0)).quaternion_xyzw
         return Odometry(
-            Header(self.simulation.clock.stamp, "world"),
+            Header(self.simulation.clock.stamp, self.spec.fixed_frame),
             self._frame,
-            PoseWithCovariance(Pose(Point(*place.tolist()), Quaternion(*turned))),
+            PoseWithCovariance(
+                Pose(Point(*(place + moved.translation).tolist()), Quaternion(*turned)), self._covariance
+            ),
             TwistWithCovariance(
-                Twist(Vector3(*(axes.T @ speed).tolist()), Vector3(*(axes.T @ spin).tolist()))
+                Twist(Vector3(*twist[:3].tolist()), Vector3(*twist[3:].tolist())), self._covariance
             ),
         )

@@ -99,6 +99,9 @@ class Values:
     def warn(self, message: str, where: Element | Origin) -> None:
         self._say("W140", Severity.WARNING, message, where)
 
+    def inform(self, message: str, where: Element, hint: str) -> None:
+        self._say("W140", Severity.INFO, message, where, hint)
+
     def _number(self, element: Element, default: float) -> float:
         try:
             value = to_float(element.text)
@@ -111,7 +114,9 @@ class Values:
             return default
         return value
 
-    def _say(self, code: str, severity: Severity, message: str, where: Element | Origin) -> None:
+    def _say(
+        self, code: str, severity: Severity, message: str, where: Element | Origin, hint: str = ""
+    ) -> None:
         name = self.element.attributes.get("name") or self.element.tag
         origin = where.origin if isinstance(where, Element) else where
-        self.diagnostics.append(Diagnostic(code, severity, f"{name}: {message}", origin))
+        self.diagnostics.append(Diagnostic(code, severity, f"{name}: {message}", origin, hint))
