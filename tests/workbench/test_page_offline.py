@@ -65,6 +65,28 @@ def test_a_saved_page_moves_links_as_the_model_does(arm: Path, tmp_path: Path, o
     assert not [address for address in asked if not address.startswith(("file:", "data:", "blob:"))]
 
 
+@pytest.mark.parametrize("size", [(390, 844), (560, 400), (320, 450)])
+def test_a_narrow_saved_page_has_its_sliders_beside_the_picture(
+    size: tuple[int, int], arm: Path, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """A phone, the output of a notebook's cell and a small phone whose browser takes some of its height."""
+    out = tmp_path / "arm.html"
+    assert run(["export", str(arm), "-o", str(out)]) == 0
+    page = open_page(out.as_uri(), viewport={"width": size[0], "height": size[1]})
+    slider = page.get_by_role("slider", name="shoulder", exact=True)
+    until(slider.is_visible)
+    before = page.evaluate("kbot.poses()")
+    slider.press("End")
+    until(lambda: page.evaluate("kbot.poses()") != before)
+    picture, panel = (page.locator(one).bounding_box() for one in (".picture", "#joints"))
+    assert min(picture["width"] / size[0], panel["width"] / size[0]) > 0.4
+    assert picture["width"] * picture["height"] + panel["width"] * panel["height"] > 0.7 * size[0] * size[1]
+    page.get_by_role("navigation", name="Panels").get_by_role("button", name="Links").click()
+    until(page.locator("button[data-link=upper]").is_visible)
+    assert not slider.is_visible()
+    assert page.get_by_role("button", name="Drive", exact=True).count() == 0  # nothing drives here
+
+
 def test_a_saved_page_shows_the_line_of_a_link(arm: Path, tmp_path: Path, open_page: OpenPage) -> None:
     out = tmp_path / "arm.html"
     assert run(["export", str(arm), "-o", str(out)]) == 0

@@ -44,7 +44,7 @@ export function furnish(app: App, view: View, picture: HTMLElement, { left, cent
   right.append(drive(app, driver), joints(app), parameters(app));
   bottom.append(source(app), traffic(app), plots(app));
   document.body.prepend(topbar(app, showHelp));
-  document.body.append(sheets(app), keys);
+  document.body.append(sheets(app, left, right), keys);
   app.focused.watch((asked) => asked && view.looking.focus(asked.link));
   const tools = new ToolBox(app, view);
   const body = bodyChoice(app, view, tools);

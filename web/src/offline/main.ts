@@ -10,6 +10,7 @@ import { hover } from "../panels/hover";
 import { joints } from "../panels/joints";
 import { links } from "../panels/links";
 import { notices } from "../panels/notices";
+import { sheets } from "../panels/sheets";
 import { source } from "../panels/source";
 import { toolbar } from "../panels/toolbar";
 import { keepMeshes } from "../view/meshes";
@@ -33,12 +34,15 @@ app.about.watch((about) => {
 const picture = h("div", { class: "picture" });
 let view: View;
 const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture));
+const left = h("div", { class: "dock left" }, links(app), findings(app));
+const right = h("div", { class: "dock right" }, joints(app));
 document.body.append(
   h("header", { class: "topbar" }, h("h1", { class: "brand" }, "KBot"), h("span", { class: "crumbs" }, file), h("span", { class: "spacer" }), theme),
-  h("div", { class: "dock left" }, links(app), findings(app)),
+  left,
   centre,
-  h("div", { class: "dock right" }, joints(app)),
+  right,
   h("div", { class: "bottom" }, source(app)),
+  sheets(app, left, right),
 );
 view = new View(app, picture);
 app.focused.watch((asked) => asked && view.looking.focus(asked.link));

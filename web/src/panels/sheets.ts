@@ -15,10 +15,12 @@ const SHEETS: readonly [string, IconName, string][] = [
   ["findings", "warning", "Findings"],
 ];
 
-/** On a narrow page the panels share one place beneath the picture; this chooses which is seen. */
-export function sheets(app: App): HTMLElement {
+/** On a narrow page the panels share one place beneath the picture; this chooses which is seen, of those that
+ * stand in `docks`. */
+export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const root = document.documentElement;
-  const buttons = SHEETS.map(([name, image, label]) =>
+  const there = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
+  const buttons = there.map(([name, image, label]) =>
     h("button", { type: "button", "data-sheet": name, onclick: () => (choose(name), leave()) }, icon(image), label),
   );
   const choose = (name: string): void => {
@@ -35,7 +37,7 @@ export function sheets(app: App): HTMLElement {
   app.spot.watch((spot) => spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)));
   app.about.watch((about) => {
     if (about === null || root.dataset["sheet"] !== undefined) return;
-    choose(about.mode === "sim" ? "drive" : "joints");
+    choose(about.mode === "sim" && there.some(([name]) => name === "drive") ? "drive" : "joints");
   });
   return h("nav", { class: "sheets", "aria-label": "Panels" }, ...buttons);
 }
