@@ -140,7 +140,7 @@ def test_hz_is_the_control_rate(graph: GraphServer, capsys: Said) -> None:
 def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said) -> None:
     words = ("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.3}}", "-r", "50")
     told(capsys, *words, "-t", "5")
-    assert running.simulation.named().controller.wanted == (0.3, 0.0)
+    assert running.simulation.named().commanded_twist.x == 0.3
     assert "what the simulation says" in told(capsys, "topic", "pub", "--once", "/odom", status=2)
     assert "no field 'linaer'" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linaer: {}}", status=2)
     error = told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: {x: .nan}}", status=2)

@@ -363,7 +363,7 @@ def test_messages_that_ros_1_has_with_fewer_fields_are_the_same_in_every_format(
 
 def test_a_run_that_diverged_is_not_recorded(tmp_path: Path) -> None:
     simulation = Simulation(load_robot("kbot").require())
-    simulation._data.qpos[0] = 1e16
+    simulation._engine.data.qpos[0] = 1e16
     simulation.frames_are_old()
     with pytest.raises(KbotError, match="the run has diverged: reset it first"):
         Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))

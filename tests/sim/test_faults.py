@@ -112,7 +112,7 @@ def test_half_of_the_commands_get_lost_by_the_seed(kbot_robot):
         sim.schedule(LostCommands(0.5), at=0.0)
         for index in range(200):
             sim.command(0.001 * (index + 1), 0.0)
-            count += sim.named().controller.wanted == (0.001 * (index + 1), 0.0)
+            count += sim.named().commanded_twist.x == 0.001 * (index + 1)
         return count
 
     assert heard(1) == heard(1) == pytest.approx(100, abs=30)

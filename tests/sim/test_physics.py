@@ -214,7 +214,7 @@ def test_a_missing_mesh_is_said_and_the_rest_simulated(urdf):
 def test_a_run_that_diverges_stops_and_says_where(urdf):
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.run(0.1)
-    sim._data.qvel[0] = float("nan")
+    sim._engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged, match="link 'bob' flew off") as caught:
         sim.run(1.0)
     assert "between 0.100 s and 0.120 s" in str(caught.value)
@@ -230,7 +230,7 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
     """A timer within the control period, as a sensor has one, is not called any more."""
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.clock.every(100.0, lambda: sim.link_pose("bob"))
-    sim._data.qvel[0] = float("nan")
+    sim._engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged, match=r"between 0\.000 s and 0\.010 s"):
         sim.run(1.0)
 
@@ -238,7 +238,7 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
 def test_a_run_that_has_diverged_is_not_kicked(urdf):
     sim = Simulation(urdf(ball()))
     said = []
-    sim._data.qpos[2] = float("nan")
+    sim._engine.data.qpos[2] = float("nan")
     sim.journal = lambda what, values: said.append(what)
     refused = "the run has diverged: reset it first"
     with pytest.raises(KbotError, match=refused):
@@ -255,7 +255,7 @@ def test_a_run_that_has_diverged_is_not_kicked(urdf):
 def test_a_kick_that_comes_as_a_run_diverges_leaves_it_to_say_so(urdf):
     sim = Simulation(urdf(ball()))
     sim.schedule(Kick((1.0, 0.0, 0.0)), at=0.004)
-    sim._data.qvel[0] = float("nan")
+    sim._engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged):
         sim.run(0.1)
 
@@ -264,7 +264,7 @@ def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
     """A force thrusts the bob to 2e202 m/s in the last step before the speeds are looked at."""
     sim = Simulation(urdf(arm(kind="prismatic")))
     sim.run(0.018)
-    sim._data.qfrc_applied[0] = 1e205
+    sim._engine.data.qfrc_applied[0] = 1e205
     with pytest.raises(SimulationDiverged, match="link 'bob' flew off"):
         sim.run(0.002)
 
@@ -331,7 +331,7 @@ def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
         for i, solid in enumerate((ball, ball, block))
     )
     sim = Simulation(kbot_robot, world=World("yard", (floor(), *bodies)))
-    assert sim._model.nmesh == 2
+    assert sim._engine.model.nmesh == 2
 
 
 def test_a_start_inside_something_is_said(kbot_robot):

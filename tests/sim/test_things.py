@@ -21,12 +21,28 @@ def test_a_crate_falls_and_is_driven_into(sim: Simulation) -> None:
     assert sim.ground_truth.pose == before
     assert sim.odometry.pose == odometry
     assert sim.body_poses()["carton"].translation == pytest.approx((0.4, 0.0, 0.05))
-    mass = sim._model.body("/carton").mass[0]
+    mass = sim._engine.model.body("/carton").mass[0]
     assert mass == pytest.approx(DENSITY * 0.05 * 0.1 * 0.04)
     sim.run(0.3)
     assert sim.body_poses()["carton"].translation[2] == pytest.approx(0.0, abs=1e-3)
     sim.run(1.0)
     assert sim.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it along
+
+
+def test_what_comes_in_the_midst_of_a_step_moves_with_all_else(sim: Simulation) -> None:
+    """A run that something came into is the same however it is cut into calls."""
+    ends = []
+    for parts in (1, 4):
+        sim.reset()
+        sim.cmd_vel(0.2, 0.3)
+        timer = sim.clock.every(2.0, lambda: sim.spawn_thing("crate", "late", x=1.0, z=0.2))
+        for _ in range(parts):
+            sim.run(0.8 / parts)
+        timer.cancel()
+        ends.append((sim.state_sha256(), sim.odometry.pose))
+        sim.delete_model("late")
+    assert ends[0] == ends[1]
+    assert ends[0][1].x > 0.05
 
 
 def test_every_model_of_the_library_stands_where_it_is_put(sim: Simulation) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.sim.disturbed import Disturbed
 from kbot.sim.engine.welds import STANDING, Weld, weld_as_it_stands
+from kbot.sim.population import Population
 from kbot.text import KbotError
 
 
-class Attached(Disturbed):
+class Attached(Population):
     """A running world whose links and bodies can hold each other."""
 
     def attach(self, link: str, to: str, robot: str | None = None, to_robot: str | None = None) -> None:
@@ -27,13 +27,14 @@ class Attached(Disturbed):
             raise KbotError(f"'{link}' and '{to}' stand still for good")
         if first == second:
             raise KbotError(f"'{link}' cannot be attached to itself")
-        if self._model.body(first).weldid == self._model.body(second).weldid:
+        model, data = self.engine()
+        if model.body(first).weldid == model.body(second).weldid:
             raise KbotError(f"'{link}' and '{to}' are one rigid piece already")
-        if any({first, second} == {weld.first, weld.second} for weld in self._assembly.welds):
+        assembly = self._engine.assembly
+        if any({first, second} == {weld.first, weld.second} for weld in assembly.welds):
             raise KbotError(f"'{link}' is attached to '{to}' already")
-        self.refresh()
-        weld = weld_as_it_stands(self._model, self._data, first, second)
-        self._use(self._assembly.with_welds((*self._assembly.welds, weld)))
+        weld = weld_as_it_stands(model, data, first, second)
+        self._use(assembly.with_welds((*assembly.welds, weld)))
         self._note("attach", link=link, to=to, robot=robot, to_robot=to_robot)
 
     def detach(self, link: str, robot: str | None = None) -> None:
@@ -45,32 +46,26 @@ class Attached(Disturbed):
         body = self._body_called(link, robot)
         if body == STANDING:
             raise KbotError(f"'{link}' stands still for good: detach what is attached to it")
-        kept = tuple(weld for weld in self._assembly.welds if body not in (weld.first, weld.second))
-        if len(kept) == len(self._assembly.welds):
+        assembly = self._engine.assembly
+        kept = tuple(weld for weld in assembly.welds if body not in (weld.first, weld.second))
+        if len(kept) == len(assembly.welds):
             raise KbotError(f"'{link}' is attached to nothing")
-        self._use(self._assembly.with_welds(kept))
+        self._use(assembly.with_welds(kept))
         self._note("detach", link=link, robot=robot)
 
     @property
     def attachments(self) -> int:
         """How many pairs are attached to each other."""
-        return len(self._assembly.welds)
+        return len(self._engine.assembly.welds)
 
     def _attach_again(self, welds: Iterable[Weld]) -> None:
         """Attach, as they stand now, what was attached in a world before: those of which both are here."""
-        self.refresh()
-        names = {
-            self._model.body(i).name: self._model.body(i).weldid.item() for i in range(self._model.nbody)
-        }
+        model, data = self.engine()
+        names = {model.body(i).name: model.body(i).weldid.item() for i in range(model.nbody)}
         kept = tuple(
-            weld_as_it_stands(self._model, self._data, weld.first, weld.second)
+            weld_as_it_stands(model, data, weld.first, weld.second)
             for weld in welds
             if weld.first in names and weld.second in names and names[weld.first] != names[weld.second]
         )
         if kept:
-            self._use(self._assembly.with_welds(kept))
-
-    def _take_apart(self) -> None:
-        """Detach all."""
-        if self._assembly.welds:
-            self._use(self._assembly.with_welds(()))
+            self._use(self._engine.assembly.with_welds(kept))

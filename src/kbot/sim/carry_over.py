@@ -7,25 +7,27 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.joints import limits
+from kbot.sim.engine.welds import Weld
 from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot
 
 
-def go_on_as(new: Models, old: Models) -> None:
-    """Let a simulation at its start, whose first robot is a changed one, go on where another stands."""
-    new._assembly.let_things_be_as_in(old._assembly)
+def go_on_as(new: Models, old: Models) -> tuple[Weld, ...]:
+    """Let a simulation at its start, whose first robot is a changed one, go on where another stands; what is
+    attached there, and may be here."""
+    new._engine.assembly.let_things_be_as_in(old._engine.assembly)
     new.frames_are_old()
     first, *others = old.robots.values()
-    _put_as(new.named(), first, new, old._assembly)
+    _put_as(new.named(), first, new, old._engine.assembly)
     moved = _make_room(new)
     for robot in others:
         pose, named = robot.ground_truth.pose, robot.naming
         again = new.spawn_model(
             robot.robot, robot.name, pose.x, pose.y, pose.yaw, named.namespace, named.frame_prefix
         )
-        _put_as(again, robot, new, old._assembly)
+        _put_as(again, robot, new, old._engine.assembly)
     away = {new.named().prefix + link for link in new.named().robot.links} if moved else set()
-    new._attach_again(weld for weld in old._assembly.welds if not away & {weld.first, weld.second})
+    return tuple(w for w in old._engine.assembly.welds if not away & {w.first, w.second})
 
 
 def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before: Assembly) -> None:
@@ -37,16 +39,16 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before
         if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
             new._set_position(joint.name, held[joint.name])
     if new.root_qpos >= 0 and old.root_qpos >= 0:
-        higher = simulation._assembly.height(new.root_qpos) - before.height(old.root_qpos)
+        higher = simulation._engine.assembly.height(new.root_qpos) - before.height(old.root_qpos)
         stood = old.link_pose(old.robot.root)
         place = stood.translation + np.array([0.0, 0.0, higher])
         simulation.set_model_state(new.name, Transform.from_rotation_translation(stood.rotation, place))
-    new.take_over(old)
+    new._take_over(old)
 
 
 def _make_room(simulation: Models) -> bool:
     """Put the robot at its start where it is inside something now, and is not there; whether it was put."""
-    robot, assembly = simulation.named(), simulation._assembly
+    robot, assembly = simulation.named(), simulation._engine.assembly
     plan = assembly.plans[robot.name]
     if robot.root_qpos < 0 or not assembly.what_it_is_inside(plan):
         return False

@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-from math import inf
-
-from kbot.model import Robot
+from kbot.sim.disturbances import FOREVER, Placed, Push
 from kbot.sim.engine.welds import STANDING
-from kbot.sim.engine.world_builder import PREFIX
 from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
 from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
-from kbot.sim.population import Population, Setup
-from kbot.sim.pushes import Push, apply
-from kbot.sim.running import FOREVER
-from kbot.sim.schedule import Placed, Schedule
+from kbot.sim.population import Population
 from kbot.text import KbotError
-from kbot.text.suggest import did_you_mean
 
 
 class Disturbed(Population):
-    """What acts on robots from outside, and until when."""
-
-    def __init__(self, robot: Robot, setup: Setup) -> None:
-        self._pushes: list[Push] = []
-        self._schedule = Schedule()
-        super().__init__(robot, setup)
+    """A running world with what acts on robots from outside, and until when."""
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
         """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.
@@ -60,8 +48,8 @@ class Disturbed(Population):
         if body == STANDING:
             raise KbotError(f"'{link}' stands still for good: nothing pushes it")
         until = self._steps + max(1, round(duration / self.timestep))
-        self._pushes.append(Push(body, force, torque, until))
-        self._pushes_are_new()
+        self._disturbances.push(Push(body, force, torque, until))
+        self._plan_stop()
         self._note("apply_body_wrench", link=link, robot=robot, force=force, torque=torque, until=until)
 
     def clear_body_wrenches(self, link: str, robot: str | None = None) -> None:
@@ -70,9 +58,8 @@ class Disturbed(Population):
         Raises:
             KbotError: no such robot, link or body.
         """
-        body = self._body_called(link, robot)
-        self._pushes[:] = [push for push in self._pushes if push.body != body]
-        self._pushes_are_new()
+        self._disturbances.push_no_longer(self._body_called(link, robot))
+        self._plan_stop()
         self._note("clear_body_wrenches", link=link, robot=robot)
 
     def schedule(self, fault: Fault, at: float, duration: float | None = None) -> int:
@@ -100,9 +87,7 @@ class Disturbed(Population):
             stop = start + 1
         elif (end := fault.begin(self)) is not None:
             end()  # begun on trial: what it speaks of is there
-        number = self._schedule.add(fault, start, stop)
-        self._schedule.bring_to(self, self._steps)
-        self._find_due()
+        number = self._disturbances.place(fault, start, stop)
         self._plan_stop()
         if self.journal is not None:
             self._note("schedule", **to_journal(fault), at=float(at), duration=duration)
@@ -114,70 +99,13 @@ class Disturbed(Population):
         Raises:
             KbotError: there is none of that number.
         """
-        if not self._schedule.take_out(self, number):
-            known = ", ".join(str(one.number) for one in self._schedule.entries) or "none at all"
+        if not self._disturbances.take_out(number):
+            known = ", ".join(str(one) for one in self._disturbances.numbers) or "none at all"
             raise KbotError(f"there is no fault {shortened(number)} (there are {known})")
-        self._find_due()
         self._plan_stop()
         self._note("end_fault", number=int(number))
 
     @property
     def faults(self) -> tuple[Placed, ...]:
         """The faults that act now or are to come."""
-        return tuple(
-            Placed(
-                one.number,
-                one.fault,
-                one.start * self.timestep,
-                inf if one.stop == FOREVER else one.stop * self.timestep,
-            )
-            for one in self._schedule.entries
-            if one.stop > self._steps
-        )
-
-    def _body_called(self, link: str, robot: str | None) -> str:
-        """The engine's name of a robot's link, or where no robot is named also of a body of the world."""
-        if not isinstance(link, str):
-            raise KbotError(f"a link or a body is spoken of by its name, not {shortened(link)}")
-        owner = self.named(robot)
-        if robot is None and link not in owner.links:
-            for body in self.world.bodies:
-                if body.name == link:
-                    return STANDING if body.is_static else PREFIX + body.name
-            hint = did_you_mean(link, (*owner.links, *(body.name for body in self.world.bodies)))
-            told = f"'{owner.name}' has no link, and the world no body, {shortened(link)}"
-            raise KbotError(told + (f": {hint}" if hint else ""))
-        owner.body(link)
-        return owner.prefix + link
-
-    def _pushes_are_new(self) -> None:
-        apply(self._model, self._data, self._pushes)
-        self._find_due()
-        self._plan_stop()
-
-    def _find_due(self) -> None:
-        ends = [push.until for push in self._pushes]
-        self._due = min([*ends, self._schedule.next_step(self._steps)])
-
-    def _disturb(self) -> None:
-        self._end_pushes()
-        self._schedule.bring_to(self, self._steps)
-        self._find_due()
-
-    def _jump(self) -> None:
-        self._schedule.jump_to(self, self._steps)
-        self._find_due()
-
-    def _forget(self, name: str) -> None:
-        self._schedule.forget(self, name)
-        self._pushes = [p for p in self._pushes if p.body != name and not p.body.startswith(f"{name}/")]
-
-    def _model_is_new(self) -> None:
-        apply(self._model, self._data, self._pushes)
-        self._schedule.begin_again(self)
-
-    def _end_pushes(self) -> None:
-        lasting = [push for push in self._pushes if push.until > self._steps]
-        if len(lasting) < len(self._pushes):
-            self._pushes[:] = lasting
-            apply(self._model, self._data, lasting)
+        return self._disturbances.faults(self.timestep)

@@ -12,11 +12,12 @@ from typing import Any, Protocol, runtime_checkable
 import mujoco
 import numpy as np
 
+from kbot.messages.bus import Bus
 from kbot.sim.engine.bounds import HEAVIEST
 from kbot.sim.engine.contacts import rank
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
-from kbot.sim.population import Population
 from kbot.sim.recipe import SOLIMP, SOLREF
+from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
 
 End = Callable[[], None]
@@ -26,9 +27,29 @@ ROUGHEST = 1e3
 """Coefficient of friction: hundreds of times that of rubber."""
 
 
+class Subject(Protocol):
+    """What of a simulation a fault acts on."""
+
+    bus: Bus
+    lost_commands: float
+    """Share of the commands from outside that are lost."""
+
+    @property
+    def steps(self) -> int: ...
+
+    @property
+    def has_failed(self) -> bool: ...
+
+    def named(self, name: str | None = None) -> SimulatedRobot: ...
+
+    def engine(self) -> tuple[Any, Any]: ...
+
+    def frames_are_old(self) -> None: ...
+
+
 @runtime_checkable
 class Fault(Protocol):
-    def begin(self, simulation: Population) -> End | None:
+    def begin(self, simulation: Subject) -> End | None:
         """Start to act; what ends it again, None where there is nothing to end.
 
         Raises:
@@ -44,7 +65,7 @@ class BlockedJoint:
     joint: str
     robot: str | None = None
 
-    def begin(self, simulation: Population) -> End:
+    def begin(self, simulation: Subject) -> End:
         robot = simulation.named(self.robot)
         dof = robot.dof(self.joint)
         # friction that is as stiff as a contact; the engine's own lets a servo creep on
@@ -69,7 +90,7 @@ class Slip:
             raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
         _keep(self, friction=float(self.friction))
 
-    def begin(self, simulation: Population) -> End:
+    def begin(self, simulation: Subject) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
@@ -94,7 +115,7 @@ class Payload:
         mass = positive("the mass of a payload in kg", self.mass, HEAVIEST)
         _keep(self, mass=mass, at=vector("the place of a payload in m", self.at, FURTHEST))
 
-    def begin(self, simulation: Population) -> End:
+    def begin(self, simulation: Subject) -> End:
         model, _ = simulation.engine()
         body = simulation.named(self.robot).body(self.link)
         names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
@@ -137,7 +158,7 @@ class LostCommands:
             raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
         _keep(self, share=float(self.share))
 
-    def begin(self, simulation: Population) -> End:
+    def begin(self, simulation: Subject) -> End:
         before, simulation.lost_commands = simulation.lost_commands, self.share
 
         def end() -> None:
@@ -156,7 +177,7 @@ class SilentTopic:
         if not isinstance(self.topic, str):
             raise KbotError(f"a topic is spoken of by its name, not {shortened(self.topic)}")
 
-    def begin(self, simulation: Population) -> End:
+    def begin(self, simulation: Subject) -> End:
         simulation.bus.require(self.topic)
         before = simulation.bus.mute(self.topic)
 
@@ -178,7 +199,7 @@ class Kick:
         linear = vector("a speed in m/s", self.linear, FASTEST)
         _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
 
-    def begin(self, simulation: Population) -> None:
+    def begin(self, simulation: Subject) -> None:
         if simulation.has_failed:
             return  # which is told of once this step is over
         simulation.named(self.robot)._set_twist(self.linear, self.angular)
@@ -212,7 +233,7 @@ def _keep(fault: object, **values: float | Vector) -> None:
         object.__setattr__(fault, name, value)
 
 
-def _changed(simulation: Population, name: str, places: list[Any], value: float) -> End:
+def _changed(simulation: Subject, name: str, places: list[Any], value: float) -> End:
     """Set entries of one of the model's arrays; how to set them back."""
     model, _ = simulation.engine()
     array = getattr(model, name)

@@ -12,10 +12,10 @@ import numpy as np
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.sim.attached import Attached
 from kbot.sim.engine.world_builder import PREFIX, body_pose
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
+from kbot.sim.population import Population
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.joints import Loop
@@ -46,7 +46,7 @@ class _Place(NamedTuple):
     speed: int
 
 
-class Models(Attached):
+class Models(Population):
     """A running world whose models are moved by hand."""
 
     def spawn_thing(
@@ -121,7 +121,7 @@ class Models(Attached):
         """Raises KbotError: a robot stands where they would be."""
         old = self.world
         world = dataclasses.replace(old, bodies=(*old.bodies, *bodies), loops=(*old.loops, *loops))
-        assembly = self._assembly.with_world(world)
+        assembly = self._engine.assembly.with_world(world)
         names = {body.name for body in bodies}
         for plan in assembly.plans.values():
             if assembly.what_it_is_inside(plan) in names:
@@ -155,9 +155,10 @@ class Models(Attached):
             raise KbotError(f"something hangs on '{name}': it stays")
         loops = tuple(loop for loop in self.world.loops if not gone & {loop.first, loop.second})
         kept = tuple(body for body in bodies if body.name not in gone)
-        assembly = self._assembly.with_world(dataclasses.replace(self.world, bodies=kept, loops=loops))
+        world = dataclasses.replace(self.world, bodies=kept, loops=loops)
+        assembly = self._engine.assembly.with_world(world)
         for body in gone:
-            self._forget(PREFIX + body)
+            self._disturbances.forget(PREFIX + body)
         self._use(assembly)
 
     def get_model_state(self, model: str) -> ModelState:
@@ -166,12 +167,12 @@ class Models(Attached):
         Raises:
             KbotError: there is no such model, or it stands still for good.
         """
-        self.refresh()
+        _, data = self.engine()
         body, _, speed = self._place_of(model)
-        pose = body_pose(self._data, body)
+        pose = body_pose(data, body)
         if speed < 0:
             return ModelState(pose, _STILL, _STILL)
-        x, y, z, *turning = self._data.qvel[speed : speed + 6].tolist()
+        x, y, z, *turning = data.qvel[speed : speed + 6].tolist()
         wx, wy, wz = (pose.rotation @ np.array(turning)).tolist()
         return ModelState(pose, (x, y, z), (wx, wy, wz))
 
@@ -195,10 +196,11 @@ class Models(Attached):
             base = pose @ robot.base_from_root.inverse()
             robot._stand_at(float(base.translation[0]), float(base.translation[1]), base.yaw, z)
         qx, qy, qz, qw = pose.quaternion_xyzw
-        self._data.qpos[position : position + 7] = (x, y, z, qw, qx, qy, qz)
-        self._data.qvel[speed : speed + 3] = linear
-        self._data.qvel[speed + 3 : speed + 6] = pose.rotation.T @ np.array(angular)
-        self._fresh = -1
+        data = self._engine.data
+        data.qpos[position : position + 7] = (x, y, z, qw, qx, qy, qz)
+        data.qvel[speed : speed + 3] = linear
+        data.qvel[speed + 3 : speed + 6] = pose.rotation.T @ np.array(angular)
+        self.frames_are_old()
         self._note(
             "set_model_state", model=model, matrix=pose.matrix.tolist(), linear=linear, angular=angular
         )
@@ -212,8 +214,8 @@ class Models(Attached):
         """
         x, y, yaw = vector("a pose", (x, y, yaw), FURTHEST)
         moved = self.named(robot)
-        moved._stand_at(x, y, yaw, self._assembly.height(moved.root_qpos))
-        self._fresh = -1
+        moved._stand_at(x, y, yaw, self._engine.assembly.height(moved.root_qpos))
+        self.frames_are_old()
         self._note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
 
     def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
@@ -238,8 +240,8 @@ class Models(Attached):
             self._robot._set_position(joint, position)
         if self._robot.root_qpos >= 0:
             self.set_pose(x, y, yaw)
-        self._robot.restart_odometry()
-        self._fresh = -1
+        self._robot._restart_odometry()
+        self.frames_are_old()
         numbers = {joint: float(position) for joint, position in wanted.items()}
         self._note("place", x=x, y=y, yaw=yaw, joints=numbers)
 
@@ -249,18 +251,19 @@ class Models(Attached):
         if model in self.robots:
             robot = self.robots[model]
             body, joint = robot.body(robot.robot.root), robot.prefix
-        elif model in self._moving:
-            body, joint = self._moving[model], PREFIX + model
+        elif model in self._engine.moving:
+            body, joint = self._engine.moving[model], PREFIX + model
         else:
             if any(body.name == model for body in self.world.bodies):
                 raise KbotError(f"'{model}' stands still for good")
-            known = (*self.robots, *self._moving)
+            known = (*self.robots, *self._engine.moving)
             hint = did_you_mean(model, known) or f"there are {', '.join(known)}"
             raise KbotError(f"there is no model '{model}': {hint}")
-        index = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_JOINT, joint)
+        engine = self._engine.model
+        index = mujoco.mj_name2id(engine, mujoco.mjtObj.mjOBJ_JOINT, joint)
         if index < 0:
             return _Place(body, -1, -1)
-        return _Place(body, int(self._model.jnt_qposadr[index]), int(self._model.jnt_dofadr[index]))
+        return _Place(body, int(engine.jnt_qposadr[index]), int(engine.jnt_dofadr[index]))
 
 
 def _is_ground(body: Body) -> bool:

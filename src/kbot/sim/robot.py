@@ -8,22 +8,20 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
-from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos
 from kbot.sim.drive.twist_controller import TwistController
 from kbot.sim.drive.wheel_servos import WheelServos
+from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import speed_limit
-from kbot.sim.joint_control.controllers import JointControl
 from kbot.sim.motion import Motion, WheelOdometry
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.preparation import Prepared
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
-from kbot.sim.robot_joints import NO_CONTROL, JointHost, RobotJoints
+from kbot.sim.robot_joints import JointHost, RobotJoints
 from kbot.text import KbotError
 
 
 class Host(JointHost, Protocol):
-    """The simulation a robot is in."""
+    """The simulation that takes commands, and writes them in its journal."""
 
     def take_command(
         self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
@@ -35,26 +33,12 @@ class Host(JointHost, Protocol):
 class SimulatedRobot(RobotJoints):
     """A robot in a simulation: commands in; motion, joints and links out."""
 
-    def __init__(
-        self,
-        name: str,
-        robot: Robot,
-        drive: DifferentialDrive | NoDrive,
-        settings: DriveSettings | None,
-        timestep: float,
-        host: Host,
-        control: JointControl = NO_CONTROL,
-        naming: Naming = PLAIN,
-    ) -> None:
-        """`settings`: how the robot's own controller drives; None for one that cannot drive. `control`: what
-        commands its other joints. `naming`: where its topics and frames are, by default at the root."""
-        base = drive.base if isinstance(drive, DifferentialDrive) else _base(robot)
+    def __init__(self, prepared: Prepared, host: Host, engine: Engine, timestep: float) -> None:
         self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
-        super().__init__(
-            name, robot, base, host, control, driving_joints(drive), self._slew_steps * timestep, timestep
-        )
+        period = self._slew_steps * timestep
+        super().__init__(prepared, host, engine, period, timestep)
         self._host: Host = host
-        self.naming = naming
+        drive, settings = prepared.drive, prepared.settings
         self.drive = drive
         self._is_driving = False
         self._next_slew = 0
@@ -62,28 +46,32 @@ class SimulatedRobot(RobotJoints):
         self._controller: TwistController | None = None
         self._odometry: WheelOdometry | None = None
         self._reckoned: DifferentialDrive | None = None
-        self._servos: WheelServos | SteeredServos | None = None
+        self._servos = self._servos_of_wheels()
         self.jumps = 0
         """How often it was put elsewhere, by a reset too."""
         if isinstance(drive, DifferentialDrive) and settings is not None:
             reckoned = self._reckoned = settings.reckoned(drive)
-            fastest = min(speed_limit(robot, joint) for joint in drive.joints)
-            period = self._slew_steps * timestep
+            fastest = min(speed_limit(self.robot, joint) for joint in drive.joints)
             self._controller = TwistController(reckoned, settings.limits, fastest, period)
             self._odometry = WheelOdometry(reckoned)
 
-    def bind(self, model: Any, data: Any) -> None:
-        """Look up this robot's places in a compiled model; joints go on as they were told."""
-        super().bind(model, data)
+    def _bind(self) -> None:
+        """Wheels and joints go on as they were told."""
+        super()._bind()
         rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
-        self._servos = None
-        if isinstance(self.drive, SteeredDrive):
-            self._servos = SteeredServos(model, data, self.drive, self.prefix)
-            self._servos.state = rolled or self._servos.state
-        elif isinstance(self.drive, DifferentialDrive):
-            self._servos = WheelServos(model, data, self.drive, self.prefix)
+        self._servos = self._servos_of_wheels()
+        if isinstance(self._servos, SteeredServos) and rolled:
+            self._servos.state = rolled
 
-    def reset(self) -> None:
+    def _servos_of_wheels(self) -> WheelServos | SteeredServos | None:
+        model, data = self._engine.model, self._engine.data
+        if isinstance(self.drive, SteeredDrive):
+            return SteeredServos(model, data, self.drive, self.prefix)
+        if isinstance(self.drive, DifferentialDrive):
+            return WheelServos(model, data, self.drive, self.prefix)
+        return None
+
+    def _reset(self) -> None:
         """Forget commands and odometry; the engine's state is the simulation's to reset. Joints that the
         description's controllers hold are held from here on."""
         if self._controller is not None:
@@ -98,20 +86,20 @@ class SimulatedRobot(RobotJoints):
         self._start_counting_turns()
 
     @property
-    def controller(self) -> TwistController:
-        """The controller of a robot that can drive.
-
-        Raises:
-            KbotError: it cannot; the reason is said.
-        """
-        if self._controller is None:
-            reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
-            raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
-        return self._controller
-
-    @property
     def can_drive(self) -> bool:
         return self._controller is not None
+
+    @property
+    def commanded_twist(self) -> PlanarTwist:
+        """The last command as it came, in the base's frame; zero for a robot that cannot drive."""
+        linear, angular = self._controller.wanted if self._controller is not None else (0.0, 0.0)
+        return PlanarTwist(linear, 0.0, angular)
+
+    @property
+    def slewed_twist(self) -> PlanarTwist:
+        """The commanded twist as it is slewed now."""
+        linear, angular = self._controller.twist if self._controller is not None else (0.0, 0.0)
+        return PlanarTwist(linear, 0.0, angular)
 
     def cmd_vel(self, linear: float, angular: float) -> None:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
@@ -129,13 +117,16 @@ class SimulatedRobot(RobotJoints):
             watchdog = self.settings.watchdog if self.settings is not None else WATCHDOG
         self._host.take_command(self, linear, angular, watchdog)
 
-    def obey(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Take a twist (m/s, rad/s) that holds until the step `deadline`; whether `slew` has to be called.
+    def _obey(self, linear: float, angular: float, deadline: int | None) -> bool:
+        """Take a twist (m/s, rad/s) that holds until the step `deadline`; whether `_slew` has to be called.
 
         Raises:
-            KbotError: the robot cannot drive, or a number is not finite.
+            KbotError: the robot cannot drive; the reason is said.
         """
-        controller = self._controller or self.controller
+        controller = self._controller
+        if controller is None:
+            reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
+            raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
         if controller.wanted == (linear, angular):
             controller.deadline = deadline
         elif controller.command(linear, angular, deadline):
@@ -143,11 +134,11 @@ class SimulatedRobot(RobotJoints):
         return self._is_driving
 
     @property
-    def is_slewing(self) -> bool:
-        """Whether `slew` has to be called."""
-        return self._is_driving or self.joint_servos.is_active
+    def _is_slewing(self) -> bool:
+        """Whether `_slew` has to be called."""
+        return self._is_driving or self._joint_servos.is_active
 
-    def slew(self, step: int) -> int:
+    def _slew(self, step: int) -> int:
         """Hand wheels and joints their next commands when that is due; steps until it is due again, 0 when
         they have what was commanded."""
         if step >= self._next_slew:
@@ -155,14 +146,14 @@ class SimulatedRobot(RobotJoints):
                 left, right, settled = self._controller.advance()
                 self._servos.command(left, right)
                 self._is_driving = not settled
-            if self.joint_servos.is_active:
-                self.joint_servos.advance(step)
+            if self._joint_servos.is_active:
+                self._joint_servos.advance(step)
             elif not self._is_driving:
                 return 0
             self._next_slew = step + self._slew_steps
         return self._next_slew - step
 
-    def tick(self, step: int) -> bool:
+    def _tick(self, step: int) -> bool:
         """Called every control period: reckon odometry, keep the servos from winding up, and drop a
         command that has grown old. Returns whether there is a new twist to slew to."""
         if self.root_qpos >= 0:
@@ -172,7 +163,7 @@ class SimulatedRobot(RobotJoints):
             return False
         odometry.update(*servos.roll())
         if controller.deadline is not None and step >= controller.deadline:
-            return self.obey(0.0, 0.0, None)
+            return self._obey(0.0, 0.0, None)
         return False
 
     # what can be read
@@ -199,57 +190,45 @@ class SimulatedRobot(RobotJoints):
         if self._servos is not None:
             self._servos.settle()
 
-    def take_over(self, other: SimulatedRobot) -> None:
+    def _take_over(self, other: SimulatedRobot) -> None:
         """Go on as another robot did: its odometry and what it was told. Joints have been set before."""
         if self._odometry is not None and self._servos is not None:
             self._servos.settle()
             self._odometry.start_at(other.odometry.pose, *self._servos.angles())
         mine, theirs = self._controller, other._controller
         if mine is not None and theirs is not None:
-            self.obey(*theirs.target, theirs.deadline)
-        self.joint_servos.restore(other.joint_servos.save())
+            self._obey(*theirs.target, theirs.deadline)
+        self._joint_servos.restore(other._joint_servos.save())
 
-    def set_back(self, steps: int) -> None:
+    def _set_back(self, steps: int) -> None:
         """Let what is due come so many steps earlier, for time itself was set back by as much."""
         self._next_slew -= steps
-        self.joint_servos.set_back(steps)
+        self._joint_servos.set_back(steps)
         if self._controller is not None and self._controller.deadline is not None:
             self._controller.deadline -= steps
 
-    def restart_odometry(self) -> None:
+    def _restart_odometry(self) -> None:
         """Reckon from zero, from where the robot and its wheels are now."""
         if self._odometry is not None and self._servos is not None:
             self._odometry.reset(*self._servos.angles())
 
-    def save(self) -> tuple[Any, ...]:
+    def _save(self) -> tuple[Any, ...]:
         """What a saved state holds beside the engine's own."""
         controller = self._controller
         commanded = controller.save() if controller else None
         odometry = self._odometry.state if self._odometry else None
         slewing = self._is_driving, self._next_slew
         rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
-        return commanded, slewing, odometry, self._turns, self._is_left, self.joint_servos.save(), rolled
+        return commanded, slewing, odometry, self._turns, self._is_left, self._joint_servos.save(), rolled
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
-        """Take back what `save` gave; the engine's own state has been restored before."""
+    def _restore(self, saved: tuple[Any, ...]) -> None:
+        """Take back what `_save` gave; the engine's own state has been restored before."""
         commanded, slewing, odometry, self._turns, self._is_left, told, rolled = saved
         self._is_driving, self._next_slew = slewing
         if self._controller is not None and commanded is not None:
             self._controller.restore(commanded)
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
-        self.joint_servos.restore(told)
+        self._joint_servos.restore(told)
         if isinstance(self._servos, SteeredServos):
             self._servos.state = rolled
-
-
-def driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
-    """The joints that the drive moves, those that steer too."""
-    if isinstance(drive, SteeredDrive):
-        return (*drive.joints, *(wheel.joint for wheel in drive.steering))
-    return drive.joints if isinstance(drive, DifferentialDrive) else ()
-
-
-def _base(robot: Robot) -> str:
-    """The frame that stands for a robot without wheels."""
-    return "base_footprint" if "base_footprint" in robot.links else robot.root

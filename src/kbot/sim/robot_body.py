@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -11,33 +10,28 @@ import numpy as np
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
 from kbot.sim.engine.arrays import numbers
+from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
 from kbot.sim.engine.joints import rest
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.motion import Motion
+from kbot.sim.preparation import Prepared
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
-class Frames(Protocol):
-    """Who keeps the engine's frames."""
-
-    def refresh(self) -> None:
-        """Bring the engine's frames up to the positions of now."""
-        ...
-
-
 class RobotBody:
-    """What of a robot is in the engine. `base` is the link whose motion on the plane is spoken of."""
+    """What of a robot is in the engine, where it stands already."""
 
-    def __init__(self, name: str, robot: Robot, base: str, frames: Frames) -> None:
-        self.name = name
-        self.robot = robot
-        self.base = base
-        self._frames = frames
-        self.base_from_root = FrameTree(robot).pose(robot.root, base)
+    def __init__(self, prepared: Prepared, engine: Engine) -> None:
+        robot = self.robot = prepared.robot
+        self.naming = prepared.naming
+        self.name = prepared.naming.name
+        self.base = prepared.base
+        """The link whose motion on the plane is spoken of."""
+        self._engine = engine
+        self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
         """Fixed, for the base hangs rigidly on the root."""
         held = held_joints(robot)
         self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
@@ -45,10 +39,14 @@ class RobotBody:
         self._no_speed = dict.fromkeys(self.held, 0.0)
         self._turns = 0
         self._is_left = True
+        self._find_places()
 
-    def bind(self, model: Any, data: Any) -> None:
-        """Look up this robot's places in a compiled model."""
-        self._model, self._data = model, data
+    def _bind(self) -> None:
+        """Go on in the engine's model, which is new."""
+        self._find_places()
+
+    def _find_places(self) -> None:
+        model, data = self._engine.model, self._engine.data
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._force = numbers(data.qfrc_actuator)
         body, joint = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
@@ -104,8 +102,8 @@ class RobotBody:
 
     def link_pose(self, link: str) -> Transform:
         """`world_from_link`. Raises KbotError for a link that the robot does not have."""
-        self._frames.refresh()
-        return body_pose(self._data, self.body(link))
+        self._engine.refresh()
+        return body_pose(self._engine.data, self.body(link))
 
     def link_poses(self) -> dict[str, Transform]:
         """`world_from_link` of every link."""
@@ -113,10 +111,10 @@ class RobotBody:
 
     def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
-        self._frames.refresh()
+        self._engine.refresh()
         velocity = np.zeros(6)
         kind = mujoco.mjtObj.mjOBJ_XBODY
-        mujoco.mj_objectVelocity(self._model, self._data, kind, self.body(link), velocity, 1)
+        mujoco.mj_objectVelocity(self._engine.model, self._engine.data, kind, self.body(link), velocity, 1)
         wx, wy, wz, x, y, z = velocity.tolist()
         return (wx, wy, wz), (x, y, z)
 

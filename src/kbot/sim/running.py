@@ -12,18 +12,19 @@ import numpy as np
 from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
+from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import SimulationDiverged, diverged
-from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_finite, is_within, shortened
+from kbot.sim.engine.engine import Engine
+from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.topics import RobotTopics
 from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
 from kbot.world import World
 
 COMINGS = frozenset({"delete_model", "spawn_model", "spawn_sdf", "spawn_thing"})
 _WHOLE = (int, np.integer)
 _MOST_STEPS = 10**14
-FOREVER = 1 << 62
-"""A step that never comes."""
 
 
 class Running:
@@ -33,24 +34,21 @@ class Running:
     speed or a disturbance is due, so that how a run is cut into calls does not change it.
     """
 
-    robots: dict[str, SimulatedRobot]
-    """All robots by name, the first being the one that the simulation's own methods speak of."""
-    _model: Any
-    _data: Any
-    _qvel: Any
-    _topics: dict[str, RobotTopics]
-
-    def __init__(self, world: World, seed: int, timestep: float) -> None:
-        if not (is_finite(timestep) and 1e-5 <= timestep <= 0.02):
-            raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
-        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-            raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
-        self.built = self.world = world
+    def __init__(self, engine: Engine, seed: int, timestep: float) -> None:
+        self._engine = engine
+        self.built = self.world
+        """The world as it was at first."""
         self.seed = seed
         self.timestep = timestep
         self.clock = Clock()
         self.bus = Bus()
         self.random = np.random.default_rng(seed)
+        self.robots: dict[str, SimulatedRobot] = {}
+        """All robots by name, the first being the one that the simulation's own methods speak of."""
+        self._topics: dict[str, RobotTopics] = {}
+        self.lost_commands = 0.0
+        """Share of the commands from outside that are lost, as a fault has it."""
+        self._disturbances = Disturbances(self, engine)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
         self.noted = 0
@@ -66,14 +64,27 @@ class Running:
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
         self._step_ns = timestep * 1e9
         self._slewing: list[SimulatedRobot] = []
-        self._steps, self._fresh = 0, -1
+        self._steps = 0
+        self._failure: SimulationDiverged | None = None
         self._inside = ""
         """What the first robot starts inside of, as it should not."""
         self._seen = -1
         self._heard: list[RobotTopics] = []
         """Those of the robots' topics that somebody listens to, as of the bus's change `_seen`."""
-        self._due = FOREVER
-        """The next step at which a disturbance begins or ends."""
+
+    @property
+    def world(self) -> World:
+        """The world as it is, with what came and without what went."""
+        return self._engine.assembly.world
+
+    def named(self, name: str | None = None) -> SimulatedRobot:
+        """A robot by name, the first for None. Raises KbotError when there is no such robot."""
+        if name is None:
+            return next(iter(self.robots.values()))
+        if not isinstance(name, str) or name not in self.robots:
+            hint = did_you_mean(str(name), self.robots) or f"there are {', '.join(self.robots)}"
+            raise KbotError(f"there is no robot {shortened(name)}: {hint}")
+        return self.robots[name]
 
     @property
     def time(self) -> float:
@@ -117,14 +128,15 @@ class Running:
             raise self._failure
         if self.clock.next_due != self._planned_due:
             self._plan_stop()
-        model, data, mj_step = self._model, self._data, mujoco.mj_step
+        engine, mj_step = self._engine, mujoco.mj_step
         while n > 0:
             count = self._next_stop - self._steps
             if count > n:
                 count = n
             if self._slewing:
                 count = min(count, self._slew())
-            mj_step(model, data, count)
+            mj_step(engine.model, engine.data, count)
+            engine.is_fresh = False
             self._steps += count
             n -= count
             if self._steps == self._next_stop:
@@ -161,35 +173,22 @@ class Running:
 
     def engine(self) -> tuple[Any, Any]:
         """The engine's model and data with frames as of now, for what measures in them; not to be changed."""
-        self.refresh()
-        return self._model, self._data
-
-    def refresh(self) -> None:
-        """Bring the engine's frames up to the positions of now; a step leaves them one behind."""
-        if self._fresh != self._steps:
-            mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            mujoco.mj_comVel(self._model, self._data)
-            self._fresh = self._steps
+        self._engine.refresh()
+        return self._engine.model, self._engine.data
 
     def frames_are_old(self) -> None:
         """To be called when something was moved other than by a step."""
-        self._fresh = -1
-
-    def _disturb(self) -> None:
-        """Begin and end the disturbances that are due, and find out when the next is."""
-
-    def _jump(self) -> None:
-        """Let those disturbances act that belong to this step, after a jump in time."""
+        self._engine.is_fresh = False
 
     def _start_at(self, steps: int) -> None:
+        """Go on from here as if this were that step."""
         self._steps = steps
-        self._failure: SimulationDiverged | None = None
+        self._failure = None
         self._next_tick = (steps // self._tick_steps + 1) * self._tick_steps
-        self._slewing = [robot for robot in self.robots.values() if robot.is_slewing]
-        self._fresh = -1
+        self._slewing = [robot for robot in self.robots.values() if robot._is_slewing]
+        self.frames_are_old()
         self.clock.set(round(steps * self._step_ns))
-        self._jump()
+        self._disturbances.jump()
         self._plan_stop()
 
     def _plan_stop(self) -> None:
@@ -199,19 +198,19 @@ class Running:
         if self._planned_due < NEVER:
             due = math.ceil(self._planned_due / self._step_ns - 1e-6)
             self._next_stop = min(self._next_tick, max(due, self._steps + 1))
-        if self._due < self._next_stop:
-            self._next_stop = max(self._due, self._steps + 1)
+        if self._disturbances.due < self._next_stop:
+            self._next_stop = max(self._disturbances.due, self._steps + 1)
 
     def _stop(self) -> None:
         """Do what is due at this step."""
         # false for NaN too; numpy's own dot warns where it overflows
-        if not mujoco.mju_norm(self._qvel) < FASTEST:
+        if not mujoco.mju_norm(self._engine.qvel) < FASTEST:
             self._fail()
         if self._steps == self._next_tick:
             self._next_tick += self._tick_steps
             for robot in self.robots.values():
-                if robot.tick(self._steps) and robot not in self._slewing:
-                    self._slewing.append(robot)
+                if robot._tick(self._steps):
+                    self._serve(robot)
             if self.bus.changes != self._seen:
                 self._seen = self.bus.changes
                 self._heard = [topics for topics in self._topics.values() if topics.find_listeners()]
@@ -221,15 +220,20 @@ class Running:
                     topics.publish(self.clock)
         if self._planned_due < NEVER:
             self.clock.advance_to(round(self._steps * self._step_ns))
-        if self._steps >= self._due:
-            self._disturb()
+        if self._steps >= self._disturbances.due:
+            self._disturbances.bring_up()
         self._plan_stop()
 
     def _fail(self) -> None:
         # at the end of the control period before, it was looked at too
         last = (self._steps - 1) // self._tick_steps * self._tick_steps * self.timestep
         self._failure = diverged(
-            self._model, self._data, list(self.robots.values()), self.time, last, self._inside
+            self._engine.model,
+            self._engine.data,
+            list(self.robots.values()),
+            self.time,
+            last,
+            self._inside,
         )
         raise self._failure
 
@@ -237,14 +241,14 @@ class Running:
         """Serve the robots that follow a new command; steps until the next of them is due."""
         wait = self._tick_steps
         for robot in tuple(self._slewing):
-            due = robot.slew(self._steps)
+            due = robot._slew(self._steps)
             if due:
                 wait = min(wait, due)
             else:
                 self._slewing.remove(robot)
         return wait
 
-    def serve(self, robot: SimulatedRobot) -> None:
+    def _serve(self, robot: SimulatedRobot) -> None:
         """Call a robot's `slew` when it is due, from now on."""
         if robot not in self._slewing:
             self._slewing.append(robot)

@@ -7,7 +7,6 @@ from typing import Protocol, TypeVar
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
@@ -15,7 +14,9 @@ from kbot.kinematics.transform import Transform
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
+from kbot.sim.attached import Attached
 from kbot.sim.carry_over import go_on_as
+from kbot.sim.disturbed import Disturbed
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.joint_control.kinds import Interface
@@ -23,8 +24,9 @@ from kbot.sim.models import Models
 from kbot.sim.motion import Motion
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.numbers import shortened
-from kbot.sim.population import Setup, read_robot
+from kbot.sim.preparation import read_robot
 from kbot.sim.recipe import Contacts
+from kbot.sim.setup import Setup
 from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -41,7 +43,7 @@ class Mountable(Protocol[S_co]):
     def mount(self, simulation: Simulation) -> S_co: ...
 
 
-class Simulation(Models):
+class Simulation(Models, Attached, Disturbed):
     """A robot in a world, and others that may join it.
 
     Time passes only in `step` and `run`; the same robot, world, seed and commands give the same bytes.
@@ -81,19 +83,20 @@ class Simulation(Models):
 
     def reset_world(self) -> None:
         """As `reset`, but time and what is random go on."""
-        time = self._data.time
+        time = self._engine.data.time
         self._back_to_start()
-        self._data.time = time
+        self._engine.data.time = time
         self._start_at(self._steps)
         self._note("reset_world")
 
     def reset_time(self) -> None:
         """Time is 0 again and everything else goes on as it was; faults come again at their times."""
         steps = self._steps
-        self._data.time = 0.0
-        self._pushes[:] = [push._replace(until=push.until - steps) for push in self._pushes]
+        self._engine.data.time = 0.0
+        pushes = self._disturbances.pushes
+        self._disturbances.pushes = tuple(push._replace(until=push.until - steps) for push in pushes)
         for robot in self.robots.values():
-            robot.set_back(steps)
+            robot._set_back(steps)
         self._start_at(0)
         self._note("reset_time", after=steps)
 
@@ -106,10 +109,11 @@ class Simulation(Models):
         Raises:
             DescriptionError: the changed robot cannot be simulated; this one is left as it is.
         """
+        limits, naming = self._setup.limits, self._setup.naming
         other = Simulation(
-            robot, self.world, self.seed, self.timestep, self.contacts, self._limits, self.start, self._naming
+            robot, self.world, self.seed, self.timestep, self.contacts, limits, self.start, naming
         )
-        go_on_as(other, self)
+        other._attach_again(go_on_as(other, self))
         other.changes[:] = self.changes
         other._start_at(self._steps)
         return other
@@ -139,7 +143,8 @@ class Simulation(Models):
         """
         held = self.named(robot)
         held.dof(joint)
-        held.take_joint_command({joint: position}, Interface.POSITION)
+        held._command_joints({joint: position}, Interface.POSITION)
+        self._serve(held)
         self._note("set_joint", joint=joint, position=float(position), robot=robot)
 
     def release_joint(self, joint: str, robot: str | None = None) -> None:
@@ -161,8 +166,7 @@ class Simulation(Models):
     @property
     def twist(self) -> PlanarTwist:
         """The commanded twist as it is slewed now."""
-        linear, angular = self._robot.controller.twist if self._robot.can_drive else (0.0, 0.0)
-        return PlanarTwist(linear, 0.0, angular)
+        return self._robot.slewed_twist
 
     @property
     def odometry(self) -> Motion:
@@ -206,8 +210,8 @@ class Simulation(Models):
 
     def body_poses(self) -> dict[str, Transform]:
         """`world_from_body` of those bodies of the world that can move."""
-        self.refresh()
-        return {name: body_pose(self._data, index) for name, index in self._moving.items()}
+        _, data = self.engine()
+        return {name: body_pose(data, index) for name, index in self._engine.moving.items()}
 
     def add_sensor(self, sensor: Mountable[S]) -> S:
         """Mount a sensor, as those of kbot.sensors are; returns what it is read by.
@@ -223,13 +227,14 @@ class Simulation(Models):
 
     def state(self) -> State:
         """Everything that what follows depends on."""
+        model, data = self._engine.model, self._engine.data
         return State(
             self._steps,
-            self._vector(),
-            copy_engine(self._model, self._data),
-            {name: robot.save() for name, robot in self.robots.items()},
-            tuple(self._pushes),
-            self._assembly.welds,
+            read_engine(model, data),
+            copy_engine(model, data),
+            {name: robot._save() for name, robot in self.robots.items()},
+            self._disturbances.pushes,
+            self._engine.assembly.welds,
             dict(self.random.bit_generator.state),
             self.built,
             self.world,
@@ -246,7 +251,7 @@ class Simulation(Models):
         """
         if not isinstance(state, State):
             raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
-        assembly, before = self._assembly, self._steps
+        assembly, before = self._engine.assembly, self._steps
         is_own = state.built is self.built and set(state.robots) == set(self.robots)
         if is_own and state.world is not assembly.world:
             assembly = assembly.with_world(state.world)
@@ -255,12 +260,12 @@ class Simulation(Models):
         size = len(read_engine(assembly.model, assembly.data))
         if set(state.robots) != set(self.robots) or len(state.vector) != size:
             raise KbotError("the state is that of another robot or world")
-        if assembly is not self._assembly:
+        if assembly is not self._engine.assembly:
             self._use(assembly)
-        restore_engine(self._model, self._data, state.engine)
+        restore_engine(self._engine.model, self._engine.data, state.engine)
         for name, robot in self.robots.items():
-            robot.restore(state.robots[name])
-        self._pushes[:] = state.pushes
+            robot._restore(state.robots[name])
+        self._disturbances.pushes = state.pushes
         self.random.bit_generator.state = state.random
         self.changes[:] = state.changes
         self._start_at(state.steps)
@@ -268,18 +273,15 @@ class Simulation(Models):
 
     def state_sha256(self) -> str:
         """Digest of the engine's state; equal runs have equal ones."""
-        return digest(self._vector())
+        return digest(read_engine(self._engine.model, self._engine.data))
 
     def _back_to_start(self) -> None:
-        self._take_apart()
-        mujoco.mj_resetData(self._model, self._data)
-        self._pushes.clear()
+        if self.attachments:
+            self._use(self._engine.assembly.with_welds(()))
+        mujoco.mj_resetData(self._engine.model, self._engine.data)
+        self._disturbances.pushes = ()
         for robot in self.robots.values():
-            self._put_joints(robot)
-            robot.reset()
-
-    def _vector(self) -> NDArray[np.float64]:
-        return read_engine(self._model, self._data)
+            self._restart(robot)
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.sim.disturbances import Push
 from kbot.sim.engine.welds import Weld
-from kbot.sim.pushes import Push
 from kbot.text import KbotError
 from kbot.world import World
 

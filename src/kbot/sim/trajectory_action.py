@@ -120,7 +120,7 @@ class TrajectoryAction:
             self._say_status()
 
     def _follow(self, active: _Active, now: int) -> None:
-        goal, servos = active.goal, self._robot.joint_servos
+        goal, servos = active.goal, self._robot._joint_servos
         passed = (now - active.start) / NANOSECONDS
         is_over = passed > goal.seconds - 1e-6
         desired = self._last(goal) if is_over else servos.desired(goal.joints, now / NANOSECONDS)

@@ -131,7 +131,7 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
         return ()
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
-    from kbot.sim.population import controller_findings
+    from kbot.sim.preparation import controller_findings
 
     spawned = [(staged.path, staged.arguments, staged.controllers)]
     spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]

@@ -8,7 +8,6 @@ from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.sim.drive.rate_limiter import RateLimiter
-from kbot.sim.numbers import is_finite
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
 from kbot.text import KbotError
 
@@ -86,13 +85,7 @@ class TwistController:
         ) = saved  # fmt: skip
 
     def command(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Take a command, within the limits; whether there is something to slew to.
-
-        Raises:
-            KbotError: a number that is not finite.
-        """
-        if not (is_finite(linear) and is_finite(angular)):
-            raise KbotError(f"a speed command is two finite numbers, not {linear!r}, {angular!r}")
+        """Take a command of finite numbers, within the limits; whether there is something to slew to."""
         v = min(max(linear, -self._back), self.limits.linear_velocity)
         w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius

@@ -168,8 +168,8 @@ class Driving:
     @property
     def _commanded(self) -> tuple[float, float]:
         """m/s forward and rad/s turning that the robot is asked for."""
-        robot = self._sim.named()
-        return robot.controller.wanted if robot.can_drive else (0.0, 0.0)
+        twist = self._sim.named().commanded_twist
+        return twist.x, twist.yaw
 
     def _other_links(self) -> Iterator[Transform]:
         for name in other_robots(self._sim):

@@ -1,0 +1,103 @@
+"""What a description makes of a robot before it is put into a simulation: its drive, controllers and plan."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.steered_drive import SteeredDrive, find_base
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.model.load import load_robot
+from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_settings
+from kbot.sim.drive.twist_controller import DriveLimits
+from kbot.sim.engine.inertia import drive_with_masses
+from kbot.sim.engine.robot_builder import RobotPlan
+from kbot.sim.joint_control.controllers import JointControl, joint_control, spawned_for
+from kbot.sim.naming import Naming
+from kbot.sim.numbers import shortened
+from kbot.sim.recipe import Contacts
+from kbot.text import Diagnostic, KbotError
+from kbot.world.findings import Findings
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Prepared:
+    """`settings`: how the robot's own controller drives, None for one that cannot drive; `control`: what
+    commands its other joints; `plan`: what the engine is given; `findings`: what is wrong with its drive and
+    controllers."""
+
+    robot: Robot
+    naming: Naming
+    drive: DifferentialDrive | NoDrive
+    settings: DriveSettings | None
+    control: JointControl
+    plan: RobotPlan
+    findings: tuple[Diagnostic, ...]
+
+    @property
+    def base(self) -> str:
+        """The link whose motion on the plane is spoken of."""
+        if isinstance(self.drive, DifferentialDrive):
+            return self.drive.base
+        return "base_footprint" if "base_footprint" in self.robot.links else self.robot.root
+
+    @property
+    def driving(self) -> tuple[str, ...]:
+        """The joints that the drive moves, those that steer too."""
+        return _driving_joints(self.drive)
+
+
+def prepare(
+    robot: Robot, naming: Naming, pose: PlanarPose, limits: DriveLimits | None, contacts: Contacts
+) -> Prepared:
+    """A robot that is called `naming` and begins at a pose in the world; `limits` stand in for those of its
+    own controller."""
+    drive = drive_with_masses(robot, _base(robot))
+    findings = Findings()
+    check_named_joints(robot, findings)
+    settings: DriveSettings | None = None
+    if isinstance(drive, DifferentialDrive):
+        settings = drive_settings(robot, drive, findings, naming)
+        if limits is not None:
+            settings = dataclasses.replace(settings, limits=limits)
+    name = naming.name
+    # topics that gz names by the model bear its name in the world
+    control = joint_control(dataclasses.replace(robot, name=name), _driving_joints(drive), findings, naming)
+    place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+    torque = settings.torque if settings is not None else None
+    plan = RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
+    return Prepared(robot, naming, drive, settings, control, plan, tuple(findings.diagnostics))
+
+
+def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
+    """What is wrong with the controllers of a robot, before it is simulated."""
+    findings = Findings()
+    joint_control(robot, _driving_joints(_base(robot)), findings)
+    return tuple(findings.diagnostics)
+
+
+def read_robot(robot: object) -> Robot:
+    """A robot, or that of a file. Raises KbotError, or DescriptionError with all that is wrong in it."""
+    if isinstance(robot, Robot):
+        return robot
+    if isinstance(robot, str | os.PathLike):
+        return load_robot(robot).require()
+    raise KbotError(
+        f"a robot, or the file of one, is simulated, not {shortened(robot)}: kbot.load(FILE) reads one"
+    )
+
+
+def _base(robot: Robot) -> DifferentialDrive | NoDrive:
+    """What drives a robot, unless a launch has its wheels commanded one by one."""
+    drive = find_base(robot)
+    reason = spawned_for(robot, _driving_joints(drive))
+    return NoDrive(reason) if reason else drive
+
+
+def _driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
+    if isinstance(drive, SteeredDrive):
+        return (*drive.joints, *(wheel.joint for wheel in drive.steering))
+    return drive.joints if isinstance(drive, DifferentialDrive) else ()
