@@ -35,10 +35,12 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another place a finding speaks of."""
+    """Another place a finding speaks of; with `is_told` its message says where that is, so that in a text it
+    need not be said again."""
 
     message: str
     origin: Origin
+    is_told: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,16 +72,17 @@ def _late_declaration(source: Source, reason: str, told: _Told) -> _Told | None:
 def _mismatched(source: Source, offset: int, opened: Sequence[Element]) -> _Told:
     data, inner = source.data, opened[-1]
     name = _word(data, offset)
+    here = _opening(inner)
     if all(element.tag != name for element in opened):
         near = did_you_mean(name, [inner.tag])
         hint = f"write </{inner.tag}>" if near else f"take </{name}> away, or write <{name}> where it begins"
-        return _Told(f"</{name}> closes nothing: open here is {_where(inner)}", hint)
+        return _Told(f"</{name}> closes nothing: open here is {_where(inner)}", hint, here)
     after = data[data.find(b">", offset) + 1 :].lstrip()
     if after.startswith(b"</" + inner.tag.encode()):
         hint = f"what is opened last is closed first: write </{inner.tag}></{name}>"
     else:
         hint = f"write </{inner.tag}> where it ends, or <{inner.tag} …/> where it holds nothing"
-    return _Told(f"{_where(inner)}, is not closed; here </{name}> closes something else", hint)
+    return _Told(f"{_where(inner)}, is not closed; here </{name}> closes something else", hint, here)
 
 
 def _ends_early(opened: Sequence[Element]) -> _Told:
@@ -89,7 +90,7 @@ def _ends_early(opened: Sequence[Element]) -> _Told:
         return _Told("there is no element in the file", _A_ROBOT)
     closing = "".join(f"</{element.tag}>" for element in reversed(opened[-4:]))
     inner = opened[-1]
-    return _Told(f"{_where(inner)}, is not closed: the file ends", f"write {closing}")
+    return _Told(f"{_where(inner)}, is not closed: the file ends", f"write {closing}", _opening(inner))
 
 
 def _invalid(source: Source, offset: int) -> _Told:
@@ -174,6 +175,10 @@ def _other(source: Source, offset: int, reason: str) -> _Told:
     if reason == "syntax error":
         return _Told("an element is to begin here", _A_ROBOT)
     return _Told(reason)
+
+
+def _opening(element: Element) -> tuple[Related, ...]:
+    return (Related(f"<{element.tag}> is opened", element.origin, is_told=True),)
 
 
 def _where(element: Element) -> str:

@@ -80,12 +80,13 @@ class _Text:
             f"{self._paint(where, '1')}{severity} {_clean(diagnostic.message)} "
             f"{self._paint(f'[{diagnostic.code}]', '2')}"
         ]
-        spans = [o.span for o in (diagnostic.origin, *(r.origin for r in diagnostic.related)) if o]
+        others = [one for one in diagnostic.related if not one.is_told]
+        spans = [o.span for o in (diagnostic.origin, *(r.origin for r in others)) if o]
         margin = max((len(str(span.line)) for span in spans), default=1) + 1
         if diagnostic.origin:
             lines += self._frame(diagnostic.origin.span, margin, tone)
             lines += self._stack(diagnostic.origin, margin)
-        for related in diagnostic.related:
+        for related in others:
             lines += self._note(margin, f"{related.origin}: {related.message}")
             lines += self._frame(related.origin.span, margin, _COLORS[Severity.INFO])
         if diagnostic.hint:
