@@ -1,41 +1,30 @@
-"""Shapes a link is made of. Metres; each shape is centred on its own pose, as in URDF."""
+"""Shapes a link is made of, and where they are written. Metres; each is centred on its own pose."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kbot.model import primitives
 from kbot.text import Origin
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
-    """Edge lengths along x, y, z."""
-
-    size: tuple[float, float, float]
+class Box(primitives.Box):
     origin: Origin
 
 
 @dataclass(frozen=True, slots=True)
-class Cylinder:
-    """Along z."""
-
-    radius: float
-    length: float
+class Cylinder(primitives.Cylinder):
     origin: Origin
 
 
 @dataclass(frozen=True, slots=True)
-class Sphere:
-    radius: float
+class Sphere(primitives.Sphere):
     origin: Origin
 
 
 @dataclass(frozen=True, slots=True)
-class Capsule:
-    """Along z; `length` is that of the cylinder between the half spheres."""
-
-    radius: float
-    length: float
+class Capsule(primitives.Capsule):
     origin: Origin
 
 

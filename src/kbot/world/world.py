@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
+from kbot.model.primitives import Box as Box
+from kbot.model.primitives import Capsule as Capsule
+from kbot.model.primitives import Cylinder as Cylinder
+from kbot.model.primitives import Sphere as Sphere
 from kbot.text import Diagnostic, Origin
 from kbot.world.georeference import Georeference
 from kbot.world.joints import Joint, Loop
@@ -23,34 +27,6 @@ class Plane:
     """z = 0 of its pose, solid below; without end. `size` (x, y in m) is what a picture shows of it."""
 
     size: tuple[float, float] = (40.0, 40.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """Edge lengths along x, y, z in metres, centred."""
-
-    size: tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Cylinder:
-    """Along z, centred; metres."""
-
-    radius: float
-    length: float
-
-
-@dataclass(frozen=True, slots=True)
-class Sphere:
-    radius: float
-
-
-@dataclass(frozen=True, slots=True)
-class Capsule:
-    """Along z, centred; `length` is that of the cylinder between the half spheres."""
-
-    radius: float
-    length: float
 
 
 @dataclass(frozen=True, slots=True)

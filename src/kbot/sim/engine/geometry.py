@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from kbot.model import Geometry, Mesh
 from kbot.model.meshes import load_mesh
 from kbot.sim.engine.placing import TERRAIN_GROUP
 from kbot.text import KbotError
@@ -54,13 +54,13 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
 
 def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
     match shape:
-        case Box(size=(x, y, z)) | w.Box(size=(x, y, z)):
+        case w.Box(size=(x, y, z)):
             return _TYPE.mjGEOM_BOX, (x / 2, y / 2, z / 2)
-        case Cylinder(radius=radius, length=length) | w.Cylinder(radius=radius, length=length):
+        case w.Cylinder(radius=radius, length=length):
             return _TYPE.mjGEOM_CYLINDER, (radius, length / 2)
-        case Sphere(radius=radius) | w.Sphere(radius=radius):
+        case w.Sphere(radius=radius):
             return _TYPE.mjGEOM_SPHERE, (radius,)
-        case Capsule(radius=radius, length=length) | w.Capsule(radius=radius, length=length):
+        case w.Capsule(radius=radius, length=length):
             return _TYPE.mjGEOM_CAPSULE, (radius, length / 2)
         case w.Ellipsoid(radii=radii):
             return _TYPE.mjGEOM_ELLIPSOID, radii

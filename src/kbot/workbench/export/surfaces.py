@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Box, Capsule, Cylinder, Geometry, Link, Mesh, Robot, Sphere
+from kbot.model import Geometry, Link, Mesh, Robot
 from kbot.model.meshes import MeshPart, Texture, load_mesh
 from kbot.text import KbotError
 from kbot.workbench.scene.world_view import height_field_triangles, is_the_ground
@@ -65,13 +65,13 @@ def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
     from trimesh import creation
 
     match shape:
-        case Box(size=size) | things.Box(size=size):
+        case things.Box(size=size):
             made = creation.box(size)
-        case Cylinder(radius=radius, length=length) | things.Cylinder(radius=radius, length=length):
+        case things.Cylinder(radius=radius, length=length):
             made = creation.cylinder(radius=radius, height=length, sections=AROUND)
-        case Sphere(radius=radius) | things.Sphere(radius=radius):
+        case things.Sphere(radius=radius):
             made = creation.uv_sphere(radius=radius, count=[AROUND // 2, AROUND])
-        case Capsule(radius=radius, length=length) | things.Capsule(radius=radius, length=length):
+        case things.Capsule(radius=radius, length=length):
             made = creation.capsule(height=length, radius=radius, count=[AROUND, AROUND // 2])
         case things.Ellipsoid(radii=radii):
             made = creation.uv_sphere(radius=1.0, count=[AROUND // 2, AROUND]).apply_scale(radii)

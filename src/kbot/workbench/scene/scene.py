@@ -29,7 +29,7 @@ from kbot.model.shapes import bounds, tensor
 from kbot.text import KbotError
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
-from kbot.workbench.scene.world_view import world_view
+from kbot.workbench.scene.world_view import kind_and_size, world_view
 from kbot.workbench.source.places import place
 from kbot.world.sdf.materials import link_colours
 from kbot.world.world import Rgba, World
@@ -136,14 +136,8 @@ def _shapes(
         kind: ShapeKind
         size: tuple[float, ...]
         match shape:
-            case Box(size=size):
-                kind = "box"
-            case Cylinder(radius=radius, length=length):
-                kind, size = "cylinder", (radius, length)
-            case Sphere(radius=radius):
-                kind, size = "sphere", (radius,)
-            case Capsule(radius=radius, length=length):
-                kind, size = "capsule", (radius, length)
+            case Box() | Cylinder() | Sphere() | Capsule():
+                kind, size = kind_and_size(shape)
             case Mesh(path=None):
                 continue
             case Mesh(path=path, scale=scale):

@@ -56,14 +56,8 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
                 if is_the_ground(body, part):
                     continue
                 kind, size = "box", (*shape.size, 1e-4)
-            case Box(size=size):
-                kind = "box"
-            case Cylinder(radius=radius, length=length):
-                kind, size = "cylinder", (radius, length)
-            case Sphere(radius=radius):
-                kind, size = "sphere", (radius,)
-            case Capsule(radius=radius, length=length):
-                kind, size = "capsule", (radius, length)
+            case Box() | Cylinder() | Sphere() | Capsule():
+                kind, size = kind_and_size(shape)
             case Ellipsoid(radii=size):
                 kind = "ellipsoid"
             case Mesh(vertices=vertices, faces=faces):
@@ -83,6 +77,19 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
             mesh,
             place(part.origin),
         )
+
+
+def kind_and_size(shape: Box | Cylinder | Sphere | Capsule) -> tuple[ShapeKind, tuple[float, ...]]:
+    """What the page calls a shape, of a world or of a robot, and its numbers in metres."""
+    match shape:
+        case Box(size=size):
+            return "box", size
+        case Cylinder(radius=radius, length=length):
+            return "cylinder", (radius, length)
+        case Capsule(radius=radius, length=length):
+            return "capsule", (radius, length)
+        case Sphere(radius=radius):
+            return "sphere", (radius,)
 
 
 def is_the_ground(body: Body, part: Part) -> bool:
