@@ -14,9 +14,10 @@ export const grid: Make = (picture) => {
   group.matrixAutoUpdate = false;
   let set: Values = {};
   let isShown = false;
+  const rule = (): void => picture.ground.rule(group, isShown && Number(set["count"]) === 0, Number(set["cell"]), String(set["colour"]), Number(set["alpha"]));
   const draw = (): void => {
     const [cell, count, colour] = [Number(set["cell"]), Number(set["count"]), String(set["colour"])];
-    picture.ground.rule(group, isShown && count === 0, cell, colour, Number(set["alpha"]));
+    rule();
     material.color = new Color(colour || PALETTES[picture.app.theme.value].majorLine);
     material.opacity = Number(set["alpha"]);
     segments.geometry.dispose();
@@ -35,7 +36,10 @@ export const grid: Make = (picture) => {
     },
     rebuild: draw,
     frame() {
-      if (Number(set["count"]) === 0) return;
+      if (Number(set["count"]) === 0) {
+        if (isShown && !picture.ground.isRuledBy(group)) rule(); // the one that was there before may be gone
+        return;
+      }
       segments.visible = picture.transforms.lookup(String(set["frame"]) || picture.fixedFrame, null, group.matrix) !== null;
       group.matrixWorldNeedsUpdate = true;
     },

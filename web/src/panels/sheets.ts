@@ -25,7 +25,12 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   );
   const choose = (name: string): void => {
     root.dataset["sheet"] = name;
-    for (const button of buttons) button.setAttribute("aria-pressed", String(button.dataset["sheet"] === name));
+    mark();
+  };
+  /** None of the panels is seen while something else has their place. */
+  const mark = (): void => {
+    const isCovered = app.plots.value || app.traffic.value || app.spot.value !== null;
+    for (const button of buttons) button.setAttribute("aria-pressed", String(!isCovered && button.dataset["sheet"] === root.dataset["sheet"]));
   };
   /** What lies beneath the picture takes the place of the panels, one at a time. */
   const leave = (kept?: Signal<boolean>): void => {
@@ -35,6 +40,7 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const narrow = matchMedia(NARROW);
   for (const one of [app.plots, app.traffic]) one.watch((open) => open && narrow.matches && leave(one));
   app.spot.watch((spot) => spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)));
+  for (const one of [app.plots, app.traffic, app.spot]) one.watch(mark);
   app.about.watch((about) => {
     if (about === null || root.dataset["sheet"] !== undefined) return;
     choose(about.mode === "sim" && there.some(([name]) => name === "drive") ? "drive" : "joints");

@@ -7,4 +7,5 @@ import "./source.css";
 import "./plots.css";
 import "./tools.css";
 import "./time.css";
+import "./small.css";
 import "./forced.css";

@@ -64,13 +64,13 @@ export class Looking {
   }
 
   /** As `fit`, and says nothing of it in the address. */
-  atAll(): void {
+  atAll(middle = this.seen.centre()): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
     const { side } = this.app.options.value;
     const [azimuth, elevation] = side === "" ? ASLANT : SIDES[side];
     const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
-    this.stage.look(this.seen.centre(), this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
+    this.stage.look(middle, this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
   }
 
   /** Looks at one link so that it fills the picture, from the side it is seen from now. */

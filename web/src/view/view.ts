@@ -153,13 +153,14 @@ export class View implements Picture {
     this.displays.state(state);
     const isGone = state.fallen.some(({ name }) => name === "");
     const { frame } = this.looking;
-    const followed = isGone && this.placed ? this.lastSeen : this.origin(frame);
+    const start = new Vector3().applyMatrix4(this.world.matrix); // what has fallen out of the world is not gone after
+    const followed = isGone ? (this.placed ? this.lastSeen : start) : this.origin(frame);
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
       const { value: view } = this.app.asked;
       if (!this.looking.openAddress()) {
-        if (view === null) this.looking.atAll();
+        if (view === null) this.looking.atAll(followed === start ? start : this.centre());
         else this.looking.fromFile(view);
       }
     } else if (this.app.options.value.ride) {
