@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, get_args, get_origin, get_type_hints
 
-from kbot.messages.services import SERVICES
 from kbot.wire.names import PARTS, ros_name
 
 BASES = {str: "string", bool: "bool", float: "float64"}
@@ -15,11 +14,23 @@ ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": 
 
 def own_definitions() -> Iterator[tuple[str, str]]:
     """Names and texts of the types that are added to those ROS ships, in the order they need each other."""
-    for cls, name in PARTS.items():
+    from kbot.messages.services import SERVICES
+
+    for name, cls in parts().items():
         yield name, definition(cls)
     for service, (request, response) in SERVICES.items():
         yield part_name(service, "Request"), definition(request)
         yield part_name(service, "Response"), definition(response)
+
+
+def parts() -> dict[str, type]:
+    """The classes of `PARTS` by the names of their types."""
+    from kbot.messages import actions, gz_services, services
+
+    homes = {"gazebo_msgs": services, "ros_gz_interfaces": gz_services, "control_msgs": actions}
+    return {
+        f"{p}/msg/{name}": getattr(homes[p], name) for p, names in PARTS.items() for name in names.split()
+    }
 
 
 def definition(cls: type, *, ros1: bool = False) -> str:

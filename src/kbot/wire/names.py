@@ -5,8 +5,6 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from kbot.messages import actions, gz_services
-from kbot.messages import services as messages
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
@@ -39,31 +37,15 @@ all of ROS takes longer to load than a robot does."""
 
 OTHER_NAMES = {"ClockMessage": "Clock"}
 
-_PARTS: dict[str, tuple[type, ...]] = {
-    "gazebo_msgs": (
-        messages.ModelState,
-        messages.LinkState,
-        messages.EntityState,
-        messages.ModelStates,
-        messages.LinkStates,
-    ),
-    "ros_gz_interfaces": (
-        gz_services.Entity,
-        gz_services.EntityFactory,
-        gz_services.WorldReset,
-        gz_services.WorldControl,
-    ),
+PARTS = {
+    "gazebo_msgs": "ModelState LinkState EntityState ModelStates LinkStates",
+    "ros_gz_interfaces": "Entity EntityFactory WorldReset WorldControl",
     "control_msgs": (
-        actions.JointTolerance,
-        actions.FollowJointTrajectoryGoal,
-        actions.FollowJointTrajectoryResult,
-        actions.FollowJointTrajectoryFeedback,
-        actions.FollowJointTrajectoryActionGoal,
-        actions.FollowJointTrajectoryActionResult,
-        actions.FollowJointTrajectoryActionFeedback,
+        "JointTolerance FollowJointTrajectoryGoal FollowJointTrajectoryResult FollowJointTrajectoryFeedback "
+        "FollowJointTrajectoryActionGoal FollowJointTrajectoryActionResult "
+        "FollowJointTrajectoryActionFeedback"
     ),
 }
-PARTS = {cls: f"{package}/msg/{cls.__name__}" for package, classes in _PARTS.items() for cls in classes}
 """Messages that only services and actions, or topics beside them, have; ROS's own lists lack them."""
 
 
@@ -82,8 +64,6 @@ def ros_name(message_type: type) -> str:
     Raises:
         KbotError: ROS has no such message.
     """
-    if message_type in PARTS:
-        return PARTS[message_type]
     name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
     package = _packages().get(name) or _package_by_library(name)
     if package is None:
@@ -93,7 +73,7 @@ def ros_name(message_type: type) -> str:
 
 @cache
 def _packages() -> dict[str, str]:
-    return {name: package for package, names in NAMESAKES.items() for name in names.split()}
+    return {name: package for package, names in (NAMESAKES | PARTS).items() for name in names.split()}
 
 
 def _package_by_library(name: str) -> str | None:

@@ -7,7 +7,6 @@ import hashlib
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from kbot.messages.services import SERVICES
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.wire.definitions import constants, fields, part_name
@@ -48,6 +47,8 @@ class ServiceType:
 
 def service_type(name: str) -> ServiceType:
     """A type by its name, with or without `/srv/`. Raises KbotError: KBot has no such type."""
+    from kbot.messages.services import SERVICES
+
     short = name.replace("/srv/", "/")
     if short not in SERVICES:
         hint = did_you_mean(short, SERVICES)
@@ -57,6 +58,8 @@ def service_type(name: str) -> ServiceType:
 
 @cache
 def _md5(service: str) -> str:
+    from kbot.messages.services import SERVICES
+
     digest = hashlib.md5(usedforsecurity=False)
     for cls in SERVICES[service]:
         lines = list(constants(cls))

@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from kbot.messages import actions, control, navigation, sensing, visualization
-from kbot.messages import types as messages
-from kbot.wire.definitions import own_definitions
-from kbot.wire.names import PARTS, ros_name, shipped_types
+from kbot.wire.definitions import own_definitions, parts
+from kbot.wire.names import ros_name, shipped_types
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -44,10 +42,11 @@ def _with_own(store: Typestore) -> Typestore:
 
 @cache
 def _known() -> dict[str, type]:
-    homes = (messages, sensing, navigation, control, actions, visualization)
-    own = {name: message_type for message_type, name in PARTS.items()}
+    from kbot.messages import actions, control, navigation, sensing, types, visualization
+
+    homes = (types, sensing, navigation, control, actions, visualization)
     found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
-    return own | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
+    return parts() | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
 
 
 def known_type(name: str) -> type | None:
