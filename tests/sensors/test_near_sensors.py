@@ -76,3 +76,19 @@ def test_a_line_is_darker_than_the_floor(robot):
     simulation.place(PlanarPose(0.0, 0.02))
     # the robot is to the left of the line: an eye on its right sees it
     assert [value < 0.2 for value in line.measure().data] == [False, False, False, True, False]
+
+
+def test_a_line_that_is_laid_while_the_world_runs_is_seen(robot):
+    simulation = Simulation(robot, World("floor", (floor(),)))
+    low = Transform.from_xyz_rpy((0.0, 0.0, 0.01), (0.0, 0.0, 0.0))
+    line = simulation.add_sensor(Line(link="base_footprint", pose=low, eyes=1))
+    assert line.measure().data[0] > 0.3
+    black = "<material><diffuse>0 0 0 1</diffuse></material>"
+    shape = "<geometry><box><size>0.2 0.02 0.001</size></box></geometry>"
+    simulation.spawn_sdf(
+        "<sdf version='1.9'><model name='tape'><static>true</static><link name='link'>"
+        f"<visual name='paint'>{shape}{black}</visual></link></model></sdf>"
+    )
+    assert line.measure().data == (0.0,)
+    simulation.delete_model("tape")
+    assert line.measure().data[0] > 0.3

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages.sensing import CameraInfo, Image
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.offscreen import Canvas
 from kbot.sensors.picture_model import PictureModel
 from kbot.sensors.sensor import Sensor, Spec
@@ -80,9 +80,7 @@ class CameraSensor(Sensor[Image]):
             undo.callback(self._infos.close)
             self._depths = self._advertise(depths, Image) if spec.depth else None
             undo.pop_all()
-        self._noise = NoiseSource(
-            spec.noise, simulation.seed, f"{spec.label}/colour", spec.width * spec.height * 3, self._period
-        )
+        self._noise = self._noise_of(spec.noise, "colour", spec.width * spec.height * 3)
         self.latest_depth: Image | None = None
 
     def _bind(self, model: Any) -> None:

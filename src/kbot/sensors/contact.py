@@ -11,7 +11,7 @@ import numpy as np
 from kbot.messages.sensing import Bool
 from kbot.sensors.sensor import Sensor, Spec, own_geometries
 from kbot.sim import Simulation
-from kbot.sim.engine.world_builder import owner
+from kbot.sim.engine.world_builder import PREFIX, owner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +40,6 @@ class ContactSensor(Sensor[Bool]):
     message_type = Bool
     spec: Contact
 
-    def __init__(self, simulation: Simulation, spec: Contact) -> None:
-        self._ground_bodies = {b.name for b in simulation.world.bodies if all(p.ground for p in b.parts)}
-        super().__init__(simulation, spec)
-
     def _bind(self, model: Any) -> None:
         super()._bind(model)
         own = own_geometries(model, self.owner)
@@ -52,8 +48,9 @@ class ContactSensor(Sensor[Bool]):
         self._mine = self._own.copy()
         if not self.spec.everywhere:
             self._mine &= model.geom_bodyid == self._body
-        names = [owner(model, geom) for geom in range(model.ngeom)]
-        self._ground = np.array([name.startswith("/") and name[1:] in self._ground_bodies for name in names])
+        bodies = self.simulation.world.bodies
+        ground = {PREFIX + body.name for body in bodies if all(part.ground for part in body.parts)}
+        self._ground = np.array([owner(model, geom) in ground for geom in range(model.ngeom)])
 
     def touches(self) -> list[Touch]:
         """Everything touched now."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from kbot.kinematics.differential_drive import NoDrive
 from kbot.messages import JointState
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -54,9 +54,7 @@ class EncoderSensor(Sensor[JointState]):
                 hint = did_you_mean(joint, known)
                 raise KbotError(f"{spec.label}: there is no joint '{joint}'" + (f": {hint}" if hint else ""))
         super().__init__(simulation, replace(spec, link=spec.link or robot.robot.root))
-        self._noise = NoiseSource(
-            spec.noise, simulation.seed, f"{spec.label}/angle", len(self._joints), self._period
-        )
+        self._noise = self._noise_of(spec.noise, "angle", len(self._joints))
         self._before: tuple[float, tuple[float, ...]] | None = None
 
     def measure(self, sample: int | None = None) -> JointState:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.messages import Vector3
 from kbot.messages.sensing import Wrench, WrenchStamped
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -53,9 +53,8 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
         named = joint.parent if spec.axes == "parent" else joint.child
         super().__init__(simulation, replace(spec, link=joint.child, frame=spec.frame or spec.link or named))
         self._parent = joint.parent
-        seed, name = simulation.seed, spec.label
-        self._force = NoiseSource(spec.force, seed, f"{name}/force", 3, self._period)
-        self._torque = NoiseSource(spec.torque, seed, f"{name}/torque", 3, self._period)
+        self._force = self._noise_of(spec.force, "force", 3)
+        self._torque = self._noise_of(spec.torque, "torque", 3)
 
     def measure(self, sample: int | None = None) -> WrenchStamped:
         force, torque = self._through_joint()

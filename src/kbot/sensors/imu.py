@@ -13,7 +13,7 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Quaternion, Vector3
 from kbot.messages import sensing as msg
 from kbot.messages.sensing import Covariance
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 
@@ -42,9 +42,8 @@ class ImuSensor(Sensor[msg.Imu]):
 
     def __init__(self, simulation: Simulation, spec: Imu) -> None:
         super().__init__(simulation, spec)
-        seed, name = simulation.seed, spec.label
-        self._gyroscope = NoiseSource(spec.gyroscope, seed, f"{name}/gyroscope", 3, self._period)
-        self._accelerometer = NoiseSource(spec.accelerometer, seed, f"{name}/accelerometer", 3, self._period)
+        self._gyroscope = self._noise_of(spec.gyroscope, "gyroscope", 3)
+        self._accelerometer = self._noise_of(spec.accelerometer, "accelerometer", 3)
         self._gyroscope_covariance = _diagonal(spec.gyroscope.variance)
         self._accelerometer_covariance = _diagonal(spec.accelerometer.variance)
         self._before = self._motion()

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages.sensing import Float32MultiArray, MultiArrayDimension, MultiArrayLayout
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.world import Plane
+from kbot.world import Plane, World
 from kbot.world.footprints import footprint, top
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -56,10 +56,13 @@ class LineSensor(Sensor[Float32MultiArray]):
         super().__init__(simulation, spec)
         across = (np.arange(spec.eyes) - (spec.eyes - 1) / 2.0) * -spec.spacing
         self._eyes = np.stack([0.0 * across, across, 0.0 * across], axis=1)
-        self._noise = NoiseSource(spec.noise, simulation.seed, f"{spec.label}/eyes", spec.eyes, self._period)
-        self._surfaces, self._floor = _surfaces(simulation)
+        self._noise = self._noise_of(spec.noise, "eyes", spec.eyes)
         size = MultiArrayDimension("eyes", spec.eyes, spec.eyes)
         self._layout = MultiArrayLayout((size,))
+
+    def _bind(self, model: Any) -> None:
+        super()._bind(model)
+        self._surfaces, self._floor = _surfaces(self.simulation.world)
 
     def measure(self, sample: int | None = None) -> Float32MultiArray:
         _, _, place, axes = self._place()
@@ -73,10 +76,10 @@ class LineSensor(Sensor[Float32MultiArray]):
         return Float32MultiArray(self._layout, tuple(seen.tolist()))
 
 
-def _surfaces(simulation: Simulation) -> tuple[list[_Surface], float]:
+def _surfaces(world: World) -> tuple[list[_Surface], float]:
     """What lies on the floor, the highest last, and the floor's own brightness."""
     found, floor = [], 1.0
-    for body in simulation.world.bodies:
+    for body in world.bodies:
         if not body.is_static:
             continue
         for part in body.parts:

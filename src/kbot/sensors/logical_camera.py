@@ -12,7 +12,7 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.messages import Header
 from kbot.messages import types as msg
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -55,9 +55,7 @@ class LogicalCameraSensor(Sensor[msg.TFMessage]):
     def __init__(self, simulation: Simulation, spec: LogicalCamera) -> None:
         super().__init__(simulation, spec)
         self._most = len(simulation.world.bodies) + 64
-        self._noise = NoiseSource(
-            spec.noise, simulation.seed, f"{spec.label}/place", 3 * self._most, self._period
-        )
+        self._noise = self._noise_of(spec.noise, "place", 3 * self._most)
 
     def measure(self, sample: int | None = None) -> msg.TFMessage:
         _, _, place, axes = self._place()

@@ -22,7 +22,7 @@ from kbot.messages import (
     Vector3,
 )
 from kbot.messages.sensing import Covariance, NavSatFix
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import HERE, Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -73,9 +73,8 @@ class GpsSensor(Sensor[NavSatFix]):
 
     def __init__(self, simulation: Simulation, spec: Gps) -> None:
         super().__init__(simulation, spec)
-        seed = simulation.seed
-        self._horizontal = NoiseSource(spec.horizontal, seed, f"{spec.label}/horizontal", 2, self._period)
-        self._vertical = NoiseSource(spec.vertical, seed, f"{spec.label}/vertical", 1, self._period)
+        self._horizontal = self._noise_of(spec.horizontal, "horizontal", 2)
+        self._vertical = self._noise_of(spec.vertical, "vertical", 1)
         self._origin = spec.georeference(simulation.world.georeference)
         across, up = spec.horizontal.variance, spec.vertical.variance
         self._covariance: Covariance = (across, 0.0, 0.0, 0.0, across, 0.0, 0.0, 0.0, up)
@@ -162,7 +161,7 @@ class GroundTruthSensor(Sensor[Odometry]):
 
     def __init__(self, simulation: Simulation, spec: GroundTruth) -> None:
         super().__init__(simulation, spec)
-        self._noise = NoiseSource(spec.noise, simulation.seed, spec.label, 6, self._period)
+        self._noise = self._noise_of(spec.noise, "twist", 6)
         variance = spec.noise.variance
         self._covariance = tuple(variance if n % 7 == 0 else 0.0 for n in range(36))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.messages import sensing as msg
 from kbot.messages.sensing import INFRARED, ULTRASOUND, Bool
-from kbot.sensors.noise import NONE, Noise, NoiseSource
+from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.rays import Rays, within
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
@@ -57,7 +57,7 @@ class RangeSensor(Sensor[msg.Range]):
     def __init__(self, simulation: Simulation, spec: Range) -> None:
         super().__init__(simulation, spec)
         self._rays = Rays(self.owner, cone(spec.field_of_view))
-        self._noise = NoiseSource(spec.noise, simulation.seed, f"{spec.label}/range", 1, self._period)
+        self._noise = self._noise_of(spec.noise, "range", 1)
 
     def measure(self, sample: int | None = None) -> msg.Range:
         spec = self.spec

@@ -16,6 +16,7 @@ from kbot.messages import Header
 from kbot.messages.bus import Publisher
 from kbot.messages.clock import NANOSECONDS
 from kbot.messages.names import require_topic_name
+from kbot.sensors.noise import Noise, NoiseSource
 from kbot.sim import Simulation
 from kbot.text import KbotError, Origin
 from kbot.text.suggest import did_you_mean
@@ -113,6 +114,11 @@ class Sensor(ABC, Generic[M]):
         """Raises KbotError: the topic's name is none in ROS, or it is another's."""
         require_sensor_topic(topic)
         return self.simulation.bus.advertise(topic, message_type, rate=self.spec.rate)
+
+    def _noise_of(self, noise: Noise, what: str, count: int) -> NoiseSource:
+        """The noise of `count` values of a sample, called so."""
+        name = f"{self.spec.label}/{what}"
+        return NoiseSource(noise, self.simulation.seed, name, count, self._period)
 
     @property
     def _namespace(self) -> str:
