@@ -115,6 +115,23 @@ def test_a_notebook_shows_a_robot_in_a_frame(tmp_path: Path, open_page: OpenPage
         kbot.load("kbot").show({"elbow": 1.0})
 
 
+@pytest.mark.parametrize(
+    ("around", "system", "theme"),
+    [("dark", "light", "dark"), ("normal", "dark", "light"), ("light dark", "dark", "dark")],
+)
+def test_a_frame_is_as_dark_as_the_notebook_around_it(
+    around: str, system: Any, theme: str, tmp_path: Path, browser: Any
+) -> None:
+    html = kbot.load("kbot").show()._repr_html_()
+    (tmp_path / "notebook.html").write_text(f'<!doctype html><body style="color-scheme: {around}">{html}')
+    page = browser.new_page(color_scheme=system)
+    page.goto((tmp_path / "notebook.html").as_uri())
+    frame = page.frames[1]
+    until(lambda: frame.evaluate("!!window.kbot && kbot.frames > 0"))
+    assert frame.evaluate("document.documentElement.dataset.theme") == theme
+    page.close()
+
+
 def test_a_simulation_is_shown_through_its_moments_and_left_as_it_was(
     tmp_path: Path, open_page: OpenPage
 ) -> None:

@@ -39,12 +39,16 @@ export function withOption<K extends keyof Options>(options: Options, name: K, v
   return { ...options, ...(leavesSide ? { side: "" } : {}), [name]: value };
 }
 
-/** The theme chosen here before, else the system's. */
+/** The theme chosen here before, else that of what is around, as a notebook, else the system's. */
 export function rememberedTheme(): Signal<Theme> {
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const chosen = recalled(THEME_KEY);
-  const signal = new Signal<Theme>(chosen === "dark" || chosen === "light" ? chosen : dark.matches ? "dark" : "light");
-  if (chosen === null) dark.addEventListener("change", () => recalled(THEME_KEY) ?? signal.set(dark.matches ? "dark" : "light"));
+  const around = (): Theme => {
+    const schemes = frameElement === null ? "light dark" : getComputedStyle(frameElement).colorScheme;
+    return schemes.includes("dark") && (dark.matches || !schemes.includes("light")) ? "dark" : "light";
+  };
+  const signal = new Signal<Theme>(chosen === "dark" || chosen === "light" ? chosen : around());
+  if (chosen === null) dark.addEventListener("change", () => recalled(THEME_KEY) ?? signal.set(around()));
   signal.watch((theme) => {
     document.documentElement.dataset["theme"] = theme;
   });
