@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
-from kbot.text.files import read_source
+from kbot.text.files import read_source, write_bytes, write_text
 from kbot.text.suggest import did_you_mean
 from kbot.text.yaml_text import load_yaml
 from kbot.world.images import read_picture
@@ -45,13 +45,13 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = 
     grey[(grid.cells >= 0) & (probability <= FREE_THRESHOLD)] = _WHITE
     grey[probability >= OCCUPIED_THRESHOLD] = _BLACK
     image = target.with_suffix(f".{picture}")
-    _write(image, _encode(grey[::-1], picture))
+    write_bytes(image, _encode(grey[::-1], picture))
     origin = ", ".join(repr(float(v)) for v in (grid.origin.x, grid.origin.y, grid.origin.yaw))
     text = (
         f"image: {_quoted(image.name)}\nmode: trinary\nresolution: {grid.resolution!r}\norigin: [{origin}]\n"
         f"negate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}\n"
     )
-    _write(target, text.encode())
+    write_text(target, text)
     return image
 
 
@@ -152,18 +152,6 @@ def _encode(grey: NDArray[np.uint8], kind: str) -> bytes:
     stream = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(grey)).save(stream, "PNG")
     return stream.getvalue()
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Beside its target and renamed into place, so that nobody sees half of it."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        scratch.write_bytes(data)
-        scratch.replace(path)
-    except OSError as error:
-        raise KbotError(f"{path} cannot be written: {error.strerror}") from None
-    finally:
-        scratch.unlink(missing_ok=True)
 
 
 def _quoted(name: str) -> str:

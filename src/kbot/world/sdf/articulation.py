@@ -240,10 +240,8 @@ class Articulation:
     @staticmethod
     def _model(link: _Link) -> str:
         """What its links keep off each other by: nothing where the model says that they touch."""
-        said = link.element.find("self_collide")
-        touches = link.entry.truth("self_collide") or (
-            said is not None and said.text.strip() in ("1", "true")
-        )
+        said = (element.find("self_collide") for element in (link.entry.model, link.element))
+        touches = any(word is not None and word.text.strip().lower() in ("1", "true") for word in said)
         return "" if touches else link.model
 
     @staticmethod

@@ -40,8 +40,3 @@ class Entry:
         for model, context in ((self.model, self.context), *self.merged):
             for element in model.elements(tag):
                 yield element, context
-
-    def truth(self, tag: str) -> bool:
-        """Whether a flag of the model is set."""
-        said = self.model.find(tag)
-        return said is not None and said.text.strip().lower() in ("1", "true")

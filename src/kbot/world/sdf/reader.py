@@ -50,7 +50,7 @@ class _Reader:
         self.findings = findings
         self.values = Values(findings)
         self.files = Files(self.values, reach)
-        self.names: set[str] = set()
+        self.unnamed = 0
         self.checked: set[str] = set()
         """Files whose tags and attributes were looked at."""
 
@@ -163,8 +163,8 @@ class _Reader:
             placement = frame.text.strip() if frame is not None else placement
         if not name:
             self.findings.error("W205", f"<{model.tag}> has no name", placed_by.origin)
-            name = f"unnamed_{len(self.names)}"
-        self.names.add(context.prefix + name)
+            self.unnamed += 1
+            name = f"unnamed_{self.unnamed}"
         merges = include is not None and include.attributes.get("merge") in ("1", "true")
         prefix = context.prefix if merges and context.prefix else f"{context.prefix}{name}::"
         inner = replace(context, static=static, prefix=prefix)
