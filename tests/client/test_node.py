@@ -77,7 +77,7 @@ def run_program(environment: dict[str, str], transport: str, *words: str) -> dic
         env={**environment, "KBOT_TRANSPORT": transport},
         capture_output=True,
         text=True,
-        timeout=90,
+        timeout=180,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -200,7 +200,7 @@ def test_a_topic_that_is_not_there_is_told_with_the_nearest(
 def test_what_a_callback_raises_is_the_program_s_own(node: kbot.Node) -> None:
     node.every(0.1, lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        node.spin(30)
+        node.spin(60)
 
 
 def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
@@ -210,7 +210,24 @@ def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
         node.spin(0.2)
         running.close()
         with pytest.raises(KbotError, match="the KBot is gone"):
-            node.spin(30)
+            node.spin(60)
+
+
+def test_nothing_is_heard_after_closing(node: kbot.Node) -> None:
+    heard: list[Odometry] = []
+
+    def hear(message: Odometry) -> None:
+        heard.append(message)
+        node.close()
+
+    node.subscribe("odom", Odometry, hear)
+    node.step()
+    end = time.monotonic() + 60
+    while len(node._link._mail.get("/odom", ())) < 3:
+        assert time.monotonic() < end, "nothing came"
+        time.sleep(0.01)
+    node.step()
+    assert len(heard) == 1
 
 
 def test_a_period_is_above_zero(node: kbot.Node) -> None:

@@ -234,6 +234,8 @@ class Link:
                 feed.close(topic, receiver)
         for topic, messages in mail.items():
             for message, told in messages:
+                if self._simulation is not simulation:  # what was delivered before ended it
+                    return
                 told(self._deliver(simulation, topic, message))
 
     def work(self) -> bool:

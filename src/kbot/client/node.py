@@ -171,6 +171,7 @@ class Node:
         if not self._is_closed:
             self._is_closed = True
             self._transport.close()
+            self._link.end()
 
     def __enter__(self) -> Node:
         return self
