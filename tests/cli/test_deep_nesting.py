@@ -34,7 +34,7 @@ def test_launch_files_and_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_yaml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "deep.yaml").write_text("a: " + "[" * 5000 + "]" * 5000)
+    (tmp_path / "deep.yaml").write_text("a: " + "[" * 1100 + "]" * 1100)
     launch = tmp_path / "deep.launch"
     launch.write_text('<launch><rosparam command="load" file="$(dirname)/deep.yaml"/></launch>')
     assert run(["launch", str(launch), "--dump-params"]) == 2

@@ -12,7 +12,7 @@ from kbot.text import KbotError
     [
         ("{a: &a [*a]}", "VALUES refers to itself"),
         ("&a {a: {b: *a}}", "VALUES refers to itself"),
-        ("[" * 5000 + "]" * 5000, "VALUES is nested too deeply"),
+        ("[" * 1100 + "]" * 1100, "VALUES is nested too deeply"),
         ("{a: 2026-13-45}", "month must be in 1..12"),
         ("{a: !!int ''}", "VALUES is to be YAML"),
         ("{a: !!bool perhaps}", "VALUES is to be YAML"),
