@@ -133,7 +133,7 @@ def main(number: int, config: str, stamped: bool) -> None:
     )
     command = Twist(Vector3(0.3, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
     found: dict = {}
-    end = time.monotonic() + 30
+    end = time.monotonic() + 60
     while time.monotonic() < end and not (found.get("speed", 0.0) > 0.1 and found.get("description")):
         drive.write(TwistStamped(Header(Time(0, 0), ""), command) if stamped else command)
         time.sleep(0.05)

@@ -40,13 +40,13 @@ class Client:
 
     def hear(self, operation: str) -> dict:
         while True:
-            data = self.socket.recv(20)
+            data = self.socket.recv(60)
             if isinstance(data, str) and json.loads(data)["op"] == operation:
                 return json.loads(data)
 
     def message(self, subscription: int) -> tuple[int, bytes]:
         while True:
-            data = self.socket.recv(20)
+            data = self.socket.recv(60)
             if isinstance(data, bytes) and data[0] == 1:
                 number, at = struct.unpack_from("<IQ", data, 1)
                 if number == subscription:
@@ -98,7 +98,7 @@ def test_no_more_comes_after_unsubscribing(running: Running, bridge: FoxgloveBri
         c.message(2)
         end = time.monotonic() + 0.3
         while time.monotonic() < end:
-            data = c.socket.recv(5)
+            data = c.socket.recv(60)
             assert not (isinstance(data, bytes) and data[:5] == b"\x01\x01\0\0\0")
 
 
@@ -180,7 +180,7 @@ def test_foxglove_and_pages_of_this_machine_come_in(bridge: FoxgloveBridge, orig
     with connect(
         bridge.address, origin=Origin(origin), subprotocols=[Subprotocol(SUBPROTOCOLS[0])]
     ) as connection:
-        assert json.loads(connection.recv(20))["op"] == "serverInfo"
+        assert json.loads(connection.recv(60))["op"] == "serverInfo"
 
 
 def test_a_name_that_was_bent_to_this_machine_stays_out(bridge: FoxgloveBridge) -> None:

@@ -40,7 +40,7 @@ def still_serves(server: TopicServer) -> bool:
     with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
         connection.send('{"op": "no such"}')
         while True:
-            said = connection.recv(20)
+            said = connection.recv(60)
             if isinstance(said, str) and "no operation" in said:
                 return True
 
@@ -52,7 +52,7 @@ def test_a_thousand_connections_opened_and_dropped(running: Running, server: Top
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
     ).encode()
     for number in range(1000):
-        with socket.create_connection((host, port), 10) as connection:
+        with socket.create_connection((host, port), 60) as connection:
             connection.sendall(greeting[: (number % 4) * len(greeting) // 3])
     assert running.goes_on()
     assert still_serves(server)
@@ -70,7 +70,7 @@ def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
         b"\x81\x82\0\0\0\0\xff\xfe",
     ]
     for number in range(60):
-        raw = socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])), 10)
+        raw = socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])), 60)
         frame = frames[number] if number < len(frames) else noise.randbytes(noise.randrange(400))
         with (
             raw,
@@ -124,12 +124,12 @@ def test_callers_over_tcpros_that_break_off(running: Running) -> None:
         host, _, door = uri.removeprefix("rosrpc://").rpartition(":")
         header = encode_header({"callerid": "/t", "service": service, "md5sum": "*", "persistent": "1"})
         for number in range(200):
-            with socket.create_connection((host, int(door)), 10) as connection:
+            with socket.create_connection((host, int(door)), 60) as connection:
                 connection.sendall(
                     header + (b"", b"\0\0\0\0", b"\xff\xff\xff\x7f", os.urandom(40))[number % 4]
                 )
         assert running.goes_on()
-        with socket.create_connection((host, int(door)), 10) as connection:
+        with socket.create_connection((host, int(door)), 60) as connection:
             connection.sendall(header)
             read_header(connection)
             connection.sendall(b"\0\0\0\0")
@@ -148,7 +148,7 @@ def test_a_rosbridge_client_that_never_reads(running: Running) -> None:
             with connect(bridge.address) as other:
                 other.send(json.dumps({"op": "subscribe", "topic": "/odom"}))
                 for _ in range(50):
-                    other.recv(20)
+                    other.recv(60)
             assert running.goes_on()
     finally:
         bridge.close()

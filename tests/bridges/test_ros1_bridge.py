@@ -44,7 +44,7 @@ def free_port() -> int:
 def subscribed(bridge: Ros1Bridge, topic: str, kind: str, md5: str | None = None) -> Iterator[socket.socket]:
     protocol, host, port = call(bridge.uri, "requestTopic", ME, topic, [["TCPROS"]])
     assert protocol == "TCPROS"
-    with socket.create_connection((host, port), 10) as connection:
+    with socket.create_connection((host, port), 60) as connection:
         sum_ = md5 or ros1_definition(kind.replace("/", "/msg/"))[1]
         connection.sendall(encode_header({"callerid": ME, "topic": topic, "type": kind, "md5sum": sum_}))
         yield connection
@@ -89,7 +89,7 @@ class Publisher:
 
     def __init__(self, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None = None) -> None:
         self.door = socket.create_server(("127.0.0.1", 0))
-        self.door.settimeout(10)
+        self.door.settimeout(60)
         self._script = script
         self._header = header or {
             "type": "geometry_msgs/Twist",
@@ -166,7 +166,7 @@ def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros
     _, host, port = call(bridge.uri, "requestTopic", ME, "/odom", [["TCPROS"]])
     rpc = int(bridge.uri.rstrip("/").rpartition(":")[2])
     for number in range(1000):
-        with socket.create_connection((host, (port, rpc)[number % 2]), 10) as connection:
+        with socket.create_connection((host, (port, rpc)[number % 2]), 60) as connection:
             if number % 3:
                 connection.sendall(b"\x10\0\0\0half")
     assert running.goes_on()
@@ -189,7 +189,7 @@ def test_noise_on_every_port_ends_nothing(running: Running, bridge: Ros1Bridge) 
         b'POST / HTTP/1.1\r\ncontent-length: 80\r\n\r\n<!DOCTYPE a [<!ENTITY b "c">]>',
     ]
     for number in range(120):
-        with socket.create_connection((host, ports[number % 3]), 10) as connection:
+        with socket.create_connection((host, ports[number % 3]), 60) as connection:
             connection.sendall(openings[number % len(openings)] + noise.randbytes(noise.randrange(300)))
     assert running.goes_on()
     assert call(bridge.uri, "getPid", ME) == os.getpid()

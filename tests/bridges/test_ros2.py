@@ -48,7 +48,7 @@ def test_a_peer_hears_odometry_finds_the_node_and_drives(
         capture_output=True,
         text=True,
         check=False,
-        timeout=90,
+        timeout=180,
     )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)

@@ -32,7 +32,7 @@ def raw(bridge: RosbridgeBridge) -> Iterator[ClientConnection]:
 
 def hear(connection: ClientConnection, operation: str) -> dict:
     while True:
-        found = json.loads(connection.recv(20))
+        found = json.loads(connection.recv(60))
         if found["op"] == operation:
             return found
 
@@ -96,7 +96,7 @@ def test_roslibpy_is_a_peer(running: Running, bridge: RosbridgeBridge) -> None:
     program = f"""
 import json, threading, roslibpy
 ros = roslibpy.Ros("{host}", {port})
-ros.run(20)
+ros.run(60)
 found, heard = {{}}, threading.Event()
 odom = roslibpy.Topic(ros, "/odom", "nav_msgs/Odometry")
 def hear(message):
@@ -118,7 +118,7 @@ print(json.dumps(found), flush=True)
 import os; os._exit(0)
 """
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=90, check=False
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=180, check=False
     )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])

@@ -145,7 +145,7 @@ def rosbridge(running: Running) -> Iterator[ClientConnection]:
 
 def rosbridge_call(connection: ClientConnection, called: str, **arguments: object) -> dict:
     connection.send(json.dumps({"op": "call_service", "service": called, "args": arguments, "id": "1"}))
-    return json.loads(connection.recv(20))
+    return json.loads(connection.recv(60))
 
 
 def test_rosbridge_calls(running: Running, rosbridge: ClientConnection) -> None:
@@ -178,7 +178,7 @@ def test_foxglove_calls(running: Running) -> None:
         with connect(bridge.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
             said: dict = {}
             while said.get("op") != "advertiseServices":
-                data = connection.recv(20)
+                data = connection.recv(60)
                 said = json.loads(data) if isinstance(data, str) else said
             services = {s["name"]: s for s in said["services"]}
             wanted = services["/gazebo/get_model_properties"]
@@ -190,13 +190,13 @@ def test_foxglove_calls(running: Running) -> None:
             connection.send(struct.pack("<BIII", 2, wanted["id"], 7, 3) + b"cdr" + request)
             data = b""
             while data[:1] != b"\3":
-                received = connection.recv(20)
+                received = connection.recv(60)
                 data = received if isinstance(received, bytes) else b""
             assert struct.unpack_from("<BIII", data) == (3, wanted["id"], 7, 3)
             found = decode_cdr(data[16:], kind.response, kind.response_name)
             assert found.joint_names == tuple(running.simulation.robot.joints)
             connection.send(struct.pack("<BIII", 2, 10_000, 8, 3) + b"cdr")
-            while not (isinstance(received := connection.recv(20), str) and "no service 10000" in received):
+            while not (isinstance(received := connection.recv(60), str) and "no service 10000" in received):
                 continue
     finally:
         bridge.close()
@@ -224,7 +224,7 @@ def services_of(bridge: Ros1Bridge) -> list[str]:
 def caller(bridge: Ros1Bridge, service: str, **fields: str) -> socket.socket:
     uri = call(bridge.master, "lookupService", "/test", service)
     host, _, port = uri.removeprefix("rosrpc://").rpartition(":")
-    connection = socket.create_connection((host, int(port)), 20)
+    connection = socket.create_connection((host, int(port)), 60)
     connection.sendall(encode_header({"callerid": "/test", "service": service, "md5sum": "*", **fields}))
     return connection
 

@@ -32,7 +32,7 @@ def test_a_peer_hears_drives_and_calls(running: Running, monkeypatch: pytest.Mon
         assert "in the router's place" in bridge.describe()
         hashes = (TWIST, ros2_definition("nav_msgs/msg/Odometry")[1])
         done = subprocess.run(
-            (sys.executable, str(PEER), str(port), *hashes), capture_output=True, text=True, timeout=60
+            (sys.executable, str(PEER), str(port), *hashes), capture_output=True, text=True, timeout=180
         )
     finally:
         bridge.close()

@@ -38,7 +38,7 @@ driver = ROS2Publisher(
     **place,
 )
 vector = driver.session_mgr.store.types["geometry_msgs/msg/Vector3"]
-end = time.monotonic() + 20
+end = time.monotonic() + 60
 while time.monotonic() < end and not (odometry and descriptions and odometry[-1].twist.twist.linear.x > 0.15):
     driver.publish(linear=vector(x=0.2, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=0.0))
     time.sleep(0.05)

@@ -212,7 +212,7 @@ def test_a_missing_mesh_is_said_where_the_robot_is_shown(verb: str, files: Path)
         assert process.stdout is not None
         assert "http://127.0.0.1:" in process.stdout.readline()
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=60)
     assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl is not there" in err
 
 
@@ -317,6 +317,6 @@ def test_ctrl_c_ends_a_served_page_quietly(verb: str, files: Path) -> None:
         line = process.stdout.readline()
         assert "http://127.0.0.1:" in line
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == 0
     assert "Traceback" not in out + err

@@ -54,7 +54,7 @@ def showing(tmp_path: Path, file: Path) -> Iterator[None]:
         yield
     finally:
         viewing.terminate()
-        viewing.wait(20)
+        viewing.wait(60)
 
 
 def until(condition: object, seconds: float = 60.0) -> None:

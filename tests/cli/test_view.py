@@ -58,8 +58,8 @@ def test_it_serves_until_it_is_ended(tmp_path: Path, ending: signal.Signals) -> 
         assert running.stderr is not None
         address = re.search(r"http://127\.0\.0\.1:\d+/", running.stdout.readline())
         assert address
-        with urllib.request.urlopen(address[0], timeout=20) as answer:
+        with urllib.request.urlopen(address[0], timeout=60) as answer:
             assert b"<script" in answer.read()
         running.send_signal(ending)
-        assert running.wait(20) == 0
+        assert running.wait(60) == 0
         assert running.stderr.read() == ""

@@ -35,4 +35,4 @@ ticks = []
 node.subscribe("odom", Odometry, hear)
 node.every(0.1, lambda: ticks.append(node.now))
 node.every(0.1, lambda: node.publish("go", Twist(Vector3(0.3))))
-node.spin(40)
+node.spin(60)

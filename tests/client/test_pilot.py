@@ -46,7 +46,7 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
         companions.close()
 
 
-def _until(node: kbot.Node, met: object, seconds: float = 30.0) -> bool:
+def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         node.spin(0.05)

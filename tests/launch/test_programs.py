@@ -138,7 +138,7 @@ def watch(tmp_path: Path) -> Watch:
 
 
 def until(condition: Callable[[], bool], what: str) -> None:
-    end = time.monotonic() + 30
+    end = time.monotonic() + 60
     while not condition():
         assert time.monotonic() < end, f"there is still not {what}"
         time.sleep(0.02)
@@ -168,7 +168,7 @@ def test_one_that_is_not_respawned_runs_once(watch: Watch) -> None:
 
 def test_the_end_of_a_required_process_ends_the_launch(watch: Watch) -> None:
     running = watch.run(watch.process("a", "import sys; sys.exit(3)", required=True))
-    assert watch.ended.wait(30)
+    assert watch.ended.wait(60)
     running.close()
     assert running.status == 1
     assert watch.told == ["/a is required and ended with status 3: the launch ends"]

@@ -25,7 +25,7 @@ def event(kind: int, number: int, value: int) -> bytes:
 
 
 def until(condition: Callable[[], object]) -> None:
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 60.0
     while not condition():
         assert time.monotonic() < end, "it did not come about"
         time.sleep(0.01)

@@ -38,7 +38,7 @@ def heard_static(message):
 def transforms(joints, movable, publisher):
     """What comes back for one set of joint positions."""
     sent = []
-    end = time.monotonic() + 30
+    end = time.monotonic() + 60
     while time.monotonic() < end:
         message = JointState(name=list(joints), position=list(joints.values()))
         message.header.stamp = rospy.Time.now()

@@ -46,7 +46,7 @@ def addresses(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, st
         yield {"foxglove": foxglove, "rosbridge": rosbridge}
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(60)
 
 
 def run(folder: Path, *words: str) -> dict:

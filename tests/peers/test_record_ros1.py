@@ -154,7 +154,7 @@ def test_of_a_recording_that_was_killed_no_less_is_read_than_rosbag_reindex_save
         started.append(recorder)
         wait_until(lambda: bag.exists() and bag.stat().st_size > 2_000_000, "a recording")
         os.killpg(recorder.pid, signal.SIGKILL)
-        recorder.wait(20)
+        recorder.wait(60)
     finally:
         for process in reversed(started):
             stop(process)

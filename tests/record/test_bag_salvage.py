@@ -87,7 +87,7 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path) ->
             time.sleep(0.1)
     finally:
         os.kill(process.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
-        process.wait(20)
+        process.wait(60)
     found = Recording(str(file)).summary()
     assert "it was not closed" in found.broken
     assert found.topics["/odom"].count > 10

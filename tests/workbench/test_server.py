@@ -31,7 +31,7 @@ def socket_address(address: str) -> str:
 
 
 def get(address: str, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
-    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=10)
+    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=60)
     connection.request("GET", path, headers={name.capitalize(): value for name, value in headers.items()})
     answer = connection.getresponse()
     body = answer.read()
@@ -40,7 +40,7 @@ def get(address: str, path: str, **headers: str) -> tuple[int, dict[str, str], b
 
 
 def hear(connection: ClientConnection, kind: str) -> dict[str, Any]:
-    while (message := json.loads(connection.recv(timeout=10)))["type"] != kind:
+    while (message := json.loads(connection.recv(timeout=60)))["type"] != kind:
         pass
     return dict(message)
 
@@ -96,7 +96,7 @@ def test_a_page_that_does_not_answer_is_let_go_of(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=False)
     with serving(session) as address:
         port = urlsplit(address).port
-        silent = socket.create_connection(("127.0.0.1", port), timeout=5)
+        silent = socket.create_connection(("127.0.0.1", port), timeout=60)
         head = (
             f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
@@ -133,7 +133,7 @@ def test_other_machines_need_the_token_for_the_socket(xacro: Path) -> None:
 
 
 def test_a_page_is_told_everything_first(page: ClientConnection) -> None:
-    kinds = [json.loads(page.recv(timeout=10))["type"] for _ in range(5)]
+    kinds = [json.loads(page.recv(timeout=60))["type"] for _ in range(5)]
     assert kinds == ["about", "scene", "findings", "parameters", "state"]
 
 
@@ -206,7 +206,7 @@ def test_an_address_of_another_machine_is_refused() -> None:
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
 def test_only_get_and_head_are_answered(viewing: str, method: str) -> None:
-    connection = http.client.HTTPConnection(urlsplit(viewing).netloc, timeout=10)
+    connection = http.client.HTTPConnection(urlsplit(viewing).netloc, timeout=60)
     connection.request(method, "/")
     answer = connection.getresponse()
     assert (answer.status, answer.headers["Allow"]) == (405, "GET, HEAD")
@@ -218,7 +218,7 @@ def test_one_page_too_many_is_told_so(viewing: str, monkeypatch: pytest.MonkeyPa
     with connect(socket_address(viewing)) as first:
         hear(first, "about")
         with connect(socket_address(viewing)) as second, pytest.raises(ConnectionClosed) as caught:
-            second.recv(timeout=10)
+            second.recv(timeout=60)
     assert caught.value.rcvd is not None
     assert caught.value.rcvd.code == 1013
 
@@ -231,7 +231,7 @@ def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
         b"POST / HTTP/1.1\r\n\r\n",
         b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",
     ):
-        with socket.create_connection((parts.hostname, parts.port), timeout=10) as raw:
+        with socket.create_connection((parts.hostname, parts.port), timeout=60) as raw:
             raw.sendall(rubbish)
             raw.shutdown(socket.SHUT_WR)
             while raw.recv(4096):
@@ -246,7 +246,7 @@ def test_an_address_that_is_none_is_refused(viewing: str) -> None:
 @pytest.mark.parametrize("path", ["/", "/export/robot.glb", "/nowhere"])
 def test_head_answers_without_a_body(viewing: str, path: str) -> None:
     parts = urlsplit(viewing)
-    with socket.create_connection((parts.hostname, parts.port), timeout=10) as raw:
+    with socket.create_connection((parts.hostname, parts.port), timeout=60) as raw:
         raw.sendall(f"HEAD {path} HTTP/1.1\r\nHost: {parts.netloc}\r\n\r\n".encode())
         answer = b""
         while piece := raw.recv(4096):

@@ -111,7 +111,7 @@ def say(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]:
             count += 1
             connection.send(data)
             connection.send(json.dumps({"type": f"canary{count}."}))
-            while f"canary{count}." not in str(connection.recv(timeout=20)):
+            while f"canary{count}." not in str(connection.recv(timeout=60)):
                 pass
 
         yield say_one
@@ -161,14 +161,14 @@ def test_a_broken_frame_ends_that_connection_alone(
         with pytest.raises(ConnectionClosed):
             drain(connection)
         other.send('{"type": "canary"}')
-        while "canary" not in str(other.recv(timeout=20)):
+        while "canary" not in str(other.recv(timeout=60)):
             pass
     assert not tracebacks(caplog)
 
 
 def drain(connection: ClientConnection) -> None:
     while True:
-        connection.recv(timeout=20)
+        connection.recv(timeout=60)
 
 
 PIECES = ["..", ".", "", "%2e%2e", "%2E%2e%2f", "%252e%252e", "..%5c", "..\\", "%00", "%c0%ae%c0%ae", "~"]
@@ -226,7 +226,7 @@ def test_no_foreign_header_is_welcome(
 def ask(address: str, path: str, *headers: tuple[str, str]) -> tuple[int, bytes]:
     """Status and body of the answer to a request line as it is given; 400 where the connection is closed."""
     parts = urlsplit(address)
-    connection = http.client.HTTPConnection(parts.netloc, timeout=20)
+    connection = http.client.HTTPConnection(parts.netloc, timeout=60)
     try:
         sent = [("Host", parts.netloc)] if not any(name == "Host" for name, _ in headers) else []
         lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in (*sent, *headers))]
