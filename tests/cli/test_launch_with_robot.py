@@ -182,7 +182,15 @@ def test_a_required_program_that_fails_is_the_launch_s_failure(package: Path) ->
 
 
 def test_rosbag_record_records(package: Path) -> None:
-    node = program(package, "wait.py", "import time; time.sleep(2)\n").format('required="true"')
+    node = program(
+        package,
+        "wait.py",
+        "import kbot\nfrom kbot.messages import Odometry\nnode = kbot.Node('wait')\nheard = []\n"
+        "def hear(m):\n"
+        "    heard.append(m)\n"
+        "    if len(heard) > 5: node.close()\n"
+        "node.subscribe('odom', Odometry, hear)\nnode.spin(60)\n",
+    ).format('required="true"')
     bag = '<node pkg="rosbag" type="record" name="r" args="-O run odom"/>'
     done = launched(package, GAZEBO.format("") + SPAWN.format("") + node + bag)
     assert done.returncode == 0, done.stderr
