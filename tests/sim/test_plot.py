@@ -1,11 +1,19 @@
 """The picture of a run: colours where the robot was."""
 
+import io
+
 import numpy as np
+import pytest
+from PIL import Image
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.sim.plot import END, ODOMETRY, SIZE, START, TRUTH, WALL, Canvas, draw
+from kbot.sim.plot import END, ODOMETRY, SIZE, START, TRUTH, WALL, draw
 from kbot.world import World
 from kbot.world.builders import box, floor
+
+
+def pixels(picture):
+    return np.asarray(Image.open(io.BytesIO(picture)))
 
 
 def where(pixels, colour):
@@ -14,21 +22,20 @@ def where(pixels, colour):
     return columns.mean(), rows.mean()
 
 
-def test_a_polygon_covers_its_area():
-    canvas = Canvas((0.0, 0.0), 9.0)
-    canvas.fill([(1.0, 1.0), (4.0, 1.0), (4.0, 3.0), (1.0, 3.0)], WALL)
-    assert (canvas.pixels == WALL).all(axis=-1).sum() == 300 * 200
-    column, row = where(canvas.pixels, WALL)
-    assert (column + 0.5, row + 0.5) == (250, SIZE - 200)
+def test_a_wall_covers_its_area():
+    # the ways are 8.5 m wide and the margin 0.25 m: 100 pixels a metre, the lower left corner at -1, -4.5
+    way = [PlanarPose(-0.75, 0.0, 0.0), PlanarPose(7.75, 0.0, 0.0)]
+    seen = pixels(draw(way, way, World("w", (floor(), box("b", (3.0, 2.0, 0.3), 3.0, 2.0)))))
+    covered = (seen == WALL).all(axis=-1).sum()
+    assert covered == pytest.approx(300 * 200, abs=2 * (300 + 200))  # its edges are drawn whole
+    assert where(seen, WALL) == pytest.approx((400, SIZE - 650), abs=1.0)
 
 
-def test_the_way_leads_from_the_green_to_the_red_dot(monkeypatch):
-    seen = []
-    monkeypatch.setattr(Canvas, "png", lambda self: seen.append(self.pixels) or b"")
+def test_the_way_leads_from_the_green_to_the_red_dot():
     truth = [PlanarPose(x / 10, 0.0, 0.0) for x in range(11)]
     odometry = [PlanarPose(x / 10, x / 20, 0.0) for x in range(11)]
-    draw(truth, odometry, World("w", (floor(), box("b", (0.1, 0.2, 0.3), 0.5, -0.2))))
-    start, end, wall = (where(seen[0], colour) for colour in (START, END, WALL))
+    seen = pixels(draw(truth, odometry, World("w", (floor(), box("b", (0.1, 0.2, 0.3), 0.5, -0.2)))))
+    start, end, wall = (where(seen, colour) for colour in (START, END, WALL))
     assert start[0] < wall[0] < end[0]
     assert abs(start[1] - end[1]) < 2 < wall[1] - start[1]
-    assert where(seen[0], ODOMETRY)[1] < where(seen[0], TRUTH)[1]
+    assert where(seen, ODOMETRY)[1] < where(seen, TRUTH)[1]
