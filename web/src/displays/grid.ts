@@ -23,6 +23,7 @@ export const grid: Make = (picture) => {
     segments.geometry.dispose();
     segments.geometry = new BufferGeometry();
     const places = gridLines(cell || picture.ground.suited, Math.round(count), Math.round(Number(set["normal_count"])));
+    segments.visible = places.length > 0;
     segments.geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
     segments.position.set(Number(set["x"]), Number(set["y"]), Number(set["z"]));
     segments.rotation.set(set["plane"] === "XZ" ? Math.PI / 2 : 0, set["plane"] === "YZ" ? -Math.PI / 2 : 0, 0);

@@ -1,6 +1,7 @@
 import {
   BufferGeometry,
   CanvasTexture,
+  Color,
   CylinderGeometry,
   Float32BufferAttribute,
   Group,
@@ -21,12 +22,13 @@ import type { Values } from "./set";
 
 const LABEL_PIXELS = 22;
 const ARROWS = 0xe86fc5;
-const COLOURS = [AXES.x, AXES.y, AXES.z];
+const COLOURS = [AXES.x, AXES.y, AXES.z].map((colour) => new Color(colour));
 
 /** Axes and names of frames, sized to suit the robot; those of the chosen link are always shown. */
 class Frames implements Display {
   readonly group = new Group();
-  private axes: InstancedMesh[] = [];
+  /** The three axes of each frame, one after the other. */
+  private axes: InstancedMesh<CylinderGeometry, MeshBasicMaterial> | null = null;
   private still: Matrix4[] = [];
   private readonly labels = new Map<string, Sprite>();
   private values: Values = {};
@@ -41,7 +43,7 @@ class Frames implements Display {
   configure(values: Values): void {
     const resized = values["length"] !== this.values["length"];
     this.values = values;
-    if (resized && this.axes.length > 0) this.rebuild();
+    if (resized && this.axes !== null) this.rebuild();
   }
 
   private get length(): number {
@@ -58,16 +60,18 @@ class Frames implements Display {
     this.labels.clear();
     const length = this.length;
     const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
-    this.axes = COLOURS.map((color) => axisMesh(rod, color, this.picture.transforms.names.length + SPARE));
+    this.axes = axesMesh(rod, this.picture.transforms.names.length + SPARE);
     this.still = [
       new Matrix4().makeRotationZ(-Math.PI / 2).setPosition(length / 2, 0, 0),
       new Matrix4().setPosition(0, length / 2, 0),
       new Matrix4().makeRotationX(Math.PI / 2).setPosition(0, 0, length / 2),
     ];
-    this.group.add(...this.axes, this.arrows);
+    this.group.add(this.axes, this.arrows);
   }
 
   frame(): void {
+    const mesh = this.axes;
+    if (mesh === null) return;
     const { transforms, perPixel } = this.picture;
     const { axes, names, filter } = this.values;
     const product = new Matrix4();
@@ -84,17 +88,14 @@ class Frames implements Display {
         named.add(name);
         this.putLabel(name, at, LABEL_PIXELS * perPixel);
       }
-      if (!hasAxes || count >= this.axes[0]!.instanceMatrix.count) continue;
-      this.axes.forEach((axis, which) => axis.setMatrixAt(count, product.multiplyMatrices(at, this.still[which]!)));
-      count += 1;
+      if (!hasAxes || count >= mesh.instanceMatrix.count) continue;
+      for (const still of this.still) mesh.setMatrixAt(count++, product.multiplyMatrices(at, still));
     }
     this.putArrows();
     for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
-    for (const axis of this.axes) {
-      axis.count = count;
-      axis.visible = count > 0;
-      axis.instanceMatrix.needsUpdate = axis.visible;
-    }
+    mesh.count = count;
+    mesh.visible = count > 0;
+    mesh.instanceMatrix.needsUpdate = mesh.visible;
   }
 
   /** A line from each frame to the one it hangs on. */
@@ -134,11 +135,9 @@ class Frames implements Display {
   }
 
   private free(): void {
-    this.axes[0]?.geometry.dispose();
-    for (const axis of this.axes) {
-      (axis.material as MeshBasicMaterial).dispose();
-      axis.dispose();
-    }
+    this.axes?.geometry.dispose();
+    this.axes?.material.dispose();
+    this.axes?.dispose();
     for (const sprite of this.labels.values()) {
       sprite.material.map?.dispose();
       sprite.material.dispose();
@@ -151,8 +150,10 @@ export const tf: Make = (picture) => new Frames(picture);
 /** Frames that may come up later without anything being built anew. */
 const SPARE = 64;
 
-function axisMesh(rod: CylinderGeometry, color: number, count: number): InstancedMesh {
-  const mesh = new InstancedMesh(rod, new MeshBasicMaterial({ color, depthTest: false, transparent: true }), count);
+/** Room for the axes of so many frames. */
+function axesMesh(rod: CylinderGeometry, frames: number): InstancedMesh<CylinderGeometry, MeshBasicMaterial> {
+  const mesh = new InstancedMesh(rod, new MeshBasicMaterial({ depthTest: false, transparent: true }), COLOURS.length * frames);
+  for (let slot = 0; slot < mesh.count; slot += 1) mesh.setColorAt(slot, COLOURS[slot % COLOURS.length]!);
   mesh.frustumCulled = false;
   mesh.renderOrder = 8;
   mesh.count = 0;

@@ -43,12 +43,11 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     view.invalidate();
   };
   view.stage.onFrame(() => {
-    const { camera, renderer } = view.stage;
-    const { clientWidth, clientHeight } = renderer.domElement;
+    const { camera, size } = view.stage;
     at.forEach((place, index) => {
       const seen = pictureFromWorld(place).project(camera);
       const label = labels.children[index] as HTMLElement;
-      label.style.transform = `translate(${((seen.x + 1) / 2) * clientWidth}px, ${((1 - seen.y) / 2) * clientHeight}px) translate(-50%, -130%)`;
+      label.style.transform = `translate(${((seen.x + 1) / 2) * size.x}px, ${((1 - seen.y) / 2) * size.y}px) translate(-50%, -130%)`;
     });
   });
   const clear = (): void => {
