@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import time
@@ -39,3 +40,23 @@ def test_a_terminal_is_told_what_lasts(monkeypatch: pytest.MonkeyPatch, at_once:
 def test_what_goes_wrong_meanwhile_is_raised() -> None:
     with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")
+
+
+def test_the_collector_rests_while_something_is_loaded() -> None:
+    assert gc.isenabled()
+    try:
+        with progress.loading("it"):
+            assert not gc.isenabled()
+        assert gc.isenabled()
+        assert gc.get_freeze_count() > 0
+    finally:
+        gc.unfreeze()
+
+
+def test_the_collector_is_back_after_what_cannot_be_loaded() -> None:
+    try:
+        with pytest.raises(ValueError, match="so it is"), progress.loading("it"):
+            raise ValueError("so it is")
+        assert gc.isenabled()
+    finally:
+        gc.unfreeze()

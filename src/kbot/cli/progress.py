@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import threading
 from collections.abc import Iterator
@@ -32,3 +33,17 @@ def busy(what: str) -> Iterator[None]:
         finally:
             waiting.cancel()
             waiting.join()
+
+
+@contextmanager
+def loading(what: str) -> Iterator[None]:
+    """As `busy`, for what stays until the end: a tenth of the time would go into looking for cycles in it."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        with busy(f"loading {what}"):
+            yield
+    finally:
+        gc.freeze()
+        if collecting:
+            gc.enable()

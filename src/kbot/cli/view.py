@@ -16,6 +16,7 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options, parse_look
+from kbot.cli.progress import loading
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -67,8 +68,8 @@ def command(
     if is_recording(path):
         if shot is not None or arguments:
             fail("a recording is played as it is: leave --shot and name:=value out")
-        from kbot.workbench.serve import serve_recording
-
+        with loading(path):
+            from kbot.workbench.serve import serve_recording
         with companions(CompanionOptions(), served=True) as going:
             serve_recording(
                 path,
@@ -78,16 +79,19 @@ def command(
                 package_path=package_path,
                 config=config,
                 show=lambda played: going.show(played, played.description, path),
+                opening=loading(path),
             )
         return
-    from kbot.checks.first_look import MESHES, first_look
-    from kbot.model.load import load_robot
-    from kbot.workbench import serve
-    from kbot.xacro import Packages
-
     look = parse_look(size, side, transparent)
-    loaded = load_robot(path, arguments, packages=Packages(package_path))
-    report(first_look(loaded, MESHES))
+    with loading(path):
+        from kbot.checks.first_look import MESHES, first_look
+        from kbot.model.load import load_robot
+        from kbot.workbench import serve
+        from kbot.xacro import Packages
+
+        loaded = load_robot(path, arguments, packages=Packages(package_path))
+        found = first_look(loaded, MESHES)
+    report(found)
     if shot is not None:
         from kbot.workbench.export.picture import draw_picture
         from kbot.workbench.export.things import robot_alone
@@ -107,4 +111,5 @@ def command(
             config=config,
             package_path=package_path,
             show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
+            opening=loading(path),
         )

@@ -10,7 +10,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from os import environ
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kbot.workbench.playback.playback import Playback
 
 ORIGIN = PlanarPose()
+SILENTLY = nullcontext()
 FIRST_PORT, LAST_PORT = 8300, 8399
 SEND_BUFFER = 64 * 1024
 
@@ -83,28 +84,30 @@ def serve(
     show: Callable[[Sliders], None] = lambda shown: None,
     start: PlanarPose = ORIGIN,
     config: str = "",
+    opening: AbstractContextManager[None] = SILENTLY,
 ) -> None:
     """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
 
     Where `host` is reached from other machines the address carries a token, which the page needs. `config` is
-    the file that sets the displays.
+    the file that sets the displays. `opening` is entered while the session is made.
 
     Raises:
         DescriptionError, KbotError: as `open_session`; or the address is taken or not this machine's.
     """
     displays = read_displays(config)
-    session = open_session(
-        path,
-        simulate=simulate,
-        world=world,
-        arguments=arguments,
-        seed=seed,
-        contacts=contacts,
-        package_path=package_path,
-        attend=attend,
-        show=show,
-        start=start,
-    )
+    with opening:
+        session = open_session(
+            path,
+            simulate=simulate,
+            world=world,
+            arguments=arguments,
+            seed=seed,
+            contacts=contacts,
+            package_path=package_path,
+            attend=attend,
+            show=show,
+            start=start,
+        )
     session.display_file = displays
     serve_session(session, host=host, port=port, open_browser=open_browser)
 
@@ -118,6 +121,7 @@ def serve_recording(
     package_path: Sequence[str],
     config: str,
     show: Callable[[Playback], None],
+    opening: AbstractContextManager[None] = SILENTLY,
 ) -> None:
     """As `serve`, for a recording that is played; where a browser is opened, from when its page is there.
 
@@ -128,7 +132,8 @@ def serve_recording(
     from kbot.workbench.session.played_session import played_session
 
     displays = read_displays(config)
-    session = played_session(path, package_path, show)
+    with opening:
+        session = played_session(path, package_path, show)
     session.display_file = displays
     session.paused = session.waits_for_page = open_browser
     if session.note:

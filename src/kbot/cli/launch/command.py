@@ -13,6 +13,7 @@ from kbot.cli.arguments import examples, package_path_option, page_options, spli
 from kbot.cli.companions import companion_options
 from kbot.cli.launch.text import print_answers, table
 from kbot.cli.output import fail, is_unusable, report, say_how_to_fix, warn_of_others
+from kbot.cli.progress import loading
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.staging import Stage, stage
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
@@ -79,11 +80,13 @@ def command(
     packages = Packages(package_path, around=path)
     if is_ros_2(path):
         trusted = trust or (path.endswith(".py") and _ask_for_trust(path))
-        plan = read_launch_2(path, arguments, packages, allow_commands=allow_commands, trusted=trusted)
+        with loading(path):
+            plan = read_launch_2(path, arguments, packages, allow_commands=allow_commands, trusted=trusted)
     else:
-        plan = read_launch(
-            path, arguments, packages, resolve_anonymous=not nodes, allow_commands=allow_commands
-        )
+        with loading(path):
+            plan = read_launch(
+                path, arguments, packages, resolve_anonymous=not nodes, allow_commands=allow_commands
+            )
     plan.require()
     if nodes or files or dump_params or ros_args or args_of:
         report(d for d in plan.problems)
@@ -91,8 +94,9 @@ def command(
             plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of
         )
         return 0
-    staged = stage(plan, packages)
-    controllers = _controllers(staged, packages)
+    with loading(path):
+        staged = stage(plan, packages)
+        controllers = _controllers(staged, packages)
     if dry_run:
         found = (*plan.diagnostics, *staged.notes, *controllers)
         report(found)
@@ -108,9 +112,9 @@ def command(
         return 2
     if staged.path is None:
         return _without_robot(plan, staged, options)
-    from kbot.cli.launch.with_robot import Place, carry_out
-
     click.echo(table(plan, staged))
+    with loading(staged.path):
+        from kbot.cli.launch.with_robot import Place, carry_out
     return carry_out(plan, staged, options, world, Place(host, port, browser, package_path))
 
 

@@ -15,6 +15,7 @@ from kbot.cli.launch.beside import dump_parameters, options_of, publish_maps, te
 from kbot.cli.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.launch.robots import put_all
 from kbot.cli.output import fail, report
+from kbot.cli.progress import loading
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.spawned import with_controllers
 from kbot.nodes.joy import JoyNode, Joystick
@@ -65,9 +66,12 @@ def carry_out(plan: Plan, staged: Stage, options: CompanionOptions, world: str |
         teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
         if staged.simulate:
             joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
-            session = _simulated(staged, going, world or _known_world(staged.world), place, teleop, joysticks)
+            world = world or _known_world(staged.world)
+            with loading(world):
+                session = _simulated(staged, going, world, place, teleop, joysticks)
         else:
-            session = _shown(staged, going, place)
+            with loading(str(staged.path)):
+                session = _shown(staged, going, place)
         processes = start_programs(stack, plan, staged.programs, options)
         if teleop is not None and staged.simulate:
             tell(HELP)

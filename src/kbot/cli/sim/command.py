@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import click
@@ -19,7 +18,7 @@ from kbot.cli.arguments import (
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
-from kbot.cli.progress import busy
+from kbot.cli.progress import loading
 from kbot.cli.sim.goto import run_goto
 from kbot.cli.sim.headless import run_headless
 from kbot.text.files import write_bytes
@@ -133,19 +132,15 @@ def command(
             json=as_json or None,
         )
         start = pose_of("--pose", pose)
-        from kbot.checks.first_look import MESHES, first_look
-        from kbot.model.load import load_robot
-        from kbot.workbench.serve import serve
-        from kbot.xacro import Packages
+        with loading(file):
+            from kbot.checks.first_look import MESHES, first_look
+            from kbot.model.load import load_robot
+            from kbot.workbench.serve import serve
+            from kbot.xacro import Packages
 
-        report(first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES))
-        with going_along(options, served=True) as join, ExitStack() as loading:
-            loading.enter_context(busy(f"loading {world}"))
-
-            def attend(simulation: Simulation) -> None:
-                loading.close()
-                join(simulation, "", world)
-
+            found = first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES)
+        report(found)
+        with going_along(options, served=True) as join:
             serve(
                 file,
                 simulate=True,
@@ -158,8 +153,9 @@ def command(
                 seed=seed,
                 contacts=contacts,
                 package_path=package_path,
-                attend=attend,
+                attend=lambda simulation: join(simulation, "", world),
                 start=start,
+                opening=loading(world),
             )
         return 0
     _refuse_without_page(ctx)
@@ -237,16 +233,17 @@ def _simulation(
     package_path: tuple[str, ...],
     start: PlanarPose,
 ) -> tuple[Loaded, Simulation]:
-    from kbot.checks.first_look import MESHES, first_look
-    from kbot.model.load import load_robot
-    from kbot.sim import Simulation
-    from kbot.world import load_world
-    from kbot.xacro import Packages
+    with loading(world):
+        from kbot.checks.first_look import MESHES, first_look
+        from kbot.model.load import load_robot
+        from kbot.sim import Simulation
+        from kbot.world import load_world
+        from kbot.xacro import Packages
 
-    with busy(f"loading {world}"):
         place = load_world(world)
         loaded = load_robot(file, arguments, packages=Packages(package_path))
         robot = loaded.require()
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
-    report([*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics])
+        found = [*loaded.diagnostics, *first_look(loaded, MESHES), *simulation.diagnostics]
+    report(found)
     return loaded, simulation
