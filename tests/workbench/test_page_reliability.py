@@ -77,25 +77,6 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
     page.close()
 
 
-def test_many_tabs_stay_in_step(driving: tuple[str, Session], browser: Any, open_page: OpenPage) -> None:
-    address, session = driving
-    first = open_page(address)
-    context = browser.new_context(viewport={"width": 480, "height": 320})
-    tabs = [context.new_page() for _ in range(8)]
-    for tab in tabs:
-        tab.goto(address, wait_until="commit")
-    for tab in tabs:
-        until(lambda tab=tab: tab.evaluate("!!window.kbot && kbot.revision > 0"), 300)
-    first.keyboard.down("w")
-    until(lambda: session.state().odometry[0] > 0.1)
-    first.keyboard.up("w")
-    first.keyboard.press("p")
-    until(lambda: session.paused)
-    for tab in tabs:
-        until(lambda tab=tab: tab.evaluate("kbot.time") == session.state().time)
-    context.close()
-
-
 def test_a_page_does_not_grow_as_the_description_changes(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:

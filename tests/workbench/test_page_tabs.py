@@ -1,0 +1,106 @@
+"""Many tabs of one browser on one server, each at something else."""
+
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serving import server
+from kbot.workbench.serving.hub import Hub
+
+from .conftest import READY, until
+
+LINK = "document.querySelector('.status').dataset.link"
+IS_PAST = "document.documentElement.dataset.time === 'past'"
+HALF_WAY_BACK = """(() => { const slider = document.querySelector('.timeline [type=range]');
+  slider.value = (Number(slider.min) + Number(slider.max)) / 2;
+  slider.dispatchEvent(new Event('input')); })()"""
+
+
+@pytest.fixture
+def hubs(monkeypatch: pytest.MonkeyPatch) -> list[Hub]:
+    """Those of the servers that are started, with the pages that are connected to each."""
+    made: list[Hub] = []
+
+    def make() -> Hub:
+        made.append(Hub())
+        return made[-1]
+
+    monkeypatch.setattr(server, "Hub", make)
+    return made
+
+
+class Tabs:
+    """Tabs of one window; `complaints` is what their consoles tell."""
+
+    def __init__(self, browser: Any) -> None:
+        self.context = browser.new_context(viewport={"width": 480, "height": 320})
+        self.complaints: list[str] = []
+
+    def open(self, address: str) -> Any:
+        page = self.context.new_page()
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("console", lambda m: self.complaints.append(m.text) if m.type == "error" else None)
+        page.goto(address, wait_until="commit")
+        return page
+
+
+def waiting(hub: Hub) -> int:
+    """Messages that wait for any page."""
+    return sum(len(client._waiting) for client in hub)
+
+
+def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
+    xacro: Path, browser: Any, hubs: list[Hub]
+) -> None:
+    tabs = Tabs(browser)
+    session = open_session(str(xacro), simulate=True, seed=1)
+    with serving(session) as address:
+        all_tabs = [tabs.open(address) for _ in range(7)]
+        for tab in all_tabs:
+            until(lambda tab=tab: tab.evaluate(READY), 300)
+        driver, plotter, listener, looks_back, other, *closed = all_tabs
+        for tab in closed:
+            tab.close()
+        until(lambda: len(hubs[0]) == 5)
+        again = tabs.open(address)
+        until(lambda: again.evaluate(READY), 300)
+        plotter.keyboard.press("l")
+        listener.keyboard.press("y")
+        driver.keyboard.down("w")
+        until(lambda: session.state().odometry[0] > 0.1)
+        driver.keyboard.up("w")
+        looks_back.evaluate(HALF_WAY_BACK)
+        until(lambda: looks_back.evaluate(IS_PAST))
+        other.keyboard.press("p")
+        until(lambda: session.paused)
+        now = session.state().time
+        live = [driver, plotter, listener, other, again]
+        for tab in live:
+            until(lambda tab=tab: tab.evaluate("kbot.time") == now)
+        assert len({str(tab.evaluate("[...kbot.poses()]")) for tab in live}) == 1
+        assert looks_back.evaluate(IS_PAST)
+        assert looks_back.evaluate("kbot.time") < now
+        until(lambda: waiting(hubs[0]) == 0)
+        assert tabs.complaints == []
+    everyone = [*live, looks_back]
+    for tab in everyone:
+        until(lambda tab=tab: tab.evaluate(LINK) == "lost")
+    anew = open_session(str(xacro), simulate=True, seed=1)
+    with serving(anew, port=urlsplit(address).port):
+        for tab in everyone:
+            until(lambda tab=tab: tab.evaluate(LINK) == "live")
+        driver.keyboard.press("p")
+        until(lambda: anew.paused)
+        now = anew.state().time
+        for tab in everyone:
+            until(lambda tab=tab: tab.evaluate("kbot.time") == now)
+        until(plotter.locator("#plots canvas").is_visible)
+        until(listener.get_by_role("list", name="Topics", exact=True).is_visible)
+        until(lambda: waiting(hubs[1]) == 0)
+        assert [text for text in tabs.complaints if "ERR_CONNECTION_REFUSED" not in text] == []
+        tabs.context.close()
+        until(lambda: len(hubs[1]) == 0)
+    assert not any(anew.topics.heard_by(number) for number in range(1, 50))
