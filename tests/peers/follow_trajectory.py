@@ -72,4 +72,4 @@ rospy.init_node("follower", anonymous=True)
 types = action()
 client = actionlib.SimpleActionClient(STEM, types["control_msgs/FollowJointTrajectoryAction"])
 assert client.wait_for_server(rospy.Duration(20)), "no server"
-print(json.dumps([do(client, types, wanted) for wanted in json.loads(sys.argv[1])]))
+json.dump([do(client, types, wanted) for wanted in json.loads(sys.argv[1])], sys.stdout)

@@ -54,6 +54,8 @@ class Companions:
         self._recorder: Recorder | None = None
         self._publishers: StatePublishers | None = None
         self._timer: Timer | None = None
+        self._simulation: Simulation | None = None
+        """The one whose services are offered."""
         self._joined = 0
         self._first_world = ""
 
@@ -87,12 +89,24 @@ class Companions:
             )
         self._joined += 1
         if self._is_live:
-            from kbot.bridges.gazebo.services import gazebo_services
             from kbot.bridges.gazebo.states import GazeboTopics
 
-            self._link.services = gazebo_services(simulation.world.name)
+            self._simulation = simulation
+            simulation.when_robots_change.append(self._offer)
+            self._offer()
             self._gazebo = GazeboTopics(simulation)
             self._connect(simulation, feed, description, simulation.robot.name, world)
+
+    def _offer(self) -> None:
+        """Have Gazebo's services called, and those of the robots' controller managers."""
+        simulation = self._simulation
+        if simulation is None:
+            return
+        from kbot.bridges.gazebo.controller_manager import controller_services
+        from kbot.bridges.gazebo.services import gazebo_services
+
+        managers = controller_services(simulation, lambda: self._link.parameters, self._link.tell)
+        self._link.offer(gazebo_services(simulation.world.name) | managers)
 
     def show(self, shown: Live, description: str, name: str, *, tells_time: bool = True) -> None:
         """Go along with a robot that is shown and not simulated: `shown` says its joints and transforms.
@@ -164,6 +178,9 @@ class Companions:
             self._timer.cancel()
             self._timer = None
         self._link.detach()
+        if self._simulation is not None:
+            self._simulation.when_robots_change.remove(self._offer)
+            self._simulation = None
         if self._gazebo is not None:
             self._gazebo.close()
             self._gazebo = None

@@ -82,6 +82,7 @@ class Link:
         self.parameters: dict[str, Value] = {}
         """By full name; replaced as a whole when one changes."""
         self.services: Mapping[str, Service] = {}
+        """By name; replaced as a whole by `offer`."""
         self.fan_out = FanOut(self)
         """Where bridges get what is said."""
         self._tell, self._told = tell, set[str]()
@@ -147,8 +148,14 @@ class Link:
         for changed in tuple(self._watchers):
             changed()
 
+    def offer(self, services: Mapping[str, Service]) -> None:
+        """Have these services called, and no others."""
+        self.services = services
+        for changed in tuple(self._watchers):
+            changed()
+
     def watch(self, changed: Callable[[], None]) -> None:
-        """Call back, on any thread, whenever `topics` or `parameters` changed."""
+        """Call back, on any thread, whenever `topics`, `parameters` or `services` changed."""
         self._watchers.append(changed)
 
     def tell(self, text: str) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kbot.messages.controller_services import CONTROLLER_SERVICES
 from kbot.messages.gz_services import (
     ControlWorldRequest,
     GzDeleteEntityRequest,
@@ -239,5 +240,6 @@ SERVICES: dict[str, tuple[type, type]] = {
     "ros_gz_interfaces/DeleteEntity": (GzDeleteEntityRequest, SuccessResponse),
     "ros_gz_interfaces/SetEntityPose": (SetEntityPoseRequest, SuccessResponse),
     "ros_gz_interfaces/ControlWorld": (ControlWorldRequest, SuccessResponse),
+    **CONTROLLER_SERVICES,
 }
 """The types of services by name, with what each is asked and answers."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
-from kbot.sim.joint_control.controllers import JointController
+from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.kinds import Input
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
@@ -19,21 +20,18 @@ _MESSAGES: Mapping[Input, type] = {
 
 
 def hear(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscription:
-    """Let a controller's commands reach the joints."""
-    topic, joints = robot.naming.topic(controller.topic), controller.joints
-    if not controller.is_active:
-        return bus.subscribe(topic, _MESSAGES[controller.input], lambda _: _refuse(controller))
-    if controller.input is Input.NUMBER:
-        return bus.subscribe(
-            topic, Float64, lambda m: robot.command_joints({joints[0]: m.data}, controller.interface)
-        )
-    if controller.input is Input.ARRAY:
-        return bus.subscribe(topic, Float64MultiArray, lambda m: _array(robot, controller, m))
-    return bus.subscribe(topic, JointTrajectory, lambda m: _trajectory(robot, controller, m))
+    """Let a controller's commands reach the joints while it runs."""
 
+    def take(message: Any) -> None:
+        robot.require_running(controller.name)
+        if controller.input is Input.NUMBER:
+            robot.command_joints({controller.joints[0]: message.data}, controller.interface)
+        elif controller.input is Input.ARRAY:
+            _array(robot, controller, message)
+        else:
+            _trajectory(robot, controller, message)
 
-def _refuse(controller: JointController) -> None:
-    raise KbotError(f"{controller.name} was loaded and not started: it commands nothing")
+    return bus.subscribe(robot.naming.topic(controller.topic), _MESSAGES[controller.input], take)
 
 
 def _array(robot: SimulatedRobot, controller: JointController, message: Float64MultiArray) -> None:

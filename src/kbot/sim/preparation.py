@@ -15,7 +15,8 @@ from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_set
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.inertia import drive_with_masses
 from kbot.sim.engine.robot_builder import RobotPlan
-from kbot.sim.joint_control.controllers import JointControl, joint_control, spawned_for
+from kbot.sim.joint_control.control import JointControl
+from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import shortened
 from kbot.sim.recipe import Contacts

@@ -101,6 +101,17 @@ class SimulatedRobot(RobotJoints):
         linear, angular = self._controller.twist if self._controller is not None else (0.0, 0.0)
         return PlanarTwist(linear, 0.0, angular)
 
+    @property
+    def is_braked(self) -> bool:
+        """Whether the controller that drives was stopped: nothing that it is told counts."""
+        return self.settings is not None and self.settings.controller in self.stopped
+
+    def _start_and_stop(self, start: frozenset[str], stop: frozenset[str]) -> None:
+        """See `RobotJoints._start_and_stop`; a drive that is stopped brakes."""
+        super()._start_and_stop(start, stop)
+        if self._controller is not None and self.is_braked:
+            self._obey(0.0, 0.0, None)
+
     def cmd_vel(self, linear: float, angular: float) -> None:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
 
@@ -198,7 +209,7 @@ class SimulatedRobot(RobotJoints):
         mine, theirs = self._controller, other._controller
         if mine is not None and theirs is not None:
             self._obey(*theirs.target, theirs.deadline)
-        self._joint_servos.restore(other._joint_servos.save())
+        self._restore_joints(other._save_joints())
 
     def _set_back(self, steps: int) -> None:
         """Let what is due come so many steps earlier, for time itself was set back by as much."""
@@ -219,7 +230,7 @@ class SimulatedRobot(RobotJoints):
         odometry = self._odometry.state if self._odometry else None
         slewing = self._is_driving, self._next_slew
         rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
-        return commanded, slewing, odometry, self._turns, self._is_left, self._joint_servos.save(), rolled
+        return commanded, slewing, odometry, self._turns, self._is_left, self._save_joints(), rolled
 
     def _restore(self, saved: tuple[Any, ...]) -> None:
         """Take back what `_save` gave; the engine's own state has been restored before."""
@@ -229,6 +240,6 @@ class SimulatedRobot(RobotJoints):
             self._controller.restore(commanded)
         if self._odometry is not None and odometry is not None:
             self._odometry.state = odometry
-        self._joint_servos.restore(told)
+        self._restore_joints(told)
         if isinstance(self._servos, SteeredServos):
             self._servos.state = rolled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from itertools import chain
 from math import cos, sin
 from typing import Any
 
@@ -11,6 +12,7 @@ from kbot.kinematics.joint_pose import product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import Clock
+from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
@@ -46,14 +48,12 @@ class RobotTopics:
             for topic in robot.control.state_topics
             if naming.topic(topic) != naming.topic("joint_states")
         ]
-        self._commands: list[Subscription] = [
-            hear(bus, robot, controller) for controller in robot.control.controllers
-        ]
-        self._actions = [
-            TrajectoryAction(bus, clock, robot, controller)
-            for controller in robot.control.controllers
-            if controller.constraints is not None
-        ]
+        self._bus, self._clock = bus, clock
+        self._commands: list[Subscription] = []
+        self._controllers: dict[str, list[Subscription | TrajectoryAction]] = {}
+        """What hears of each controller, by its name."""
+        for controller in robot.control.controllers:
+            self._hear(controller)
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
             self._odometry_frame += robot.settings.odometry_frame
@@ -65,9 +65,7 @@ class RobotTopics:
                 (advertise("/tf", msg.TFMessage), self._transform),
             ]
             self._commands += [
-                bus.subscribe(
-                    naming.topic(topic), msg.Twist, lambda m: robot.command(m.linear.x, m.angular.z)
-                )
+                bus.subscribe(naming.topic(topic), msg.Twist, self._drive)
                 for topic in robot.settings.command_topics
             ]
             self._outputs += [
@@ -82,12 +80,30 @@ class RobotTopics:
 
     def close(self) -> None:
         """Hear no more commands, and say nothing more."""
-        for commands in self._commands:
+        for commands in (*self._commands, *chain(*self._controllers.values())):
             commands.close()
-        for action in self._actions:
-            action.close()
         for publisher, _ in self._outputs:
             publisher.close()
+
+    def hear_controller(self, name: str) -> None:
+        """Hear a controller that was loaded, in place of any of its name."""
+        for heard in self._controllers.pop(name, []):
+            heard.close()
+        for controller in self._robot.control.controllers:
+            if controller.name == name:
+                self._hear(controller)
+
+    def _hear(self, controller: JointController) -> None:
+        heard = self._controllers.setdefault(controller.name, [])
+        heard.append(hear(self._bus, self._robot, controller))
+        if controller.constraints is not None:
+            heard.append(TrajectoryAction(self._bus, self._clock, self._robot, controller))
+
+    def _drive(self, message: msg.Twist) -> None:
+        settings = self._robot.settings
+        if settings is not None:
+            self._robot.require_running(settings.controller)
+        self._robot.command(message.linear.x, message.angular.z)
 
     def find_listeners(self) -> bool:
         """Find out who listens, to be called whenever that may have changed; whether anyone does."""

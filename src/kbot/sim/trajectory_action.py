@@ -11,7 +11,7 @@ from kbot.messages.clock import NANOSECONDS, Clock
 from kbot.messages.control import Duration, JointTrajectoryPoint
 from kbot.messages.navigation import GoalID
 from kbot.messages.types import Header
-from kbot.sim.joint_control.controllers import JointController
+from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.trajectory_goal import (
     Bounds,
     Constraints,
@@ -81,8 +81,7 @@ class TrajectoryAction:
         if goal_id.id in self._known():
             return
         try:
-            if not self._controller.is_active:
-                raise KbotError(f"{self._controller.name} was loaded and not started: it follows nothing")
+            self._robot.require_running(self._controller.name)
             goal = read_goal(message.goal, self._controller.joints, self._constraints, now / NANOSECONDS)
             self._robot.follow_trajectory(goal.joints, goal.points)
         except KbotError as error:

@@ -25,9 +25,14 @@ def own_definitions() -> Iterator[tuple[str, str]]:
 
 def parts() -> dict[str, type]:
     """The classes of `PARTS` by the names of their types."""
-    from kbot.messages import actions, gz_services, services
+    from kbot.messages import actions, controller_services, gz_services, services
 
-    homes = {"gazebo_msgs": services, "ros_gz_interfaces": gz_services, "control_msgs": actions}
+    homes = {
+        "gazebo_msgs": services,
+        "ros_gz_interfaces": gz_services,
+        "controller_manager_msgs": controller_services,
+        "control_msgs": actions,
+    }
     return {
         f"{p}/msg/{name}": getattr(homes[p], name) for p, names in PARTS.items() for name in names.split()
     }

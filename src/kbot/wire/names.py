@@ -40,6 +40,7 @@ OTHER_NAMES = {"ClockMessage": "Clock"}
 PARTS = {
     "gazebo_msgs": "ModelState LinkState EntityState ModelStates LinkStates",
     "ros_gz_interfaces": "Entity EntityFactory WorldReset WorldControl",
+    "controller_manager_msgs": "HardwareInterfaceResources ControllerState",
     "control_msgs": (
         "JointTolerance FollowJointTrajectoryGoal FollowJointTrajectoryResult FollowJointTrajectoryFeedback "
         "FollowJointTrajectoryActionGoal FollowJointTrajectoryActionResult "

@@ -53,6 +53,8 @@ class Ros1Bridge:
         self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER, own_master)
         self._outgoing: dict[str, Outgoing] = {}
         self._incoming: dict[str, Incoming] = {}
+        self._offered = frozenset[str]()
+        """Services that the master was told of."""
         self._given: dict[str, Value] = {}
         """Parameters as the master has them from here, or told of them."""
         self._lock = threading.Lock()
@@ -150,8 +152,12 @@ class Ros1Bridge:
     def _register(self) -> None:
         with self._lock:
             self._give_parameters()
-            for service in self._link.services:
+            services = frozenset(self._link.services)
+            for service in services:
                 call(self.master, "registerService", self._node, service, self._services_uri, self.uri)
+            for service in self._offered - services:
+                self._quietly("unregisterService", service, self._services_uri)
+            self._offered = services
             self._drop_what_is_gone()
             for topic in self._link.topics.values():
                 if topic.type_name not in ros1_types().fielddefs:

@@ -105,13 +105,13 @@ class JointServos:
                 )
         for joint, value in values.items():
             self._leave_ways(joint)
-            self._take(joint, _Order(interface, float(value), self._now(joint)))
+            self._take(joint, _Order(interface, float(value), self.told(joint)))
 
     def follow(self, joints: tuple[str, ...], points: Iterable[Point], step: int) -> None:
         """Go through points from this step on, from where the joints are told to be now."""
         for joint in joints:
             self._leave_ways(joint)
-            self._take(joint, _Order(Interface.POSITION, self._now(joint), self._now(joint)))
+            self._take(joint, _Order(Interface.POSITION, self.told(joint), self.told(joint)))
         here = tuple(self._orders[joint].now for joint in joints)
         still = (0.0,) * len(joints)
         way = _Way(joints, Trajectory(Point(0.0, here, still, still), tuple(points)), step)
@@ -196,8 +196,8 @@ class JointServos:
         move = min(max(aim - order.now, -most), most)
         return order.now + move, move / self._period, 0.0
 
-    def _now(self, joint: str) -> float:
-        """Where a joint is told to be, or else where it is."""
+    def told(self, joint: str) -> float:
+        """Where a joint is told to be (rad or m), or else where it is."""
         order = self._orders.get(joint)
         if order is not None and order.interface is Interface.POSITION:
             return order.now
