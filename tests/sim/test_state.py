@@ -89,11 +89,6 @@ def test_a_state_of_another_robot_is_refused(sim, ball):
         sim.restore(Simulation(ball).state())
 
 
-def test_what_is_random_follows_the_seed(kbot_robot):
-    draws = [Simulation(kbot_robot, seed=seed).random.random() for seed in (1, 1, 2)]
-    assert draws[0] == draws[1] != draws[2]
-
-
 def test_a_robot_can_be_put_elsewhere(sim):
     sim.cmd_vel(0.2, 0.3)
     sim.run(1.0)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 from kbot.model import Link, Robot
 from kbot.model.shapes import tensor
+from kbot.sim.engine.engine import Engine
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Severity
 
@@ -26,20 +26,16 @@ class SimulationDiverged(DescriptionError):
 
 
 def diverged(
-    model: Any,
-    data: Any,
-    robots: Sequence[SimulatedRobot],
-    time: float,
-    last: float,
-    inside: str,
+    engine: Engine, robots: Mapping[str, SimulatedRobot], time: float, last: float, inside: str
 ) -> SimulationDiverged:
     """What went wrong between the times `last` and `time` (s), at the line of the link that did. `inside`:
     what the run began with a robot in, empty for nothing."""
+    model, data = engine.model, engine.data
     speeds = np.where(np.isfinite(data.qvel), np.abs(data.qvel), np.inf)
     body = int(model.dof_bodyid[int(np.argmax(speeds))])
     name = model.body(body).name
     owner, _, link_name = name.partition("/")
-    robot = next((r.robot for r in robots if r.name == owner), None)
+    robot = robots[owner].robot if owner in robots else None
     when = f"between {last:.3f} s and {time:.3f} s the simulation diverged"
     if robot is None or link_name not in robot.links:
         return SimulationDiverged([Diagnostic("W120", Severity.ERROR, f"{when}: '{name}' flew off")])

@@ -31,7 +31,7 @@ class Subject(Protocol):
     """What of a simulation a fault acts on."""
 
     bus: Bus
-    lost_commands: float
+    _lost_commands: float
     """Share of the commands from outside that are lost."""
 
     @property
@@ -159,10 +159,10 @@ class LostCommands:
         _keep(self, share=float(self.share))
 
     def begin(self, simulation: Subject) -> End:
-        before, simulation.lost_commands = simulation.lost_commands, self.share
+        before, simulation._lost_commands = simulation._lost_commands, self.share
 
         def end() -> None:
-            simulation.lost_commands = before
+            simulation._lost_commands = before
 
         return end
 

@@ -128,9 +128,9 @@ class Population(Running):
         if watchdog is not None:
             watchdog = positive("a watchdog's time in seconds", watchdog, LONGEST)
         deadline = None if watchdog is None else self._steps + max(1, round(watchdog / self.timestep))
-        share = self.lost_commands if watchdog is not None else 0.0
+        share = self._lost_commands if watchdog is not None else 0.0
         # what is lost is journalled too: when the run is done again it is drawn for again
-        is_lost = share > 0.0 and self.random.random() < share
+        is_lost = share > 0.0 and self._random.random() < share
         if not (is_lost or robot.is_braked) and robot._obey(linear, angular, deadline):
             self._serve(robot)
         if self.journal is not None:

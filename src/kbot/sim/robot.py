@@ -96,7 +96,7 @@ class SimulatedRobot(RobotJoints):
         return PlanarTwist(linear, 0.0, angular)
 
     @property
-    def slewed_twist(self) -> PlanarTwist:
+    def twist(self) -> PlanarTwist:
         """The commanded twist as it is slewed now."""
         linear, angular = self._controller.twist if self._controller is not None else (0.0, 0.0)
         return PlanarTwist(linear, 0.0, angular)

@@ -42,12 +42,11 @@ class Running:
         self.timestep = timestep
         self.clock = Clock()
         self.bus = Bus()
-        self.random = np.random.default_rng(seed)
+        self._random = np.random.default_rng(seed)
         self.robots: dict[str, SimulatedRobot] = {}
         """All robots by name, the first being the one that the simulation's own methods speak of."""
         self._topics: dict[str, RobotTopics] = {}
-        self.lost_commands = 0.0
-        """Share of the commands from outside that are lost, as a fault has it."""
+        self._lost_commands = 0.0
         self._disturbances = Disturbances(self, engine)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
@@ -85,6 +84,11 @@ class Running:
             hint = did_you_mean(str(name), self.robots) or f"there are {', '.join(self.robots)}"
             raise KbotError(f"there is no robot {shortened(name)}: {hint}")
         return self.robots[name]
+
+    @property
+    def lost_commands(self) -> float:
+        """Share of the commands from outside that are lost, as a fault has it."""
+        return self._lost_commands
 
     @property
     def time(self) -> float:
@@ -227,14 +231,7 @@ class Running:
     def _fail(self) -> None:
         # at the end of the control period before, it was looked at too
         last = (self._steps - 1) // self._tick_steps * self._tick_steps * self.timestep
-        self._failure = diverged(
-            self._engine.model,
-            self._engine.data,
-            list(self.robots.values()),
-            self.time,
-            last,
-            self._inside,
-        )
+        self._failure = diverged(self._engine, self.robots, self.time, last, self._inside)
         raise self._failure
 
     def _slew(self) -> int:

@@ -77,7 +77,7 @@ class Simulation(Models, Attached, Disturbed):
     def reset(self) -> None:
         """Back to the start: the same robots and world at time 0, nothing attached, without commands."""
         self._back_to_start()
-        self.random = np.random.default_rng(self.seed)
+        self._random = np.random.default_rng(self.seed)
         self._start_at(0)
         self._note("reset")
 
@@ -166,7 +166,7 @@ class Simulation(Models, Attached, Disturbed):
     @property
     def twist(self) -> PlanarTwist:
         """The commanded twist as it is slewed now."""
-        return self._robot.slewed_twist
+        return self._robot.twist
 
     @property
     def odometry(self) -> Motion:
@@ -235,7 +235,7 @@ class Simulation(Models, Attached, Disturbed):
             {name: robot._save() for name, robot in self.robots.items()},
             self._disturbances.pushes,
             self._engine.assembly.welds,
-            dict(self.random.bit_generator.state),
+            dict(self._random.bit_generator.state),
             self.built,
             self.world,
             tuple(self.changes),
@@ -266,7 +266,7 @@ class Simulation(Models, Attached, Disturbed):
         for name, robot in self.robots.items():
             robot._restore(state.robots[name])
         self._disturbances.pushes = state.pushes
-        self.random.bit_generator.state = state.random
+        self._random.bit_generator.state = state.random
         self.changes[:] = state.changes
         self._start_at(state.steps)
         self._note("restore", after=before, to=state.steps, noted=state.noted)
