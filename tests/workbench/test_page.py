@@ -114,6 +114,22 @@ def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
     until(lambda: abs(blue(screenshot(page)).sum() - whole) < 0.02 * whole)
 
 
+def test_a_tag_that_is_not_closed_leads_to_where_it_is_opened(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    good = xacro.read_text()
+    opened = good.index("<robot")
+    xacro.write_text(good[:opened] + "<group>\n" + good[opened:])
+    card = page.locator("#findings li[data-severity=error]").first
+    until(lambda: "is not closed" in card.inner_text())
+    card.get_by_role("button").first.click()
+    card.get_by_role("button", name="<group> is opened").click()
+    until(lambda: "<group>" in page.locator(".line.here").inner_text())
+    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    assert here.get_attribute("data-line") == str(1 + good[:opened].count("\n"))
+
+
 def test_a_finding_shows_its_line_and_lights_up_its_link(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:

@@ -101,7 +101,41 @@ def test_a_phone_shows_one_panel_at_a_time(driving: tuple[str, Session], open_pa
             if page.locator(f"#{p}").is_visible()
         ]
         assert shown == [name.lower()]
+    chosen = page.locator(".sheets [aria-pressed=true]")
+    assert chosen.all_inner_texts() == ["Drive"]
+    for key in ("l", "y"):  # the plots, then the topics take the place of the panel
+        page.keyboard.press(key)
+        until(lambda: page.locator("#drive").is_hidden() and chosen.count() == 0)
+    page.keyboard.press("y")
+    until(lambda: page.locator("#drive").is_visible() and chosen.all_inner_texts() == ["Drive"])
     page.keyboard.press("?")
     until(lambda: page.locator("dialog.help").is_visible())
     page.keyboard.press("Escape")
     until(lambda: page.locator("dialog.help").is_hidden())
+
+
+COVERED = """() => [...document.querySelectorAll("button, select, summary, input:not([type=range]), .pad")]
+  .filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.closest("[popover], dialog"))
+  .filter((one) => {
+    one.scrollIntoView({ block: "center", inline: "center" });
+    const { left, right, top, bottom } = one.getBoundingClientRect();
+    const there = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+    return there === null || !(one.contains(there) || there.contains(one));
+  })
+  .map((one) => one.getAttribute("aria-label") ?? one.textContent)"""
+"""What a hand cannot get at: off the screen for good, or beneath something else."""
+
+
+@pytest.mark.parametrize("size", [(390, 844), (320, 640), (195, 422)], ids=["phone", "small", "half a phone"])
+def test_everything_is_within_reach_on_a_small_screen(
+    driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    width, height = size
+    page = open_page(driving[0], viewport={"width": width, "height": height})
+    for name in ("Drive", "Joints", "Displays"):
+        page.locator(".sheets").get_by_role("button", name=name).click()
+        assert (
+            page.evaluate("Math.max(document.documentElement.scrollWidth, document.body.scrollWidth)")
+            == width
+        )
+        assert page.evaluate(COVERED) == []

@@ -43,6 +43,21 @@ def test_a_grid_has_as_many_cells_as_it_is_given(open_page: OpenPage) -> None:
         assert np.count_nonzero(np.diff(np.flatnonzero(row)) > 2) == 4  # five lines
 
 
+def test_another_grid_takes_the_floor_once_the_first_is_gone(open_page: OpenPage) -> None:
+    with showing(open_page, {}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.page.get_by_label("Show Grid", exact=True).check()
+        show.add("Grid")
+        for name, value in (("count", "0"), ("colour", "#ff0000")):  # lines without end
+            show.set("Grid", name, value)
+        until(lambda: "another grid is on the floor" in show.status("Grid"))
+        assert not show.mask(RED, 90).any()
+        show.page.locator(".display[data-display=Grid]").first.locator(".head").focus()
+        show.page.keyboard.press("Delete")
+        until(lambda: show.mask(RED, 90).sum() > 1000)
+        until(lambda: show.status("Grid") == "fine")
+
+
 def test_the_force_of_the_ground_is_the_weight_of_the_robot(open_page: OpenPage) -> None:
     from kbot.sim import Simulation
     from kbot.workbench.driving.contact_forces import ContactForces

@@ -14,6 +14,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
+from .displayed import do
 from .pictures import pixels_per_metre, screenshot
 
 OpenPage = Callable[..., Any]
@@ -111,6 +112,36 @@ def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
     until(lambda: shown_x(page) < 0.1 and trail_ends(page) < shown_x(page) + 0.01)
     page.get_by_role("button", name="Live").click()
     until(lambda: not is_past(page) and trail_ends(page) > 0.15)
+
+
+@pytest.mark.parametrize("which", ["the page that saw it", "one that came later"])
+def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
+    page: Any, driving: tuple[str, Session], open_page: OpenPage, which: str
+) -> None:
+    """Driven from x=0 to 0.3, put to y=0.4, and driven on: nothing is drawn between the two ways."""
+    do(page.session, lambda motion: motion._sim.set_pose(0.3, 0.4, 0.0))
+    page.keyboard.down("w")
+    until(lambda: page.session.state().poses[0] > 0.6)
+    page.keyboard.up("w")
+    until(lambda: page.session.state().command == (0.0, 0.0) and page.session.state().twist[0] < 1e-3)
+    shown = page if which == "the page that saw it" else open_page(driving[0])
+    shown.keyboard.press("8")  # the view does not follow
+    shown.evaluate("kbot.look([0.3, 0.199, 1.6], [0.3, 0.2, 0])")
+    until(lambda: trail_at(shown, 0.1, 0.0) > 0 and trail_at(shown, 0.4, 0.4) > 0)
+    assert sum(trail_at(shown, 0.3, y) for y in (0.1, 0.2, 0.3)) == 0
+
+
+def trail_at(page: Any, x: float, y: float) -> int:
+    """Pixels that the trail changes within 2 cm of a place on the ground."""
+    with_trail = screenshot(page).astype(int)
+    page.keyboard.press("7")
+    changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60
+    page.keyboard.press("7")
+    clip = np.array(page.evaluate("kbot.camera().clipFromWorld")).reshape(4, 4) @ (x, y, 0.0, 1.0)
+    height, width = changed.shape
+    column, row = (clip[0] / clip[3] + 1) / 2 * width, (1 - clip[1] / clip[3]) / 2 * height
+    reach = round(0.02 * pixels_per_metre(page))
+    return int(changed[int(row) - reach : int(row) + reach, int(column) - reach : int(column) + reach].sum())
 
 
 def test_a_new_tab_shows_the_whole_trail(

@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kbot.messages import Header
+from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import Speaker
 
 OpenPage = Callable[..., Any]
 
@@ -110,6 +113,39 @@ def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
     page.keyboard.press("Enter")
     page.keyboard.press("Enter")
     until(lambda: "Goal reached" in log.inner_text(), seconds=300)
+
+
+def test_a_goal_of_somebody_else_is_refused_in_every_page_and_told_to_none_that_comes_later(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    goal = PoseStamped(Header(frame_id="nowhere"))
+    until(lambda: "/navigation_status" in [one.name for one in session.topics.topics().topics])
+    until(lambda: session.topics._wanted.get("/navigation_status"))
+    Speaker(session).publish("goal_pose", goal)  # at once, and the first that the page hears
+    shown = page.locator(".goal")
+    until(
+        lambda: (
+            shown.is_visible() and "Goal refused: the goal is in the frame 'nowhere'" in shown.inner_text()
+        )
+    )
+    later = open_page(address)
+    later.keyboard.press("y")
+    until(lambda: "World: empty." in later.get_by_role("log").inner_text())
+    until(lambda: later.locator("[data-topic='/navigation_status']").count() == 1)
+    assert later.locator(".goal").is_hidden()
+    assert "refused" not in later.get_by_role("log").inner_text()
+
+
+def test_a_topic_has_a_rate_before_it_is_opened(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0], viewport={"width": 1200, "height": 900})
+    page.keyboard.press("y")
+    rate = page.locator("[data-topic='/odom'] .rate")
+    until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
+    assert page.locator("[data-topic='/cmd_vel'] .rate").inner_text() == "in"
+    assert page.locator("[data-topic='/plan'] .rate").inner_text() == "not counted"
+    assert "/odom" not in driving[1].topics._heard
 
 
 def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open_page: OpenPage) -> None:

@@ -113,6 +113,25 @@ def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
     until(lambda: np.allclose(seen(), start, atol=1e-3))
 
 
+def test_a_page_that_comes_after_the_robot_fell_looks_at_the_world(
+    island: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = island
+    do(session, lambda motion: motion.act(MoveModel("kbot", 3.0, 0.0, 0.0, 0.0)))
+    until(lambda: session.state().fallen and session.state().fallen[0].z < -20.0)
+    page = open_page(address)
+
+    def seen(*place: float) -> np.ndarray:
+        clip = np.array(page.evaluate("kbot.camera().clipFromWorld")).reshape(4, 4) @ (*place, 1.0)
+        return np.asarray(clip[:2] / clip[3])
+
+    assert np.abs(seen(0.0, 0.0, 0.0)).max() < 0.1  # its middle, in that of the picture
+    assert np.ptp([seen(-0.2, 0.0, 0.0), seen(0.2, 0.0, 0.0)], axis=0).max() > 0.3  # and near
+    page.get_by_label("Reset", exact=True).click()
+    until(lambda: not session.state().fallen)
+    until(lambda: np.abs(seen(*page.evaluate("kbot.poses().slice(0, 3)"))).max() < 0.3)
+
+
 def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
     island: tuple[str, Session], open_page: OpenPage, tmp_path: Path
 ) -> None:

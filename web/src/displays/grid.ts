@@ -37,15 +37,13 @@ export const grid: Make = (picture) => {
     },
     rebuild: draw,
     frame() {
-      if (Number(set["count"]) === 0) {
-        if (isShown && !picture.ground.isRuledBy(group)) rule(); // the one that was there before may be gone
-        return;
-      }
+      if (Number(set["count"]) === 0) return;
       segments.visible = picture.transforms.lookup(String(set["frame"]) || picture.fixedFrame, null, group.matrix) !== null;
       group.matrixWorldNeedsUpdate = true;
     },
     status() {
       const name = String(set["frame"]);
+      if (isShown) rule(); // asked after any display changed: the grid that was on the floor may be gone
       if (Number(set["count"]) === 0) return picture.ground.isRuledBy(group) ? null : { level: "warn", reason: "another grid is on the floor: give this one cells" };
       return name === "" || picture.transforms.lookup(name, null) !== null ? null : { level: "error", reason: `there is no frame ${name}` };
     },
