@@ -1,165 +1,71 @@
-"""What all bridges cost at once, each with a peer in a process of its own, beside the same run alone.
+"""What all bridges cost at once, each with a peer in a process of its own, beside their libraries alone.
 
     python benchmarks/bench_bridges.py
 
 Real time at 50 Hz, with a lidar of 360 beams at 10 Hz, in circles that touch nothing; peers hear the robot's
-own topics (the one of ROS 1 the clock alone, for a connection of TCPROS is for one topic). Alone, the same
-topics are heard within the process, so that simulating and making messages is told apart from what bridges
-add. Shares are CPU time of the simulating process over time that passed; memory is what it has more than
-alone. A delay is from the publication of /clock to its arrival at a peer, both by this machine's clock; what
-the machine takes for as little between two Python processes without KBot, over a plain socket while all that
-runs, stands before them. A command's way is from its arrival at the bridge to the first control period that
+own topics (the one of ROS 1 the clock alone, for a connection of TCPROS is for one topic). Without bridges,
+the same topics are heard within the process, so that simulating and making messages is told apart from what
+bridges add. Shares are CPU time of the simulating process over time that passed; memory is what it has more
+than without bridges. A delay is from the publication of /clock to its arrival at a peer, both by this
+machine's clock, at the median: with one bridge and its peer alone, and with all at once. The libraries alone
+are a process that says the same messages to the same peers, all at once, with what the bridges are made of
+(rosbags, json, cyclonedds, zenoh, websockets, asyncio) and nothing else: how much of a figure is theirs, the
+peers' and the machine's. A command's way is from its arrival at the bridge to the first control period that
 drives by it. Beside each number stands what is wanted of it.
 """
 
 from __future__ import annotations
 
+import json
 import os
+import pickle
 import resource
 import socket
 import statistics
 import subprocess
 import sys
 import time
+from collections import deque
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import IO, cast
 
 import kbot
 from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
 from kbot.bridges.link import Link
 from kbot.bridges.pacing import run_in_real_time
+from kbot.bridges.ros1.rpc import call
 from kbot.messages import types as msg
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
-from kbot.wire import Feed
+from kbot.wire import Feed, Packet
 
-REAL_SECONDS = 8.0
-WARM_SECONDS = 8.0
+HERE = Path(__file__).parent
+REAL_SECONDS = WARM_SECONDS = 8.0
 WANTED_SHARE, WANTED_MEGABYTES, WANTED_DELAY, PERIOD = 0.06, 100.0, 1e-3, 0.02
-HEARD = ("/odom", "/tf", "/joint_states", "/scan")
-TELL = """
-import sys, time
-def tell(nanoseconds):
-    sys.stdout.write(f"{nanoseconds} {time.monotonic()}\\n")
-    sys.stdout.flush()
-"""
-"""What each peer does when the clock arrives."""
+BRIDGES = ("ros1", "ros2", "zenoh", "foxglove", "rosbridge")
+OF_A_MOMENT = {"/clock": 1, "/joint_states": 1, "/odom": 1, "/tf": 2, "/scan": 1}
+"""How many messages the robot says on each topic at one moment."""
 
-PEERS = {
-    "ros1": """
-import socket, struct
-from kbot.bridges.ros1.rpc import call
-from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
-uri = call(sys.argv[1], "lookupNode", "/peer", "/kbot")
-_, host, port = call(uri, "requestTopic", "/peer", "/clock", [["TCPROS"]])
-with socket.create_connection((host, port)) as connection:
-    connection.sendall(encode_header({"callerid": "/peer", "topic": "/clock", "type": "*", "md5sum": "*"}))
-    read_header(connection)
-    while True:
-        secs, nsecs = struct.unpack("<II", read_block(connection))
-        tell(secs * 10**9 + nsecs)
-""",
-    "foxglove": """
-import json, struct
-from websockets.sync.client import connect
-with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"]) as connection:
-    while True:
-        data = connection.recv()
-        if isinstance(data, bytes) and data[0] == 2:
-            tell(struct.unpack_from("<Q", data, 1)[0])
-        elif isinstance(data, str) and (said := json.loads(data))["op"] == "advertise":
-            names = ("/odom", "/tf", "/joint_states", "/clock", "/scan")
-            wanted = [{"id": c["id"], "channelId": c["id"]} for c in said["channels"] if c["topic"] in names]
-            connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
-""",
-    "rosbridge": """
-import json
-from websockets.sync.client import connect
-with connect(sys.argv[1]) as connection:
-    for topic in ("/odom", "/tf", "/joint_states", "/clock", "/scan"):
-        connection.send(json.dumps({"op": "subscribe", "topic": topic}))
-    while True:
-        data = connection.recv()
-        if "/clock" in data:
-            clock = json.loads(data)["msg"]["clock"]
-            tell(clock["secs"] * 10**9 + clock["nsecs"])
-""",
-    "ros2": """
-import os, struct
-from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
-from cyclonedds.util import duration
-from kbot.bridges.ros2.bridge import LOOPBACK, Domain, DomainParticipant, DataReader, DdsTopic, sample_type
-number = int(os.environ["ROS_DOMAIN_ID"])
-domain = Domain(number, LOOPBACK)
-participant = DomainParticipant(number)
-names = {
-    "clock": "rosgraph_msgs/msg/Clock",
-    "odom": "nav_msgs/msg/Odometry",
-    "tf": "tf2_msgs/msg/TFMessage",
-    "joint_states": "sensor_msgs/msg/JointState",
-    "scan": "sensor_msgs/msg/LaserScan",
-}
-topics = [DdsTopic(participant, f"rt/{name}", sample_type(kind)) for name, kind in names.items()]
-readers = [DataReader(participant, topic) for topic in topics]
-waiting = WaitSet(participant)
-any_new = ViewState.Any | InstanceState.Alive | SampleState.NotRead
-for reader in readers:
-    waiting.attach(ReadCondition(reader, any_new))
-while True:
-    waiting.wait(duration(seconds=1))
-    for sample in readers[0].take(64):
-        sec, nanosec = struct.unpack_from("<iI", sample.encoded, 4)
-        tell(sec * 10**9 + nanosec)
-    for reader in readers[1:]:
-        reader.take(64)
-""",
-    "zenoh": """
-import struct, zenoh
-def hear(sample):
-    if "/clock/" in str(sample.key_expr):
-        sec, nanosec = struct.unpack_from("<iI", sample.payload.to_bytes(), 4)
-        tell(sec * 10**9 + nanosec)
-config = zenoh.Config()
-config.insert_json5("mode", '"client"')
-config.insert_json5("connect/endpoints", '["tcp/127.0.0.1:7447"]')
-with zenoh.open(config) as session:
-    names = ("odom", "tf", "joint_states", "clock", "scan")
-    subscribers = [session.declare_subscriber(f"*/{name}/**", hear) for name in names]
-    while True:
-        time.sleep(1)
-""",
-}
-"""Each is told the address of its bridge, where it has one."""
-
-BARE = """
-import contextlib, os, socket, struct, time
-server = socket.create_server(("127.0.0.1", 0))
-if os.fork() == 0:
-    with contextlib.suppress(OSError), socket.create_connection(server.getsockname()) as connection:
-        while True:
-            time.sleep(0.02)
-            connection.sendall(struct.pack("<d", time.monotonic()))
-    os._exit(0)
-connection, _ = server.accept()
-while True:
-    (sent,) = struct.unpack("<d", connection.recv(8))
-    print(time.monotonic() - sent, flush=True)
-"""
-"""Prints the seconds that eight bytes take from one process to another, fifty times a second."""
+Delays = dict[str, list[float]]
+"""Seconds by the bridge's name."""
 
 
 class Run:
-    """A simulation with a lidar in real time, and what it cost."""
+    """A simulation with a lidar in real time, and what it cost with these bridges."""
 
-    def __init__(self, options: CompanionOptions) -> None:
+    def __init__(self, bridges: Sequence[str]) -> None:
         sim = Simulation(kbot.load("kbot"), "boxes")
         sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
         told: list[str] = []
-        companions = Companions(options, told.append)
+        companions = Companions(CompanionOptions(**dict.fromkeys(bridges, True)), told.append)
         companions.join(sim, "", "boxes")
-        for topic in HEARD:
-            sim.bus.subscribe(topic, sim.bus.require(topic), lambda message: None)
+        self.said = {topic: deque[object](maxlen=count) for topic, count in OF_A_MOMENT.items()}
+        """The newest messages of each topic."""
+        for topic, newest in self.said.items():
+            sim.bus.subscribe(topic, sim.bus.require(topic), newest.append)
         published: dict[int, float] = {}
         sim.bus.subscribe(
             "/clock",
@@ -167,34 +73,55 @@ class Run:
             lambda m: published.__setitem__(m.clock.nanoseconds, time.monotonic()),
         )
         sim.cmd_vel(0.2, 0.6)  # within the boxes: pushing one costs more than driving
-        peers = {
-            name: subprocess.Popen(
-                (sys.executable, "-c", TELL + code, _address(told, name)), stdout=subprocess.PIPE, text=True
-            )
-            for name, code in PEERS.items()
-            if getattr(options, name)
-        }
-        bare = subprocess.Popen((sys.executable, "-c", BARE), stdout=subprocess.PIPE, text=True)
+        run_in_real_time(sim, 1.0)  # by then the bridges are there
+        peers = {name: _start_peer(name, _address(told, name)) for name in bridges}
         run_in_real_time(sim, WARM_SECONDS)
+        published.clear()
         before = time.process_time()
         run_in_real_time(sim, REAL_SECONDS)
         self.share = (time.process_time() - before) / REAL_SECONDS
         self.megabytes = _resident()
-        self.gone = [name for name, peer in peers.items() if peer.poll() is not None]
-        for peer in peers.values():
-            peer.kill()
-        self.delays = {
-            name: _delays(peer.communicate()[0].splitlines(), published) for name, peer in peers.items()
-        }
-        bare.kill()
-        self.bare = [float(line) for line in bare.communicate()[0].splitlines()[:-1]]
+        self.delays = _end_peers(peers, published)
         companions.close()
 
+    def moment(self) -> list[tuple[str, str, bytes, str]]:
+        """Each message of a moment: its topic, its type, its CDR and its JSON."""
+        packets = [Packet(topic, message, 0) for topic, newest in self.said.items() for message in newest]
+        return [(p.topic, p.type_name, p.cdr, p.json(ros1=True)) for p in packets]
 
-def _delays(lines: list[str], published: dict[int, float]) -> list[float]:
-    """Seconds each message took, of those that came while it was measured."""
-    parts = [line.split() for line in lines if line.count(" ") == 1]
-    return [float(at) - published[int(stamp)] for stamp, at in parts if at and int(stamp) in published]
+
+def libraries_alone(run: Run) -> tuple[float, Delays]:
+    """What share of a core the same messages take with nothing but the libraries, and their delays."""
+    command = (sys.executable, str(HERE / "bare_bridges.py"), str(WARM_SECONDS), str(REAL_SECONDS))
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as bare:
+        told, heard = cast("IO[bytes]", bare.stdin), cast("IO[bytes]", bare.stdout)
+        pickle.dump(run.moment(), told)
+        told.flush()
+        addresses = json.loads(heard.readline())
+        peers = {name: _start_peer(name, addresses.get(name, "")) for name in run.delays}
+        share, moments = json.loads(heard.readline())
+        delays = _end_peers(peers, {int(stamp): at for stamp, at in moments})
+        bare.kill()
+    return share, delays
+
+
+def _start_peer(name: str, address: str) -> subprocess.Popen[str]:
+    command = (sys.executable, str(HERE / "bridge_peers.py"), name, address)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+
+def _end_peers(peers: dict[str, subprocess.Popen[str]], published: dict[int, float]) -> Delays:
+    """What each message took, of those that came while it was measured."""
+    for name, peer in peers.items():
+        if peer.poll() is not None:
+            print(f"the peer on {name} ended early", file=sys.stderr)
+        peer.kill()
+    heard = {name: peer.communicate()[0].splitlines()[:-1] for name, peer in peers.items()}
+    parts = {name: [line.split() for line in lines] for name, lines in heard.items()}
+    return {
+        name: [float(at) - published[int(stamp)] for stamp, at in lines if int(stamp) in published]
+        for name, lines in parts.items()
+    }
 
 
 def command_delays() -> list[float]:
@@ -215,8 +142,14 @@ def command_delays() -> list[float]:
 
 
 def _address(told: list[str], name: str) -> str:
+    """Where a bridge is, of what it told; on ROS 1 where it says the time."""
     words = {"ros1": "ROS 1:", "foxglove": "Foxglove:", "rosbridge": "rosbridge:"}
-    return next((line.split()[-1] for line in told if line.startswith(words.get(name, "-"))), "")
+    address = next((line.split()[-1] for line in told if line.startswith(words.get(name, "-"))), "")
+    if name != "ros1":
+        return address
+    node = call(address, "lookupNode", "/peer", "/kbot")
+    _, host, port = call(node, "requestTopic", "/peer", "/clock", [["TCPROS"]])
+    return f"{host}:{port}"
 
 
 def _resident() -> float:
@@ -236,20 +169,23 @@ def _say(name: str, value: float, unit: str, wanted: float | None = None) -> Non
 def main() -> None:
     os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{_free_port()}/"
     os.environ["ROS_DOMAIN_ID"] = "87"
-    alone = Run(CompanionOptions())
-    extras = {"ros2": find_spec("cyclonedds") is not None, "zenoh": find_spec("zenoh") is not None}
-    together = Run(CompanionOptions(ros1=True, foxglove=True, rosbridge=True, **extras))
-    names = {"real time at 50 Hz, alone": alone.share, f"{3 + sum(extras.values())} bridges": together.share}
-    for name, share in names.items():
-        _say(name, 100 * share, "% of a core", 100 * WANTED_SHARE)
-    _say("what the bridges add", 100 * (together.share - alone.share), "% of a core")
-    _say("memory for them", together.megabytes - alone.megabytes, "MB", WANTED_MEGABYTES)
-    _say("between two processes, without KBot", 1e3 * statistics.median(together.bare), "ms")
-    for name, delays in together.delays.items():
-        _say(f"publication to receipt, {name}", 1e3 * statistics.median(delays), "ms", 1e3 * WANTED_DELAY)
+    missing = {"ros2": "cyclonedds", "zenoh": "zenoh"}
+    bridges = [name for name in BRIDGES if name not in missing or find_spec(missing[name])]
+    without = Run(())
+    together = Run(bridges)
+    share, floor = libraries_alone(together)
+    _say("real time at 50 Hz, without bridges", 100 * without.share, "% of a core")
+    _say(f"with {len(bridges)} bridges", 100 * together.share, "% of a core", 100 * WANTED_SHARE)
+    _say("what the bridges add", 100 * (together.share - without.share), "% of a core")
+    _say("their libraries alone", 100 * share, "% of a core")
+    _say("memory for the bridges", together.megabytes - without.megabytes, "MB", WANTED_MEGABYTES)
     _say("command to wheels, at most", 1e3 * max(command_delays()), "ms", 1e3 * PERIOD)
-    for name in together.gone:
-        print(f"the peer on {name} ended early", file=sys.stderr)
+    print(f"\n{'publication to receipt, ms':28} alone  all at once  libraries alone, all at once")
+    for name in bridges:
+        runs = (Run((name,)).delays, together.delays, floor)
+        alone, all_at_once, bare = (1e3 * statistics.median(delays[name]) for delays in runs)
+        figures = f"{alone:5.2f} {all_at_once:12.2f} {bare:16.2f}"
+        print(f"{name:28} {figures:47} (wanted: {1e3 * WANTED_DELAY:g})")
 
 
 if __name__ == "__main__":

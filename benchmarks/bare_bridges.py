@@ -1,0 +1,136 @@
+"""What stands beside the bridges: the same messages, said by the libraries alone in a process of their own.
+
+    python benchmarks/bare_bridges.py WARM_SECONDS SECONDS < MESSAGES
+
+On the input stands the pickled list of one moment's messages, each as its topic, its type, its CDR and its
+JSON. Fifty times a second all libraries are given them, encoded as each wants them: the bytes are made by
+rosbags, the texts by json, once for all. Two lines are printed, in JSON: the addresses by bridge; and what
+share of a core the SECONDS took, with the stamps of /clock in nanoseconds and when their moments began.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import pickle
+import struct
+import sys
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import zenoh
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from rosbags.typesys import Stores, get_typestore
+from websockets.asyncio.server import ServerConnection, broadcast, serve
+from websockets.typing import Subprotocol
+
+from kbot.bridges.ros1.tcpros import encode_header
+from kbot.bridges.ros2.bridge import LOOPBACK
+from kbot.bridges.ros2.types import sample_of, sample_type
+from kbot.bridges.zenoh.names import topic_key
+
+PERIOD, SCAN_EVERY = 0.02, 5
+ROS2, ROS1 = get_typestore(Stores.ROS2_JAZZY), get_typestore(Stores.ROS1_NOETIC)
+ATTACHED = bytes(33)
+"""As much as rmw_zenoh sends along with each message."""
+
+
+class Message:
+    """One message of each period, as the library knows it, and where it goes out."""
+
+    def __init__(self, number: int, topic: str, type_name: str, cdr: bytes, text: str) -> None:
+        self.number, self.topic, self.type_name = number, topic, type_name
+        self.message: Any = ROS2.deserialize_cdr(cdr, type_name)
+        self.plain = json.loads(text)
+        self.kind = sample_type(type_name)
+        self.writer: Any = None
+        self.publisher: Any = None
+
+    def set_time(self, nanoseconds: int) -> None:
+        sec, nanosec = divmod(nanoseconds, 10**9)
+        self.message = SimpleNamespace(clock=SimpleNamespace(sec=sec, nanosec=nanosec))
+        self.plain = {"clock": {"secs": sec, "nsecs": nanosec}}
+
+
+async def main(warm: float, seconds: float) -> None:
+    """Speak to all who come; the share is of `seconds` after those that are `warm`."""
+    told = pickle.load(sys.stdin.buffer)
+    messages = [Message(number, *parts) for number, parts in enumerate(told, 1)]
+    ros1: set[asyncio.StreamWriter] = set()
+    foxglove: set[ServerConnection] = set()
+    rosbridge: set[ServerConnection] = set()
+
+    async def greet_ros1(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.read(1 << 16)
+        writer.write(encode_header({"topic": "/clock", "type": "rosgraph_msgs/Clock", "md5sum": "*"}))
+        ros1.add(writer)
+
+    async def greet_foxglove(connection: ServerConnection) -> None:
+        channels = [{"id": m.number, "topic": m.topic} for m in messages]
+        await connection.send(json.dumps({"op": "advertise", "channels": channels}))
+        foxglove.add(connection)
+        await connection.wait_closed()
+
+    async def greet_rosbridge(connection: ServerConnection) -> None:
+        rosbridge.add(connection)
+        await connection.wait_closed()
+
+    tcp = await asyncio.start_server(greet_ros1, "127.0.0.1", 0)
+    by_foxglove = await serve(
+        greet_foxglove, "127.0.0.1", 0, compression=None, subprotocols=[Subprotocol("foxglove.sdk.v1")]
+    )
+    by_rosbridge = await serve(greet_rosbridge, "127.0.0.1", 0, compression=None)
+    domain = int(os.environ["ROS_DOMAIN_ID"])
+    held = Domain(domain, LOOPBACK), DomainParticipant(domain)
+    config = zenoh.Config()
+    config.insert_json5("mode", '"router"')
+    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:7447"]')
+    session = zenoh.open(config)
+    writers: dict[str, Any] = {}
+    for m in messages:
+        if m.topic not in writers:
+            topic = Topic(held[1], f"rt{m.topic}", m.kind)
+            key = topic_key(domain, m.topic, m.type_name)
+            writers[m.topic] = DataWriter(held[1], topic), session.declare_publisher(key)
+        m.writer, m.publisher = writers[m.topic]
+
+    servers = {"ros1": tcp, "foxglove": by_foxglove, "rosbridge": by_rosbridge}
+    ports = {name: next(iter(server.sockets)).getsockname()[1] for name, server in servers.items()}
+    heads = {"ros1": "", "foxglove": "ws://", "rosbridge": "ws://"}
+    print(json.dumps({name: f"{heads[name]}127.0.0.1:{port}" for name, port in ports.items()}), flush=True)
+    due, moments, before = time.monotonic(), [], 0.0
+    for number in range(round((warm + seconds) / PERIOD)):
+        if number == round(warm / PERIOD):
+            before = time.process_time()
+            moments.clear()
+        now = number * round(PERIOD * 1e9)
+        moments.append((now, time.monotonic()))
+        of_now = [m for m in messages if m.topic != "/scan" or number % SCAN_EVERY == 0]
+        clock = next(m for m in of_now if m.topic == "/clock")
+        clock.set_time(now)
+        data = bytes(ROS1.serialize_ros1(clock.message, clock.type_name))
+        for writer in ros1:
+            writer.write(struct.pack("<I", len(data)) + data)
+        encoded = [bytes(ROS2.serialize_cdr(m.message, m.type_name)) for m in of_now]
+        for m, data in zip(of_now, encoded, strict=True):
+            m.writer.write(sample_of(m.kind, data))
+        for m, data in zip(of_now, encoded, strict=True):
+            m.publisher.put(data, attachment=ATTACHED)
+        for m, data in zip(of_now, encoded, strict=True):
+            broadcast(foxglove, struct.pack("<BIQ", 1, m.number, now) + data)
+        broadcast(foxglove, struct.pack("<BQ", 2, now))
+        for m in of_now:
+            broadcast(rosbridge, json.dumps({"op": "publish", "topic": m.topic, "msg": m.plain}))
+        due += PERIOD
+        await asyncio.sleep(due - time.monotonic())
+    share = (time.process_time() - before) / seconds
+    print(json.dumps([share, moments]), flush=True)
+    await asyncio.Event().wait()  # peers are ended first
+
+
+if __name__ == "__main__":
+    asyncio.run(main(float(sys.argv[1]), float(sys.argv[2])))

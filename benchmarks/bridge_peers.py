@@ -1,0 +1,134 @@
+"""What listens while bridges are measured: one peer of one bridge, with that protocol's own library.
+
+    python benchmarks/bridge_peers.py NAME [ADDRESS]
+
+For each message of /clock a line: its stamp in nanoseconds, and when it came by this machine's clock (s). The
+robot's other topics are taken as well, but by the peer of ROS 1, for a connection of TCPROS is for one topic.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import struct
+import sys
+import time
+
+NAMES = ("odom", "tf", "joint_states", "clock", "scan")
+
+
+def hear_ros1(address: str) -> None:
+    """`address` is where a publisher of /clock listens, HOST:PORT."""
+    from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
+
+    host, _, port = address.rpartition(":")
+    with socket.create_connection((host, int(port))) as connection:
+        connection.sendall(
+            encode_header({"callerid": "/peer", "topic": "/clock", "type": "*", "md5sum": "*"})
+        )
+        read_header(connection)
+        while True:
+            secs, nsecs = struct.unpack("<II", read_block(connection))
+            tell(secs * 10**9 + nsecs)
+
+
+def hear_foxglove(address: str) -> None:
+    from websockets.sync.client import connect
+    from websockets.typing import Subprotocol
+
+    with connect(address, subprotocols=[Subprotocol("foxglove.sdk.v1")]) as connection:
+        while True:
+            data = connection.recv()
+            if isinstance(data, bytes) and data[0] == 2:
+                tell(struct.unpack_from("<Q", data, 1)[0])
+            elif isinstance(data, str) and (said := json.loads(data))["op"] == "advertise":
+                wanted = [
+                    {"id": c["id"], "channelId": c["id"]} for c in said["channels"] if c["topic"][1:] in NAMES
+                ]
+                connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+
+
+def hear_rosbridge(address: str) -> None:
+    from websockets.sync.client import connect
+
+    with connect(address) as connection:
+        for name in NAMES:
+            connection.send(json.dumps({"op": "subscribe", "topic": f"/{name}"}))
+        while True:
+            data = str(connection.recv())
+            if "/clock" in data:
+                clock = json.loads(data)["msg"]["clock"]
+                tell(clock["secs"] * 10**9 + clock["nsecs"])
+
+
+def hear_ros2(_: str) -> None:
+    from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+    from cyclonedds.domain import Domain, DomainParticipant
+    from cyclonedds.sub import DataReader
+    from cyclonedds.topic import Topic
+    from cyclonedds.util import duration
+
+    from kbot.bridges.ros2.bridge import LOOPBACK
+    from kbot.bridges.ros2.types import sample_type
+
+    number = int(os.environ["ROS_DOMAIN_ID"])
+    domain = Domain(number, LOOPBACK)  # it ends with what holds it
+    participant = DomainParticipant(number)
+    kinds = {
+        "clock": "rosgraph_msgs/msg/Clock",
+        "odom": "nav_msgs/msg/Odometry",
+        "tf": "tf2_msgs/msg/TFMessage",
+        "joint_states": "sensor_msgs/msg/JointState",
+        "scan": "sensor_msgs/msg/LaserScan",
+    }
+    topics = [Topic(participant, f"rt/{name}", sample_type(kind)) for name, kind in kinds.items()]
+    readers = [DataReader(participant, topic) for topic in topics]
+    waiting = WaitSet(participant)
+    any_new = ViewState.Any | InstanceState.Alive | SampleState.NotRead
+    for reader in readers:
+        waiting.attach(ReadCondition(reader, any_new))
+    while domain:
+        waiting.wait(duration(seconds=1))
+        for sample in readers[0].take(64):
+            if not sample.sample_info.valid_data:
+                continue  # its writer is gone
+            sec, nanosec = struct.unpack_from("<iI", sample.encoded, 4)
+            tell(sec * 10**9 + nanosec)
+        for reader in readers[1:]:
+            reader.take(64)
+
+
+def hear_zenoh(_: str) -> None:
+    import zenoh
+
+    def hear(sample: zenoh.Sample) -> None:
+        if "/clock/" in str(sample.key_expr):
+            sec, nanosec = struct.unpack_from("<iI", sample.payload.to_bytes(), 4)
+            tell(sec * 10**9 + nanosec)
+
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", '["tcp/127.0.0.1:7447"]')
+    with zenoh.open(config) as session:
+        subscribers = [session.declare_subscriber(f"*/{name}/**", hear) for name in NAMES]
+        while subscribers:
+            time.sleep(1)
+
+
+PEERS = {
+    "ros1": hear_ros1,
+    "foxglove": hear_foxglove,
+    "rosbridge": hear_rosbridge,
+    "ros2": hear_ros2,
+    "zenoh": hear_zenoh,
+}
+
+
+def tell(nanoseconds: int) -> None:
+    sys.stdout.write(f"{nanoseconds} {time.monotonic()}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    PEERS[sys.argv[1]](*sys.argv[2:])
