@@ -62,7 +62,8 @@ class Packet:
         if self._json is None:
             self._json = {}
         if key not in self._json:
-            plain = to_plain(self.message, ros1=ros1, exact=True)
+            # what carries arrays, as a scan does, often has some where there is nothing
+            plain = to_plain(self.message, ros1=ros1, exact=exact or not self.is_large)
             try:
                 self._json[key] = _finite_json(plain)
             except ValueError:  # there are numbers that JSON lacks
