@@ -31,15 +31,15 @@ def main(names: list[str]) -> int:
     if unknown:
         print(f"no benchmark {', '.join(unknown)}; there are {', '.join(scripts)}", file=sys.stderr)
         return 2
-    sections = _read_page()
-    failed = []
+    made, failed = {}, []
     for name in names or scripts:
         print(f"{name} ...", file=sys.stderr)
         ran = subprocess.run([sys.executable, str(scripts[name])], stdout=subprocess.PIPE, text=True)
         print(ran.stdout)
         if ran.returncode:
             failed.append(name)
-        sections[name] = _section(scripts[name], ran.stdout, ran.returncode)
+        made[name] = _section(scripts[name], ran.stdout, ran.returncode)
+    sections = _read_page() | made
     PAGE.write_text(HEAD + "".join(sections[name] for name in scripts if name in sections))
     if failed:
         print(f"failed: {', '.join(failed)}", file=sys.stderr)
