@@ -98,9 +98,9 @@ export class TimeTravel {
   }
 
   goLive(): void {
-    const isAsked = this.asked !== null;
+    const isGoing = this.wanted !== null; // the server may not have said so yet
     this.asked = this.wanted = null;
-    if (this.isPast || isAsked) this.send({ type: "go_live" });
+    if (this.isPast || isGoing) this.send({ type: "go_live" });
   }
 
   /** Lets the simulation go on from the moment on show. */
@@ -131,6 +131,6 @@ export class TimeTravel {
 
   /** Called before a message goes out. */
   aboutTo(message: FromPage): void {
-    if (this.isPast && ACTS.has(message.type)) this.goLive();
+    if ((this.isPast || this.wanted !== null) && ACTS.has(message.type)) this.goLive();
   }
 }
