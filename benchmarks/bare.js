@@ -25,6 +25,7 @@ const part = (geometry, color, x, y, z) => {
   mesh.position.set(x, y, z);
   robot.add(mesh);
 };
+part(new THREE.BoxGeometry(0.001, 0.001, 0.001), 0xffffff, 0, 0, 0.0005);
 part(new THREE.BoxGeometry(0.16, 0.16, 0.01), 0x0000cc, -0.02, 0, 0.04);
 part(new THREE.CylinderGeometry(0.035, 0.035, 0.005, 64), 0x000000, 0, 0.087, 0.035);
 part(new THREE.CylinderGeometry(0.035, 0.035, 0.005, 64), 0x000000, 0, -0.087, 0.035);
@@ -39,6 +40,7 @@ const boxes = (places, [x, y, z]) => {
   places.forEach((_, i) => mesh.setColorAt(i, new THREE.Color(0.5, 0.4, 0.3)));
   scene.add(mesh);
 };
+const FRAMES = 22; // 20 links, map and odom
 let away = [9, 4];
 if ("SCENE" === "boxes") {
   boxes(BOXES, [0.1, 0.1, 0.1]);
@@ -49,7 +51,7 @@ if ("SCENE" === "boxes") {
   const rod = new THREE.CylinderGeometry(0.001, 0.001, 0.05, 10);
   const axes = [0xe5484d, 0x46a758, 0x3e7bfa].map((color) => {
     const material = new THREE.MeshBasicMaterial({ color, depthTest: false, transparent: true });
-    const mesh = new THREE.InstancedMesh(rod, material, 20);
+    const mesh = new THREE.InstancedMesh(rod, material, FRAMES);
     mesh.frustumCulled = false;
     scene.add(mesh);
     return mesh;
@@ -59,7 +61,7 @@ if ("SCENE" === "boxes") {
     const turned = performance.now() / 1000;
     robot.rotation.z = turned;
     axes.forEach((mesh, which) => {
-      for (let i = 0; i < 20; i += 1) {
+      for (let i = 0; i < FRAMES; i += 1) {
         place.makeRotationFromEuler(new THREE.Euler(which === 2 ? Math.PI / 2 : 0, 0, which === 0 ? Math.PI / 2 : turned));
         mesh.setMatrixAt(i, place.setPosition(0.1 * Math.cos(turned + i * 0.314), 0.1 * Math.sin(turned + i * 0.314), 0.06));
       }
