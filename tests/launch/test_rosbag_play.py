@@ -17,10 +17,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def staged(folder: Path, args: str, more: str = "", inner: str = "") -> Stage:
+def staged(folder: Path, args: str, more: str = "", inner: str = "", beside: str = "") -> Stage:
     file = folder / "a.launch"
     file.write_text(
-        f'<launch><node pkg="rosbag" type="play" name="p" args="{args}" {more}>{inner}</node></launch>'
+        f'<launch><node pkg="rosbag" type="play" name="p" args="{args}" {more}>{inner}</node>'
+        f"{beside}</launch>"
     )
     return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
 
@@ -97,6 +98,15 @@ def test_what_cannot_be_is_said_at_the_word(
     (note,) = staged(folder, args.format(folder)).notes
     assert note.origin is not None
     assert (note.code, note.is_error, note.origin.span.text) == (code, is_error, word)
+
+
+@pytest.mark.parametrize(("args", "paused"), [("--pause {}/a.bag", True), ("{}/a.bag", False)])
+def test_a_player_beside_a_simulation_begins_paused(folder: Path, args: str, paused: bool) -> None:
+    """P in the page lets both go on."""
+    robot = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param r -model m"/>'
+    found = staged(folder, args.format(folder), beside=robot)
+    assert only(found).paused is found.paused is paused
+    assert not [note for note in found.notes if note.code == "L063"]
 
 
 def test_each_number_is_refused_at_its_own_option(folder: Path) -> None:

@@ -63,6 +63,13 @@ def test_rate_start_and_duration(recording: str) -> None:
     assert Listener(recording, start=1.05, seconds=0.5).run(3.0) == speeds(12, 16)
 
 
+def test_what_leaves_nothing_to_loop_over_is_refused_at_the_player(recording: str) -> None:
+    with pytest.raises(DescriptionError, match="leaves nothing to be said again and again") as raised:
+        Listener(recording, seconds=0.0, loop=True)
+    assert [d.origin for d in raised.value.diagnostics] == [ORIGIN]
+    assert Listener(recording, seconds=0.0).run(0.2) is not None
+
+
 def test_a_delay_is_of_the_wall_s_time(recording: str) -> None:
     listener = Listener(recording, delay=0.5, rate=2.0)
     assert listener.run(0.45) == []

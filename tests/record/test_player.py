@@ -48,6 +48,37 @@ def test_a_recording_is_said_again_in_its_order(runs: dict[str, Path], kind: str
     assert player.seconds < 0.021
 
 
+def test_several_recordings_are_said_as_one(runs: dict[str, Path], tmp_path: Path) -> None:
+    """Of a run whose topics were recorded apart, the later part of one in a third file."""
+    whole, parts = str(runs["mcap"]), [str(tmp_path / name) for name in ("odom.bag", "tf.mcap", "late.mcap")]
+    assert run(["bag", "cut", whole, parts[0], "--topic", "/odom", "--end", "0.5"]) == 0
+    assert run(["bag", "cut", whole, parts[1], "--topic", "/tf"]) == 0
+    assert run(["bag", "cut", whole, parts[2], "--topic", "/odom", "--start", "0.51"]) == 0
+
+    def heard(*files: str) -> list[tuple[str, object]]:
+        player, found = Player(*files, topics=("/odom", "/tf")), []
+        for topic, message_type in (("/odom", Odometry), ("/tf", TFMessage)):
+            player.bus.subscribe(topic, message_type, lambda m, t=topic: found.append((player.seconds, t, m)))
+        while player.advance(0.1):
+            continue
+        return sorted(found, key=lambda one: one[:2])
+
+    assert heard(*parts) == heard(whole)
+    with pytest.raises(KbotError, match=r"odom\.bag, .*late\.mcap has no topic /tff: did you mean '/tf'"):
+        Player(*parts, topics=("/tff",))
+
+
+def test_a_topic_of_two_types_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
+    other = tmp_path / "other.mcap"
+    bus, writer = Bus(), open_writer(str(other))
+    publisher = bus.advertise("/odom", ClockMessage)
+    Feed(bus, lambda: 1).open("/odom", writer.write)
+    publisher.publish(ClockMessage())
+    writer.close()
+    with pytest.raises(KbotError, match="/odom is nav_msgs/msg/Odometry and rosgraph_msgs/msg/Clock"):
+        Player(str(runs["mcap"]), str(other))
+
+
 def test_a_part_of_it_and_topics_of_it(runs: dict[str, Path]) -> None:
     player = Player(str(runs["mcap"]), topics=("/odom",), start=0.4, seconds=0.2)
     assert list(player.bus.topics) == ["/odom"]

@@ -90,7 +90,8 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     transforms = [_taken(read_static_transform(node), notes) for node in cast.get(Role.TRANSFORM, [])]
     now = datetime.now()
     recordings = [_taken(read_recording(node, now), notes) for node in cast.get(Role.RECORDER, [])]
-    playings = [_taken(read_playing(node), notes) for node in cast.get(Role.PLAYER, [])]
+    simulate = bool(spawners) or any(runs_hardware(node) for node in plan.nodes)
+    playings = [_taken(read_playing(node, can_wait=simulate), notes) for node in cast.get(Role.PLAYER, [])]
     gazebo, found = read_gazebo(plan)
     notes += found
     joints, found = read_joint_states(plan)
@@ -109,9 +110,10 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     return Stage(
         path=first.path if first else None,
         arguments=first.arguments if first else {},
-        simulate=bool(spawners) or any(runs_hardware(node) for node in plan.nodes),
+        simulate=simulate,
         world=gazebo.world,
-        paused=gazebo.paused and not any(robot.spawn.unpause for robot in robots),
+        paused=(gazebo.paused and not any(robot.spawn.unpause for robot in robots))
+        or any(playing is not None and playing.paused for playing in playings),
         window=gazebo.window or bool(viewers),
         displays=next((file for node in viewers if (file := display_config(node.args))), ""),
         fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),

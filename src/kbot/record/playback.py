@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
@@ -13,7 +12,7 @@ from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
 from kbot.record.formats import TEXT
 from kbot.record.player import LATCHED, NOT_SAID
-from kbot.record.reader import Recording
+from kbot.record.reader import Recordings, require_topics
 from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.wire import decode_cdr, known_type
@@ -62,26 +61,22 @@ class Playback:
 
     def _open(self, playing: Playing) -> Mapping[str, str]:
         """The topics of the recordings, with their types. Raises KbotError: they hold nothing to say."""
-        self._recordings = [Recording(path) for path in playing.paths]
-        summaries = [recording.summary() for recording in self._recordings]
-        starts = [summary.start for summary in summaries if summary.start is not None]
-        ends = [summary.end for summary in summaries if summary.end is not None]
-        if not starts:
-            raise KbotError(f"{playing.paths[0]} holds no messages")
-        self._first = min(starts) + round(playing.start * 1e9)
-        self._last = max(ends)
+        self._recording = Recordings(playing.paths)
+        summary, first = self._recording.summary(), playing.paths[0]
+        if summary.start is None or summary.end is None:
+            raise KbotError(f"{first} holds no messages")
+        self._first = summary.start + round(playing.start * 1e9)
+        self._last = summary.end
         if playing.seconds is not None:
             self._last = min(self._last, self._first + round(playing.seconds * 1e9))
         if self._first > self._last:
             raise KbotError(
-                f"{playing.paths[0]} is {(max(ends) - min(starts)) * 1e-9:g} s long: "
-                f"nothing is left of it {playing.start:g} s on"
+                f"{first} is {summary.seconds:g} s long: nothing is left of it {playing.start:g} s on"
             )
-        types = {name: topic.type_name for summary in summaries for name, topic in summary.topics.items()}
-        for topic in playing.topics:
-            for recording in self._recordings[:1] if topic not in types else ():
-                recording.require_topics((topic,))
-        return types
+        if playing.loop and self._first == self._last:
+            raise KbotError(f"0 s of {first} would be said: that leaves nothing to be said again and again")
+        require_topics(first, summary, playing.topics)
+        return {name: topic.type_name for name, topic in summary.topics.items()}
 
     def close(self) -> None:
         """Say no more."""
@@ -105,8 +100,7 @@ class Playback:
     @property
     def description(self) -> str:
         """The robot's URDF, empty where the recordings have none."""
-        entries = (entry for recording in self._recordings for entry in recording.entries())
-        found = (e for e in entries if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
+        found = (e for e in self._recording.entries() if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
         return next((str(e.message().data) for e in found), "")
 
     def go_on_from(self, other: Playback) -> None:
@@ -163,8 +157,7 @@ class Playback:
         self._on_end()
 
     def _wanted(self) -> Iterator[Entry]:
-        recordings = (recording.entries() for recording in self._recordings)
-        for entry in heapq.merge(*recordings, key=lambda entry: entry.nanoseconds):
+        for entry in self._recording.entries():
             is_early = entry.topic in LATCHED and entry.nanoseconds < self._first
             if entry.topic in self._say and (is_early or self._first <= entry.nanoseconds <= self._last):
                 yield entry

@@ -1,4 +1,4 @@
-"""A recording said again on a bus, as time passes: for bridges, as a simulation is."""
+"""Recordings said again on a bus, as time passes: for bridges, as a simulation is."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC, TEXT
-from kbot.record.reader import Recording, Summary
+from kbot.record.reader import Recordings, Summary, require_topics
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
@@ -26,23 +26,21 @@ class Player:
 
     def __init__(
         self,
-        path: str,
-        *,
+        *paths: str,
         topics: tuple[str, ...] = (),
         start: float = 0.0,
         seconds: float | None = None,
     ) -> None:
-        """From `start` seconds after the first message on, for so many `seconds` of the recording, None for
-        all; `topics` empty means all.
+        """One or more recordings as one, from `start` seconds after the first message on, for so many
+        `seconds` of it, None for all; `topics` empty means all.
 
         Raises:
             KbotError: no such recording or topic, or nothing is left of it from the start on.
         """
-        self.path = path
-        self._recording = Recording(path)
-        if topics:
-            self._recording.require_topics(topics)
+        self._recording = Recordings(paths)
+        path = self.path = self._recording.path
         self.summary: Summary = self._recording.summary()
+        require_topics(path, self.summary, topics)
         if self.summary.start is None or self.summary.end is None:
             raise KbotError(f"{path} holds no messages")
         self._first = self.summary.start + round(start * 1e9)

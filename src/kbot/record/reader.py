@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import heapq
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -77,11 +78,45 @@ class Recording:
 
     def require_topics(self, topics: tuple[str, ...]) -> None:
         """Raises KbotError: one of them is not in the recording."""
-        known = self.summary().topics
-        for topic in topics:
-            if topic not in known:
-                hint = did_you_mean(topic, known)
-                raise KbotError(f"{self.path} has no topic {topic}" + (f": {hint}" if hint else ""))
+        require_topics(self.path, self.summary(), topics)
+
+
+class Recordings:
+    """Several recordings as one: their messages in the order of time."""
+
+    def __init__(self, paths: Sequence[str]) -> None:
+        """Raises KbotError: one of the files is not there, or is no recording."""
+        self._all = [Recording(path) for path in paths]
+        self.path = ", ".join(paths)
+
+    def entries(self) -> Iterator[Entry]:
+        """Every message of each up to its end, or to where its file breaks off."""
+        return heapq.merge(*(one.entries() for one in self._all), key=lambda entry: entry.nanoseconds)
+
+    def summary(self) -> Summary:
+        """Read them through. Raises KbotError: one is no recording, or a topic has two types."""
+        every = [one.summary() for one in self._all]
+        topics: dict[str, TopicSummary] = {}
+        for name, found in ((name, topic) for one in every for name, topic in one.topics.items()):
+            known = topics.setdefault(name, TopicSummary(found.type_name))
+            if known.type_name != found.type_name:
+                raise KbotError(f"{self.path}: {name} is {known.type_name} and {found.type_name}")
+            known.count += found.count
+        notes = {name: values for one in reversed(every) for name, values in one.notes.items()}
+        starts = [one.start for one in every if one.start is not None]
+        ends = [one.end for one in every if one.end is not None]
+        broken = "; ".join(one.broken for one in every if one.broken)
+        return Summary(
+            every[0].kind, topics, notes, min(starts, default=None), max(ends, default=None), broken
+        )
+
+
+def require_topics(path: str, summary: Summary, topics: tuple[str, ...]) -> None:
+    """Raises KbotError: one of them is not in what a file holds."""
+    for topic in topics:
+        if topic not in summary.topics:
+            hint = did_you_mean(topic, summary.topics)
+            raise KbotError(f"{path} has no topic {topic}" + (f": {hint}" if hint else ""))
 
 
 def kept(path: str) -> str:

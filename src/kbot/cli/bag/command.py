@@ -194,10 +194,11 @@ class _Play(click.Command):
         "kbot bag play run.mcap --foxglove",
         "kbot bag play run.bag --bridges auto -r 2 -s 10 -u 5 --loop",
         "kbot bag play run.bag --ros1 --pause --topics /scan /tf",
+        "kbot bag play robot.bag camera.bag --ros1  several, as one",
         "kbot bag play run.mcap                     then: kbot topic echo /odom",
     ),
 )
-@_recording
+@click.argument("recordings", metavar="FILE...", nargs=-1, required=True)
 @click.option(
     "-s",
     "--start",
@@ -239,7 +240,7 @@ class _Play(click.Command):
 @_topics
 @bridge_options
 def play(
-    recording: str,
+    recordings: tuple[str, ...],
     start: float,
     seconds: float | None,
     rate: float,
@@ -250,7 +251,7 @@ def play(
     topics: tuple[str, ...],
     options: CompanionOptions,
 ) -> None:
-    """Say a recording again, with /clock, to peers on bridges and to `kbot topic`.
+    """Say recordings again, several as one, with /clock, to peers on bridges and to `kbot topic`.
 
     Options are those of `rosbag play` and `ros2 bag play`; `--topics A B` is `--topic A --topic B`. In a
     terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to its
@@ -259,9 +260,9 @@ def play(
     from kbot.cli.bag.play import play as say_again
     from kbot.record.player import Player
 
-    player = Player(recording, topics=topics, start=start, seconds=seconds)
+    player = Player(*recordings, topics=topics, start=start, seconds=seconds)
     if loop and player.length == 0.0:
-        fail(f"0 s of {recording} would be said: that leaves nothing to be said again and again")
+        fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
     player.paused = paused
     say_again(player, options, rate=rate, delay=delay, loop=loop)
 

@@ -33,9 +33,8 @@ SLOWEST, FASTEST = 0.01, 100.0
 LONGEST = 1e9
 """Seconds that an option may give."""
 _SUFFIXES = (".bag", ".mcap", ".db3")
+_PAUSES = ("--pause", "--start-paused", "-p")
 _NOT_DONE: Mapping[str, str] = {
-    "--pause": "it begins at once",
-    "--start-paused": "it begins at once",
     "--clock": "KBot tells the time",
     "--rate-control-topic": "the rate is that of --rate",
     "--pause-topics": "it goes on",
@@ -49,8 +48,8 @@ _NOT_DONE: Mapping[str, str] = {
 @dataclass(frozen=True, slots=True)
 class Playing:
     """Recordings that are said again together: from `start` seconds after the first message on, `rate` times
-    as fast, after a `delay` (s). `topics` empty means all; `remaps` are by the recording's names. At the end
-    a `required` one ends the launch."""
+    as fast, after a `delay` (s). `topics` empty means all; `remaps` are by the recording's names. One that is
+    `paused` waits to be let go on. At the end a `required` one ends the launch."""
 
     paths: tuple[str, ...]
     origin: Origin
@@ -63,6 +62,7 @@ class Playing:
     remaps: Mapping[str, str] = field(default_factory=dict)
     prefix: str = ""
     required: bool = False
+    paused: bool = False
 
     def said_on(self, topic: str) -> str:
         """Where a topic of the recording is said."""
@@ -70,9 +70,9 @@ class Playing:
         return self.remaps.get(topic, f"{prefix}{topic}")
 
 
-def read_playing(node: Node) -> tuple[Playing | None, list[Diagnostic]]:
+def read_playing(node: Node, *, can_wait: bool = False) -> tuple[Playing | None, list[Diagnostic]]:
     """What a player of ROS 1 (rosbag play) or of ROS 2 (ros2 bag play) would say; None where no recording is
-    there."""
+    there. `can_wait`: whether something lets one that is paused go on."""
     is_ros_2 = node.package != "rosbag"
     options = read_options(node, _ROS2 if is_ros_2 else _ROS1)
     words = [word for word in options.rest[2 if is_ros_2 else 0 :] if not word.startswith("__")]
@@ -85,8 +85,9 @@ def read_playing(node: Node) -> tuple[Playing | None, list[Diagnostic]]:
     if not named and topics:  # argparse takes a bag after --topics for a topic, and so the bag is last
         named = [topic for topic in topics if topic.endswith(_SUFFIXES)]
         topics = [topic for topic in topics if topic not in named]
-    for option, why in _NOT_DONE.items():
-        if options.has(option):
+    pauses = next((option for option in (_PAUSES if is_ros_2 else _PAUSES[:1]) if options.has(option)), "")
+    for option, why in (_NOT_DONE if can_wait else {**_NOT_DONE, pauses: "it begins at once"}).items():
+        if option and options.has(option):
             options.notes.append(
                 Diagnostic("L063", Severity.INFO, f"{option}: {why}", place_of(node, option))
             )
@@ -108,6 +109,7 @@ def read_playing(node: Node) -> tuple[Playing | None, list[Diagnostic]]:
         remaps={_absolute(source): _absolute(target) for source, target in remaps.items()},
         prefix="" if is_ros_2 else (options.text("--prefix", "-p") or "").strip("/"),
         required=node.required and not keeps_on,
+        paused=can_wait and bool(pauses),
     ), options.notes
 
 
