@@ -19,14 +19,13 @@ export const NOTHING: Parts = { visual: false, collision: false, inertia: false,
 
 const EMITTED = new Color(SELECTED);
 
-/** One link's drawn parts. */
+/** One link's drawn parts; the groups of those that nobody looked at yet are not in the scene. */
 class LinkObject {
   readonly group = new Group();
   readonly visual = new Group();
   readonly collision = new Group();
   readonly inertia = new Group();
   private inertiaParts: InertiaParts | null = null;
-  private hasCollisions = false;
   private alpha = 1;
   private readonly materials: MeshStandardMaterial[] = [];
   private lit = 0;
@@ -38,7 +37,7 @@ class LinkObject {
     edges: LineBasicMaterial,
     private readonly changed: () => void,
   ) {
-    this.group.add(this.visual, this.collision, this.inertia);
+    this.group.add(this.visual);
     hold(this.visual, this.collision, this.inertia);
     const paint: Paint = { material: surface, edges };
     for (const shape of view.visuals) {
@@ -57,7 +56,7 @@ class LinkObject {
 
   /** Shows what is asked for; what is seldom looked at is made when it first is. */
   show(parts: Parts): void {
-    if (parts.collision && !this.hasCollisions) this.makeCollisions();
+    if (parts.collision && this.collision.parent === null) this.makeCollisions();
     if ((parts.inertia || parts.mass) && this.inertiaParts === null) this.makeInertia();
     this.visual.visible = parts.visual;
     this.collision.visible = parts.collision;
@@ -70,7 +69,7 @@ class LinkObject {
   }
 
   private makeCollisions(): void {
-    this.hasCollisions = true;
+    this.group.add(this.collision);
     for (const shape of this.view.collisions) {
       this.collision.add(
         solid(shape, collisionPaint(), (mesh) => {
@@ -86,6 +85,7 @@ class LinkObject {
   private makeInertia(): void {
     if (this.view.inertia === null) return;
     this.inertiaParts = inertiaObjects(this.view.inertia);
+    this.group.add(this.inertia);
     this.inertia.add(...this.inertiaParts.box, ...this.inertiaParts.ellipsoid, this.inertiaParts.centre);
   }
 
