@@ -10,7 +10,7 @@ from kbot.workbench.session.session import Session
 from .conftest import until
 from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
 
-FROM_ABOVE = "kbot.look([0, -0.001, 1.6], [0, 0, 0])"
+FROM_ABOVE = "kbot.look([0.3, -0.001, 2.4], [0.3, 0, 0])"
 
 OpenPage = Callable[..., Any]
 
@@ -23,9 +23,9 @@ def test_held_keys_drive_the_robot_across_the_picture(
     page.evaluate(FROM_ABOVE)
     before = middle(blue(screenshot(page)))
     page.keyboard.down("w")
-    until(lambda: reading(page, "x") > 0.12)
+    until(lambda: driving[1].state().odometry[0] > 0.12)  # it is not to drive out of the picture
     page.keyboard.up("w")
-    until(lambda: standing(page))
+    until(lambda: reading(page, "x") > 0.12 and standing(page))
     after = middle(blue(screenshot(page)))
     # seen from above with y up, forward is to the right
     assert after[0] - before[0] > 0.12 * pixels_per_metre(page)
@@ -133,10 +133,10 @@ def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: 
     page.mouse.move(at["x"], at["y"])
     page.mouse.down()
     page.mouse.move(at["x"], at["y"] - 200)
-    until(lambda: session.state().poses[2] > 0.03)  # it is lifted
+    until(lambda: session.state().poses[2] > 0.3)  # it is lifted
     page.mouse.up()
     page.keyboard.up("Shift")
-    until(lambda: session.state().poses[2] < 0.03)
+    until(lambda: session.state().poses[2] < 0.15)  # and falls, on its wheels or not
 
 
 def reading(page: Any, name: str) -> float:
