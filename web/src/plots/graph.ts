@@ -34,6 +34,8 @@ export class Graph {
   private asked = 0;
   /** Where one stood before the first of two clicks. */
   private stood: number | null = null;
+  /** Where the pointer went down, in pixels; NaN where it took hold of the line. */
+  private pressedAt = NaN;
 
   constructor(
     private readonly app: App,
@@ -59,6 +61,7 @@ export class Graph {
     this.chart.over.append(this.marks, this.line);
     this.chart.over.addEventListener("pointerdown", (event) => this.pointerDown(event));
     this.chart.over.addEventListener("pointermove", (event) => this.chart?.over.classList.toggle("at-moment", this.isAtLine(event.clientX)));
+    this.chart.over.addEventListener("click", (event) => this.click(event));
     this.chart.over.addEventListener("dblclick", () => this.whole());
     this.draw();
     if (hadFocus) this.line.focus();
@@ -145,8 +148,7 @@ export class Graph {
     const { over } = this.chart!;
     const from = event.clientX;
     const drags = this.isAtLine(from);
-    const { travel } = this.app;
-    if (event.detail < 2) this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // what is now goes on
+    this.pressedAt = drags ? NaN : from;
     if (drags) {
       event.stopPropagation();
       over.setPointerCapture(event.pointerId);
@@ -154,16 +156,23 @@ export class Graph {
     const moved = (now: PointerEvent): void => {
       if (drags) this.goTo(this.atOf(now.clientX));
     };
-    const done = (now: PointerEvent): void => {
+    const done = (): void => {
       removeEventListener("pointermove", moved);
       removeEventListener("pointerup", done);
       removeEventListener("pointercancel", done);
-      if (now.type === "pointerup" && !drags && now.detail < 2 && Math.abs(now.clientX - from) <= STILL) this.goTo(this.atOf(now.clientX));
       this.line.focus({ preventScroll: true });
     };
     addEventListener("pointermove", moved);
     addEventListener("pointerup", done);
     addEventListener("pointercancel", done);
+  }
+
+  /** Goes there, but for the second of two clicks, and after a drag. */
+  private click(event: MouseEvent): void {
+    if (event.detail > 1 || !(Math.abs(event.clientX - this.pressedAt) <= STILL)) return;
+    const { travel } = this.app;
+    this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // what is now goes on
+    this.goTo(this.atOf(event.clientX));
   }
 
   /** What lies between the clock of the simulation and the timeline, in the run on show. */
