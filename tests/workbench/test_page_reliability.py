@@ -27,6 +27,9 @@ KEEP_SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocke
       if (data.includes('"odometry"')) window.lastState = JSON.parse(data);
       if (data.includes('"covariance"')) window.lastOdometry = JSON.parse(data); }); } };"""
 
+COUNT_MESSAGES = """window.told = 0; window.WebSocket = class extends WebSocket {
+  constructor(...words) { super(...words); this.addEventListener('message', () => { told += 1; }); } };"""
+
 HEAR = """async (count) => {
   const say = (data) => sockets.at(-1).dispatchEvent(new MessageEvent('message', { data }));
   const state = lastState, odometry = lastOdometry;
@@ -74,6 +77,35 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
         assert page.locator("#links [aria-selected=true]").inner_text().startswith("left_wheel")
         page.keyboard.down("w")
         until(lambda: float(page.inner_text("[data-reading=x]").replace("\u2212", "-")) > 0.02)
+    page.close()
+
+
+def test_a_server_that_says_nothing_is_told_from_one_with_nothing_to_say(
+    driving: tuple[str, Session], browser: Any
+) -> None:
+    address, session = driving
+    page = browser.new_page(viewport={"width": 640, "height": 400})
+    page.add_init_script(COUNT_MESSAGES)
+    page.goto(address)
+    wait_for_page(page)
+    page.keyboard.press("p")
+    until(lambda: session.paused)
+    told = page.evaluate("told")
+    until(lambda: page.evaluate("told") > told + 5)
+    assert page.inner_text(".status") == "live"
+    page.keyboard.press("p")
+    until(lambda: not session.paused)
+    answers = threading.Event()
+
+    def hang() -> bool:
+        answers.wait(120.0)
+        return False
+
+    session._motion._sim.errands.append(hang)
+    until(lambda: page.get_by_text("The server does not answer.").is_visible())
+    answers.set()
+    until(lambda: page.inner_text(".status") == "live")
+    until(lambda: page.get_by_text("The server does not answer.").is_hidden())
     page.close()
 
 
@@ -135,7 +167,9 @@ def test_what_was_said_once_stays_when_time_is_told_of_later(
     do(session, lambda motion: motion.bus.advertise("/plan", PlannedPath, latched=True).publish(path))
     tells_time, tell_time = threading.Event(), Past.tell_time
     monkeypatch.setattr(
-        Past, "tell_time", lambda past, client: tell_time(past, client) if tells_time.is_set() else None
+        Past,
+        "tell_time",
+        lambda past, client, again=False: tell_time(past, client, again) if tells_time.is_set() else None,
     )
     page = open_page(address)
     show = Show(page, Speaker(session))

@@ -6,6 +6,8 @@ export type Link = "connecting" | "live" | "lost" | "full";
 
 const FIRST_WAIT = 250;
 const LONGEST_WAIT = 2000;
+/** Seconds in which a server that answers says something, even where nothing changes. */
+const LONGEST_SILENCE = 5;
 /** The code a server closes with that has as many pages as it serves ("try again later"). */
 const FULL = 1013;
 
@@ -20,12 +22,15 @@ export class Connection implements Line {
   readonly link = new Signal<Link>("connecting");
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
+  private silence = 0;
 
   constructor(private readonly hear: (message: FromServer) => void) {
     queueMicrotask(() => {
       this.hearGreeting();
       this.connect();
     });
+    // counted, for a page that was busy or asleep hears what waits before the next count
+    setInterval(() => this.link.value === "live" && ++this.silence > LONGEST_SILENCE && this.link.set("lost"), 1000);
   }
 
   /** What the page was sent along with itself, so that it need not wait for the socket to draw. */
@@ -47,6 +52,7 @@ export class Connection implements Line {
     socket.binaryType = "arraybuffer";
     socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
       this.wait = FIRST_WAIT;
+      this.silence = 0;
       this.link.set("live");
       this.hear(typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data));
     });

@@ -131,10 +131,10 @@ class Past:
             if frame is not None:
                 client.put_topic(topic, frame)
 
-    def tell_time(self, client: Client) -> None:
-        """Tell a page what there is to go back to, where that is news."""
+    def tell_time(self, client: Client, again: bool = False) -> None:
+        """Tell a page what there is to go back to, where that is news or it is to be told `again`."""
         timeline = replace(self._session.timeline() or self._of_history(client), asked=client.asked)
-        if timeline != client.timeline:
+        if again or timeline != client.timeline:
             client.put_time(timeline)
 
     def _of_history(self, client: Client) -> Timeline:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import socket
 import time
@@ -54,6 +55,9 @@ UNSEEN_SECONDS = 1 / 10
 """Between two states that are kept of what no page sees."""
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
+SIGNS_OF_LIFE = 4
+"""Every so many times that time is looked at it is told of where nothing is new, so that a page tells a server
+with nothing to say from one that does not answer."""
 CLOSING_SECONDS = 1.0
 """How long pages have to take leave."""
 _CHANGE_NOTHING = (
@@ -218,14 +222,14 @@ class Server:
 
     async def _tell_time(self) -> None:
         """Say to each page what there is to go back to, and how a recording grows."""
-        while True:
+        for count in itertools.count(1):
             await asyncio.sleep(TIMELINE_SECONDS)
             with self._surviving("telling of time"):
                 failure = self.session.recording.take_failure()
                 if failure is not None:
                     self.hub.publish(Refused(str(failure)))
                 for client in self.hub:
-                    self.past.tell_time(client)
+                    self.past.tell_time(client, again=count % SIGNS_OF_LIFE == 0)
                 if (recorded := self.session.recording.take_ended()) is not None:
                     self.hub.publish(recorded)
 
