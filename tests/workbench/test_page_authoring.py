@@ -42,6 +42,7 @@ def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_pa
     page.keyboard.press("Enter")
     until(lambda: '"base_len" default="0.26"' in xacro.read_text())
     until(lambda: blue(screenshot(page)).sum() > 1.3 * before)
+    until(page.locator("#source").get_by_role("button", name="Undo").is_visible)
     page.keyboard.press("Control+z")
     until(lambda: '"base_len" default="0.16"' in xacro.read_text())
 
