@@ -56,8 +56,8 @@ UNSEEN_SECONDS = 1 / 10
 TOPICS_SECONDS = 1.0
 TIMELINE_SECONDS = 0.25
 SIGNS_OF_LIFE = 4
-"""Every so many times that time is looked at it is told of where nothing is new, so that a page tells a server
-with nothing to say from one that does not answer."""
+"""Every so many times that time is looked at it is told of where nothing is new: pages know by it that the
+server does not hang."""
 CLOSING_SECONDS = 1.0
 """How long pages have to take leave."""
 _CHANGE_NOTHING = (
