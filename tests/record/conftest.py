@@ -41,6 +41,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     found = {
         kind: folder / name for kind, name in (("mcap", "run.mcap"), ("bag", "run.bag"), ("ros2", "run"))
     }
-    for path in found.values():
-        record(path)
+    with pytest.MonkeyPatch.context() as patch:
+        # a busy machine would write more chunks, one a second
+        patch.setattr("kbot.record.recorder.FLUSH_SECONDS", float("inf"))
+        for path in found.values():
+            record(path)
     return found
