@@ -1,5 +1,6 @@
 """Many tabs of one browser on one server, each at something else."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -47,6 +48,12 @@ class Tabs:
         return page
 
 
+def each(tabs: list[Any], script: str, value: object, seconds: float = 60.0) -> None:
+    """Wait until a script gives a value in each of some tabs."""
+    for tab in tabs:
+        until(partial(lambda tab: tab.evaluate(script) == value, tab), seconds)
+
+
 def waiting(hub: Hub) -> int:
     """Messages that wait for any page."""
     return sum(len(client._waiting) for client in hub)
@@ -59,14 +66,13 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
     session = open_session(str(xacro), simulate=True, seed=1)
     with serving(session) as address:
         all_tabs = [tabs.open(address) for _ in range(7)]
-        for tab in all_tabs:
-            until(lambda tab=tab: tab.evaluate(READY), 300)
+        each(all_tabs, READY, True, 300.0)
         driver, plotter, listener, looks_back, other, *closed = all_tabs
         for tab in closed:
             tab.close()
         until(lambda: len(hubs[0]) == 5)
         again = tabs.open(address)
-        until(lambda: again.evaluate(READY), 300)
+        each([again], READY, True, 300.0)
         plotter.keyboard.press("l")
         listener.keyboard.press("y")
         driver.keyboard.down("w")
@@ -78,25 +84,21 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
         until(lambda: session.paused)
         now = session.state().time
         live = [driver, plotter, listener, other, again]
-        for tab in live:
-            until(lambda tab=tab: tab.evaluate("kbot.time") == now)
+        each(live, "kbot.time", now)
         assert len({str(tab.evaluate("[...kbot.poses()]")) for tab in live}) == 1
         assert looks_back.evaluate(IS_PAST)
         assert looks_back.evaluate("kbot.time") < now
         until(lambda: waiting(hubs[0]) == 0)
         assert tabs.complaints == []
     everyone = [*live, looks_back]
-    for tab in everyone:
-        until(lambda tab=tab: tab.evaluate(LINK) == "lost")
+    each(everyone, LINK, "lost")
     anew = open_session(str(xacro), simulate=True, seed=1)
     with serving(anew, port=urlsplit(address).port):
-        for tab in everyone:
-            until(lambda tab=tab: tab.evaluate(LINK) == "live")
+        each(everyone, LINK, "live")
         driver.keyboard.press("p")
         until(lambda: anew.paused)
         now = anew.state().time
-        for tab in everyone:
-            until(lambda tab=tab: tab.evaluate("kbot.time") == now)
+        each(everyone, "kbot.time", now)
         until(plotter.locator("#plots canvas").is_visible)
         until(listener.get_by_role("list", name="Topics", exact=True).is_visible)
         until(lambda: waiting(hubs[1]) == 0)
