@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import isfinite
 
 from kbot.model import Robot
 from kbot.sim.joint_control.control import JointControl, JointController, ManagedController
@@ -17,12 +16,13 @@ from kbot.sim.joint_control.kinds import (
     Kind,
     is_done_elsewhere,
 )
+from kbot.sim.joint_control.plugins import commanded_by, plugins, words_of
+from kbot.sim.joint_control.starts import hardware_joints, joint_starts
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
-from kbot.text import Element, KbotError, Origin
-from kbot.text.numbers import to_float
+from kbot.text import KbotError, Origin
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
@@ -36,7 +36,7 @@ def joint_control(
     controllers = (*reader.of_parameters(), *reader.of_plugins())
     known = tuple(controller for controller in controllers if controller.joints)
     held = {j for c in known if c.is_active and c.interface is not Interface.EFFORT for j in c.joints}
-    starts = dict(reader.starts())
+    starts = dict(joint_starts(robot, reader.free, findings))
     topics, hardware = tuple(reader.state_topics), frozenset(reader.hardware_holds())
     return JointControl(
         known, hardware | held, starts, topics, hardware, tuple(reader.managed), reader.manager
@@ -84,11 +84,10 @@ def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
 class _Reader:
     def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings, naming: Naming) -> None:
         self.robot, self.findings, self._naming = robot, findings, naming
-        self._free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
+        self.free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
+        """The joints that controllers may command."""
         self._offered = joint_interfaces(robot, findings)
-        manager = next(
-            (plugin for plugin in _plugins(robot) if "gazeboroscontrol" in _words_of(plugin)), None
-        )
+        manager = next((plugin for plugin in plugins(robot) if "gazeboroscontrol" in words_of(plugin)), None)
         self._has_manager = manager is not None
         """Whether gazebo_ros_control runs ROS 1's controller manager."""
         self.manager: str | None = None
@@ -220,12 +219,12 @@ class _Reader:
                     "W134", f"{who} names the joint '{name}', which the robot does not have", origin,
                     did_you_mean(name, self.robot.joints),
                 )  # fmt: skip
-        return tuple(name for name in names if name in self._free)
+        return tuple(name for name in names if name in self.free)
 
     def of_plugins(self) -> Iterator[JointController]:
-        for plugin in _plugins(self.robot):
-            kind = _kind(plugin)
-            if is_of_gazebo_ros(plugin) and "jointstatepublisher" in _words_of(plugin):
+        for plugin in plugins(self.robot):
+            kind = commanded_by(plugin)
+            if is_of_gazebo_ros(plugin) and "jointstatepublisher" in words_of(plugin):
                 self.state_topics.append(PluginNames(plugin, self._naming).topic("joint_states"))
             if kind is None:
                 continue
@@ -235,7 +234,7 @@ class _Reader:
             for element in elements:
                 joints += self._known([element.text.strip()], "the plugin", element.origin)
             if input_ is Input.TRAJECTORY and not elements:
-                joints = tuple(j.name for j in self.robot.movable_joints if j.name in self._free)
+                joints = tuple(j.name for j in self.robot.movable_joints if j.name in self.free)
             said = plugin.find("topic") or plugin.find("topicName")
             topic = said.text.strip() if said is not None else ""
             if input_ is Input.TRAJECTORY and is_of_gazebo_ros(plugin):
@@ -253,70 +252,13 @@ class _Reader:
         gazebo_ros_control do: all whose position or speed can be commanded."""
         held = {
             joint.attributes.get("name", "")
-            for joint in _hardware_joints(self.robot)
+            for joint in hardware_joints(self.robot)
             for command in joint.elements("command_interface")
             if command.attributes.get("name") in ("position", "velocity")
         }
         if self._has_manager:
             held |= {joint for joint, offered in self._offered.items() if offered - {Interface.EFFORT}}
-        return held & self._free
-
-    def starts(self) -> Iterator[tuple[str, float]]:
-        for joint in _hardware_joints(self.robot):
-            for state in joint.elements("state_interface"):
-                for parameter in state.elements("param"):
-                    named = state.attributes.get("name"), parameter.attributes.get("name")
-                    if named == ("position", "initial_value"):
-                        yield from self._start(joint.attributes.get("name", ""), parameter)
-        for plugin in _plugins(self.robot):
-            first = plugin.find("initial_position")
-            said = plugin.find("joint_name")
-            if _kind(plugin) is not None and first is not None and said is not None:
-                yield from self._start(said.text.strip(), first)
-
-    def _start(self, joint: str, element: Element) -> Iterator[tuple[str, float]]:
-        if joint not in self._free:
-            return
-        try:
-            value = to_float(element.text)
-        except ValueError:
-            value = float("nan")
-        if isfinite(value):
-            yield joint, value
-        else:
-            message = f"the joint '{joint}' starts at no number: '{element.text.strip()}'"
-            self.findings.warning("W130", message, element.origin, "it starts at 0")
-
-
-def _hardware_joints(robot: Robot) -> Iterator[Element]:
-    for extension in robot.extensions:
-        if extension.tag == "ros2_control":
-            yield from extension.elements("joint")
-
-
-def _plugins(robot: Robot) -> Iterator[Element]:
-    for extension in robot.extensions:
-        if extension.tag == "gazebo":
-            yield from extension.elements("plugin")
-
-
-def _words_of(plugin: Element) -> str:
-    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
-    return words.replace("_", "").replace("-", "")
-
-
-def _kind(plugin: Element) -> tuple[Input, Interface, str] | None:
-    """What a plugin hears and commands, and the end of its topic where none is given."""
-    words = _words_of(plugin)
-    if "jointposetrajectory" in words:
-        return Input.TRAJECTORY, Interface.POSITION, "set_joint_trajectory"
-    if "jointtrajectorycontroller" in words:
-        return Input.TRAJECTORY, Interface.POSITION, "joint_trajectory"
-    if "jointpositioncontroller" in words:
-        return Input.NUMBER, Interface.POSITION, "0/cmd_pos"
-    if "jointcontroller" in words:
-        return Input.NUMBER, Interface.VELOCITY, "cmd_vel"
-    return None
+        return held & self.free
 
 
 def _words(value: object) -> list[str]:

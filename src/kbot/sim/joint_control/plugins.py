@@ -1,0 +1,37 @@
+"""The plugins of Gazebo in a description, and which of them command joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kbot.model import Robot
+from kbot.sim.joint_control.kinds import Input, Interface
+from kbot.text import Element
+
+
+def plugins(robot: Robot) -> Iterator[Element]:
+    """Each `<plugin>`, in the description's order."""
+    for extension in robot.extensions:
+        if extension.tag == "gazebo":
+            yield from extension.elements("plugin")
+
+
+def words_of(plugin: Element) -> str:
+    """A plugin's file and name in small letters, without what separates words."""
+    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
+    return words.replace("_", "").replace("-", "")
+
+
+def commanded_by(plugin: Element) -> tuple[Input, Interface, str] | None:
+    """What a plugin hears and commands, and the end of its topic where none is given; None for one that
+    commands no joint."""
+    words = words_of(plugin)
+    if "jointposetrajectory" in words:
+        return Input.TRAJECTORY, Interface.POSITION, "set_joint_trajectory"
+    if "jointtrajectorycontroller" in words:
+        return Input.TRAJECTORY, Interface.POSITION, "joint_trajectory"
+    if "jointpositioncontroller" in words:
+        return Input.NUMBER, Interface.POSITION, "0/cmd_pos"
+    if "jointcontroller" in words:
+        return Input.NUMBER, Interface.VELOCITY, "cmd_vel"
+    return None
