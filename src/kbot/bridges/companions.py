@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.graph.server import GraphServer
-from kbot.bridges.link import Link, Live
+from kbot.bridges.link import Link
+from kbot.bridges.live import Live
 from kbot.launch.nodes.static_transforms import to_json
 from kbot.messages import ClockMessage, String, Timer
 from kbot.model.writer import to_urdf

@@ -12,11 +12,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from kbot.bridges.fan_out import FanOut
+from kbot.bridges.live import Live
 from kbot.bridges.services import Service, require_service
-from kbot.messages import Bus, Clock
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
 from kbot.wire import Feed, Packet, ros_name
@@ -48,25 +48,6 @@ class Topic:
     @property
     def type_name(self) -> str:
         return ros_name(self.message_type)
-
-
-class Live(Protocol):
-    """What a link serves: a simulation, or anything else that speaks on a bus as time passes.
-
-    `errands` are run between two steps, also while it is `paused`.
-    """
-
-    @property
-    def bus(self) -> Bus: ...
-
-    @property
-    def clock(self) -> Clock: ...
-
-    @property
-    def errands(self) -> list[Callable[[], bool]]: ...
-
-    @property
-    def paused(self) -> bool: ...
 
 
 class Link:
