@@ -24,7 +24,7 @@ from kbot.workbench.session.session import Session
 
 if TYPE_CHECKING:
     from kbot.workbench.driving.driving import Attend
-    from kbot.workbench.driving.motion import Sliders
+    from kbot.workbench.driving.sliders import Sliders
     from kbot.workbench.playback.playback import Playback
 
 ORIGIN = PlanarPose()
@@ -62,7 +62,7 @@ def open_session(
         from kbot.workbench.session.driven_session import driven_session
 
         return driven_session(description, world, seed, contacts, attend, start)
-    from kbot.workbench.driving.motion import Sliders, SliderSetting
+    from kbot.workbench.driving.sliders import Sliders, SliderSetting
 
     setting = SliderSetting(attend=show)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))

@@ -168,7 +168,7 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     from kbot.model.writer import to_urdf
     from kbot.nodes import with_dependent_joints
     from kbot.text import KbotError
-    from kbot.workbench.driving.motion import Sliders, SliderSetting
+    from kbot.workbench.driving.sliders import Sliders, SliderSetting
     from kbot.workbench.session.session import Session
     from kbot.workbench.source.description import Description
 

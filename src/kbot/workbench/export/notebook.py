@@ -13,7 +13,8 @@ from kbot.sim import Simulation
 from kbot.sim import State as Moment
 from kbot.text.files import write_text
 from kbot.workbench.driving.motion import Moment as Standing
-from kbot.workbench.driving.motion import Sliders, flat
+from kbot.workbench.driving.motion import flat
+from kbot.workbench.driving.sliders import Sliders
 from kbot.workbench.export.page import saved_page
 from kbot.workbench.protocol import SetJoint, State
 from kbot.workbench.scene.scene import Control
