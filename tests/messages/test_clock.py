@@ -1,3 +1,5 @@
+from contextlib import suppress
+
 import pytest
 
 from kbot.messages import Clock, Time
@@ -92,3 +94,18 @@ def test_a_moment_that_has_begun_goes_on_until_time_has_advanced_to_it() -> None
     called.append("more")
     clock.advance_to(100_000_000)
     assert called == ["due", "more", "afterwards"]
+
+
+def test_what_a_callback_raises_calls_no_other_timer_sooner_or_later() -> None:
+    clock, called = Clock(), []
+
+    def fail() -> None:
+        called.append(("fails", clock.nanoseconds))
+        raise ValueError
+
+    clock.every(1e9 / 10, fail)
+    clock.every(1e9 / 25, lambda: called.append(("goes on", clock.nanoseconds)))
+    for now in range(31):
+        with suppress(ValueError):
+            clock.advance_to(now)
+    assert called == [("fails", 10), ("fails", 20), ("goes on", 25), ("fails", 30)]

@@ -137,6 +137,17 @@ def test_what_would_not_be_loaded_is_said(build, parameters, words):
     assert sim.named().control.managed == ()
 
 
+def test_one_whose_topic_carries_something_else_is_not_loaded_by_half(build):
+    sim = build({"shoulder": SHOULDER}, {})
+    noted, control = sim.noted, sim.named().control
+    sim.bus.advertise("/arm/elbow/command", msg.Twist)
+    with pytest.raises(KbotError, match="/arm/elbow/command carries Twist"):
+        sim.load_controller("/arm/elbow", ELBOW)
+    assert (sim.noted, sim.named().control) == (noted, control)
+    with pytest.raises(KbotError, match="no controller /arm/elbow is loaded"):
+        sim.switch_controllers(["/arm/elbow"], [])
+
+
 def test_a_drive_that_is_stopped_brakes_and_heeds_nobody(drive):
     sim = drive
     sim.bus.publish("/cmd_vel", msg.Twist(msg.Vector3(0.3)))

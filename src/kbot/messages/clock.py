@@ -92,8 +92,9 @@ class Clock:
             else:
                 timer.due = due + timer.period
                 heapreplace(self._timers, (timer.due, number, timer))
+            self._find_next()  # before the callback, which may raise
+            if not timer.cancelled:
                 timer.callback()
-            self._find_next()
 
     def set(self, nanoseconds: int) -> None:
         """Jump to a time without calling anyone; each timer's next call is its next whole period."""

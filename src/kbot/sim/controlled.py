@@ -56,15 +56,21 @@ class Controlled(Population):
         """Load a controller of ROS 1, of its parameters by dotted name; it does not run yet.
 
         Raises:
-            KbotError: there is one of its name, or it would not be loaded; the reason is said.
+            KbotError: there is one of its name, or it would not be loaded, or heard; the reason is said.
         """
         loader = self.named(robot)
         if name in _loaded(loader):
             raise KbotError(f"{name} is loaded already")
         loaded = load_controller(loader.robot, loader._driving, loader.naming, name, parameters)
+        before = loader._save_controllers()
         loader._take(*loaded)
+        try:
+            self._topics[loader.name].hear_controller(name)
+        except KbotError:
+            loader._restore_controllers(before)
+            self._topics[loader.name].hear_controller(name)
+            raise
         loader.loaded[name] = dict(parameters)
-        self._topics[loader.name].hear_controller(name)
         self._note("load_controller", name=name, parameters=dict(parameters), robot=robot)
 
     def unload_controller(self, name: str, robot: str | None = None) -> None:

@@ -117,6 +117,14 @@ class RobotJoints(RobotBody):
         )
         self.stopped, self.unloaded = self.stopped | {name}, self.unloaded - {name}
 
+    def _save_controllers(self) -> tuple[Any, ...]:
+        """Which there are, for `_restore_controllers`."""
+        return self.control, self.stopped, self.unloaded
+
+    def _restore_controllers(self, saved: tuple[Any, ...]) -> None:
+        """Have those controllers, and no other."""
+        self.control, self.stopped, self.unloaded = saved
+
     def _unload(self, controller: str) -> None:
         """Forget one that does not run."""
         self.unloaded |= {controller}
