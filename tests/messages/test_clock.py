@@ -109,3 +109,19 @@ def test_what_a_callback_raises_calls_no_other_timer_sooner_or_later() -> None:
         with suppress(ValueError):
             clock.advance_to(now)
     assert called == [("fails", 10), ("fails", 20), ("goes on", 25), ("fails", 30)]
+
+
+@pytest.mark.parametrize(("to", "then"), [(0, 10), (44, 50), (500, 510)])
+def test_a_callback_may_set_the_time_and_what_was_jumped_over_is_not_called(to, then) -> None:
+    clock, called = Clock(), []
+
+    def jump() -> None:
+        if clock.nanoseconds == 100:
+            clock.set(to)
+
+    clock.every(1e9 / 100, jump)
+    clock.every(1e9 / 10, lambda: called.append(clock.nanoseconds))
+    for now in range(101):
+        clock.advance_to(now)
+    assert (clock.nanoseconds, clock.next_due) == (to, then)
+    assert called == list(range(10, 100, 10))

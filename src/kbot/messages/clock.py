@@ -85,7 +85,7 @@ class Clock:
     def begin_moment(self, nanoseconds: int) -> None:
         """As `advance_to`, where more is to be said at this moment, which that ends."""
         self._now = nanoseconds
-        while self.next_due <= nanoseconds:
+        while self.next_due <= self._now:  # which a callback may set
             due, number, timer = self._timers[0]
             if timer.cancelled:
                 heappop(self._timers)
