@@ -29,7 +29,7 @@ from kbot.workbench.serve import open_session, serving
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-CORPUS = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[1] / "shared") / "corpus"
+CORPUS = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared") / "corpus"
 SHIPPED = Path(kbot.__file__).parent / "robots" / "kbot_description"
 
 WATCH = """() => { window.saved = new Promise((resolve) => {
