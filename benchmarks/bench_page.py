@@ -7,8 +7,7 @@ frames, told of 50 times a second and drawn as axes, and a scan of 360 beams 10 
 in turn by the workbench and by a bare page (`bare.js`) in the same headless Chromium, which draws in
 software. The bare page has the same triangles of robot, boxes, walls, axes and floor; the same canvas, pixel
 ratio, antialiasing, kinds of lights and materials, and way around the scene; the 50 and 10 Hz are its own
-timers. It has nothing else: no lines on floor and edges, no panels, no socket. Its canvas is as three.js
-makes it, which the browser blends with what is behind; the workbench's is opaque. Both turn about their scene
+timers. It has nothing else: no lines on floor and edges, no panels, no socket. Both turn about their scene
 all the time, so that every frame is drawn anew. Frames are compared round by round; processor time per
 frame, of the browser's drawing processes, tells the same on a machine that has other work to do.
 """
