@@ -51,3 +51,10 @@ def test_a_change_after_reading_is_seen_though_it_is_watched_later(tmp_path: Pat
     os.utime(included, ns=(read, read + 1_000_000))
     watcher.watch([str(file), str(included)], read)
     wait_for_change(watcher, lambda: None)
+
+
+def test_a_name_that_no_file_can_have_is_watched_as_one_that_is_missing(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("1")
+    watcher = Watcher([str(file), f"{tmp_path}/\0", f"{tmp_path}/\ud800"], time.time_ns())
+    wait_for_change(watcher, lambda: file.write_text("22"))

@@ -48,10 +48,10 @@ def _signature(files: tuple[str, ...]) -> Signature:
 
 
 def _stamp(file: str, until: float = math.inf) -> tuple[int, int, int] | None:
-    """None where there is no such file, or one that was changed after a wall time in ns."""
+    """None where there is and can be no such file, or one that was changed after a wall time in ns."""
     try:
         status = os.stat(file)  # noqa: PTH116 - five times cheaper than Path.stat, and done often
-    except OSError:
+    except (OSError, ValueError):  # a name that a file cannot have, as one with a null character
         return None
     if status.st_mtime_ns > until:
         return None
