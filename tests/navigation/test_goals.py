@@ -196,6 +196,28 @@ def test_a_pose_estimate_puts_the_robot_there(simulation):
     assert not navigation.goals.is_driving
 
 
+def test_each_goal_is_answered_though_the_answer_is_the_same(simulation):
+    NavigationTopics(simulation)
+    states = _listen(simulation, "navigation_status", String)
+    for _ in range(2):
+        simulation.bus.publish("goal_pose", _goal(1.0, 0.0, 0.0, "nowhere"))
+    assert len(states) == 2
+    assert states[0].data == states[1].data
+    assert "nowhere" in states[0].data
+
+
+def test_each_goal_is_answered_by_a_robot_that_lies_on_its_back(robot):
+    simulation = Simulation(robot)
+    _throw_over(simulation, math.pi)
+    simulation.run(1.0)
+    NavigationTopics(simulation)
+    states = _listen(simulation, "navigation_status", String)
+    for _ in range(2):
+        simulation.bus.publish("goal_pose", _goal(1.0, 0.0))
+    assert [state.data for state in states] == [states[0].data] * 2
+    assert states[0].data.startswith("refused: ")
+
+
 def test_a_robot_that_cannot_drive_refuses():
     text = """<robot name="r"><link name="l"><collision><geometry><box size="1 1 1"/></geometry></collision>
       </link></robot>"""

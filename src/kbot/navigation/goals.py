@@ -54,7 +54,9 @@ class Goals:
         self._prepared: PlanarPose | None = None
         self._time = -math.inf
         self._watchers: list[Callable[[], None]] = []
-        self._told: tuple[GoalStatus | None, Path | None] = (None, None)
+        self._told: tuple[int, GoalStatus | None, Path | None] = (0, None, None)
+        self.count = 0
+        """How many goals it was given."""
 
     @property
     def status(self) -> GoalStatus | None:
@@ -78,7 +80,7 @@ class Goals:
         return planner.grid if planner is not None else None
 
     def watch(self, changed: Callable[[], None]) -> None:
-        """Call back whenever the status or the path is another."""
+        """Call back whenever the status or the path is another, or that of another goal."""
         self._watchers.append(changed)
 
     def unwatch(self, changed: Callable[[], None]) -> None:
@@ -95,6 +97,7 @@ class Goals:
         """
         self._wake()
         self._navigator.go(goal, timeout)
+        self.count += 1
         self._time = self._simulation.time
         if how := lies(self._simulation):
             self._navigator.refuse(how)
@@ -234,7 +237,7 @@ class Goals:
         self._tell()
 
     def _tell(self) -> None:
-        now = self.status, self.path
+        now = self.count, self.status, self.path
         if now != self._told:
             self._told = now
             for changed in tuple(self._watchers):

@@ -41,7 +41,8 @@ class NavigationTopics:
         self._simulation = simulation
         self._path: Path | None = None
         self._grid: Grid | None = None
-        self._said = ""
+        self._said = 0, ""
+        """The number of a goal, and what was said of it last."""
         self._timer: Timer | None = None
         bus = simulation.bus
         robot = simulation.named()
@@ -71,14 +72,14 @@ class NavigationTopics:
         try:
             self.goals.go(self._in_world(from_pose_stamped(message), frame))
         except KbotError as error:
-            self._say(f"{GoalState.REFUSED}: {error}")
+            self._refuse(error)
 
     def _place(self, message: PoseWithCovarianceStamped) -> None:
         pose = from_pose_stamped(PoseStamped(message.header, message.pose.pose))
         try:
             self.goals.place(self._in_world(pose, message.header.frame_id.lstrip("/")))
         except KbotError as error:
-            self._say(f"{GoalState.REFUSED}: {error}")
+            self._refuse(error)
 
     def _in_world(self, pose: PlanarPose, frame: str) -> PlanarPose:
         """A pose in a frame of the robot, its odometry or the world. Raises KbotError for another frame."""
@@ -136,10 +137,13 @@ class NavigationTopics:
             self._path = path
             placed = path.seen_from(self._world_from_odom(), self._odometry_frame)
             self._plan.publish(placed.to_message(self._simulation.clock.stamp))
-        if self.goals.status is not None:
-            self._say(str(self.goals.status))
+        said = self.goals.count, str(self.goals.status)
+        if self.goals.status is not None and said != self._said:
+            self._say(said[1])
+
+    def _refuse(self, error: KbotError) -> None:
+        self._say(f"{GoalState.REFUSED}: {error}")
 
     def _say(self, text: str) -> None:
-        if text != self._said:
-            self._said = text
-            self._status.publish(String(text))
+        self._said = self.goals.count, text
+        self._status.publish(String(text))
