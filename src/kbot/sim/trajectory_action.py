@@ -67,7 +67,8 @@ class TrajectoryAction:
         self._timer = clock.every(RATE, self._update)
 
     def close(self) -> None:
-        """Take no more goals."""
+        """Take no more goals; one that is followed ends."""
+        self._end(Status.PREEMPTED, "its controller is there no longer")
         self._timer.cancel()
         for topic in (self._status, self._feedback, self._result, *self._heard):
             topic.close()
