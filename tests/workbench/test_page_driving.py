@@ -1,16 +1,27 @@
 """Driving in the page, by keys, pad, touch and gamepad; and what stops the robot."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import numpy as np
+import pytest
 
+from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
-from .conftest import until
+from .conftest import until, wait_for_page
 from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
 
 FROM_ABOVE = "kbot.look([0.3, -0.001, 2.4], [0.3, 0, 0])"
+
+PLUG_IN = """() => {
+  window.stick = [0, 0];
+  window.looks = 0;
+  navigator.getGamepads = () => { window.looks += 1; return [{ axes: window.stick }]; };
+  dispatchEvent(new Event("gamepadconnected"));
+}"""
 
 OpenPage = Callable[..., Any]
 
@@ -57,6 +68,52 @@ def test_a_page_that_loses_the_keyboard_stops_the_robot(
     until(lambda: standing(page))
 
 
+@pytest.mark.parametrize("held", ["key", "pad", "gamepad"])
+def test_what_is_held_when_the_connection_is_lost_does_not_drive_again_by_itself(
+    xacro: Path, browser: Any, held: str
+) -> None:
+    page = browser.new_page(viewport={"width": 960, "height": 560})
+    with serving(open_session(str(xacro), simulate=True)) as address:
+        page.goto(address)
+        wait_for_page(page)
+        page.evaluate(PLUG_IN)
+        hold(page, held)
+        until(lambda: reading(page, "x") > 0.02)
+    until(lambda: page.inner_text(".status") == "connection lost")
+    session = open_session(str(xacro), simulate=True)
+    with serving(session, port=urlsplit(address).port):
+        until(lambda: page.inner_text(".status") == "live")
+        if held == "key":
+            page.keyboard.down("w")  # its repetition
+        elif held == "pad":
+            page.mouse.move(*from_middle_of_pad(page, 58))
+        begun = session.state().time
+        until(lambda: session.state().time > begun + 0.5)
+        assert session.state().odometry[0] == pytest.approx(0.0, abs=1e-3)
+        let_go(page, held)
+        hold(page, held)
+        until(lambda: session.state().odometry[0] > 0.02)
+    page.close()
+
+
+def test_a_key_that_is_held_when_the_computer_falls_asleep_does_not_drive_when_it_wakes(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    page.keyboard.down("w")
+    until(lambda: session.state().command[0] > 0.05)
+    page.evaluate("() => { const now = Date.now; Date.now = () => now() + 60_000; }")
+    until(lambda: session.state().command == (0.0, 0.0))
+    page.keyboard.down("w")  # the key's repetition
+    begun = session.state().time
+    until(lambda: session.state().time > begun + 0.3)
+    assert session.state().command == (0.0, 0.0)
+    page.keyboard.up("w")
+    page.keyboard.down("w")
+    until(lambda: session.state().command[0] > 0.05)
+
+
 def test_a_page_that_is_closed_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page, other = open_page(driving[0]), open_page(driving[0])
     page.keyboard.down("w")
@@ -92,14 +149,8 @@ def test_the_pad_drives_by_touch_on_a_phone(driving: tuple[str, Session], open_p
 
 def test_a_gamepad_drives(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
-    page.evaluate(
-        """() => {
-          window.stick = [0, 0];
-          navigator.getGamepads = () => [{ axes: window.stick }];
-          dispatchEvent(new Event("gamepadconnected"));
-          window.stick = [0.05, -1];
-        }"""
-    )
+    page.evaluate(PLUG_IN)
+    page.evaluate("window.stick = [0.05, -1]")
     until(lambda: reading(page, "x") > 0.05)
     page.evaluate("window.stick = [0.05, 0.05]")
     until(lambda: standing(page))
@@ -147,3 +198,32 @@ def reading(page: Any, name: str) -> float:
 def standing(page: Any) -> bool:
     numbers = page.locator(".meter .number").all_inner_texts()
     return numbers == ["0.00", "0.00"]
+
+
+def from_middle_of_pad(page: Any, up: float) -> tuple[float, float]:
+    """So many pixels above it."""
+    box = page.locator(".pad").bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - up
+
+
+def hold(page: Any, what: str) -> None:
+    """Go straight ahead by a key, the pad or the gamepad."""
+    if what == "key":
+        page.keyboard.down("w")
+    elif what == "pad":
+        page.mouse.move(*from_middle_of_pad(page, 0))
+        page.mouse.down()
+        page.mouse.move(*from_middle_of_pad(page, 60))
+    else:
+        page.evaluate("window.stick = [0, -1]")
+
+
+def let_go(page: Any, what: str) -> None:
+    if what == "key":
+        page.keyboard.up("w")
+    elif what == "pad":
+        page.mouse.up()
+    else:
+        page.evaluate("window.stick = [0, 0]")
+        looks = page.evaluate("window.looks")
+        until(lambda: page.evaluate("window.looks") > looks)

@@ -13,8 +13,11 @@ const KEYS: Record<string, readonly [number, number]> = {
   ArrowRight: [0, -1],
 };
 const SEND_EVERY = 50;
+/** Milliseconds between two commands after which the computer was asleep: keys may have been let go of meanwhile. */
+const ASLEEP = 5000;
 
-/** Turns held keys and the pad into commands, twenty a second while held, and zero on release. */
+/** Turns held keys and the pad into commands, twenty a second while held, and zero on release. What is held while
+ * all is stopped, or the connection is lost, drives only when it is pressed again. */
 export class Driver {
   /** What is asked for, as parts of the limits: forward and to the left. */
   readonly stick = new Signal<readonly [number, number]>([0, 0]);
@@ -22,30 +25,37 @@ export class Driver {
   readonly share = new Signal(0.6);
   private readonly held = new Set<string>();
   private pad: readonly [number, number] = [0, 0];
+  /** Whether the pad is to come to rest before it counts again. */
+  private isPadDropped = false;
+  private sentAt = 0;
   private timer: ReturnType<typeof setInterval> | null = null;
 
   constructor(private readonly app: App) {
     addEventListener("keydown", (event) => this.press(event));
     addEventListener("keyup", (event) => this.release(event));
     addEventListener("blur", () => this.stop());
+    app.connection.link.watch(() => this.isCut && this.stop());
     document.addEventListener("visibilitychange", () => document.hidden && this.stop());
   }
 
   /** The pad's knob, from -1 to 1 forward and to the left. */
   setPad(forward: number, left: number): void {
-    this.pad = [forward, left];
+    const rests = forward === 0 && left === 0;
+    this.isPadDropped = !rests && (this.isPadDropped || this.isCut);
+    this.pad = this.isPadDropped ? [0, 0] : [forward, left];
     this.update();
   }
 
   stop(): void {
     this.held.clear();
+    this.isPadDropped ||= this.pad[0] !== 0 || this.pad[1] !== 0;
     this.pad = [0, 0];
     this.update();
   }
 
   private press(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event)) return;
-    if (!(event.code in KEYS) || !this.canDrive) return;
+    if (!(event.code in KEYS) || !this.canDrive || this.isCut) return;
     if (event.shiftKey && event.code.startsWith("Arrow")) return; // turns the view
     if (this.app.travel.isPast && (event.code === "ArrowLeft" || event.code === "ArrowRight")) return; // goes through time
     event.preventDefault();
@@ -64,6 +74,10 @@ export class Driver {
     return about?.mode === "sim" && about.cannot_drive === "";
   }
 
+  private get isCut(): boolean {
+    return ["lost", "full"].includes(this.app.connection.link.value);
+  }
+
   private update(): void {
     let [forward, left] = this.pad;
     for (const key of this.held) {
@@ -79,7 +93,7 @@ export class Driver {
       this.send();
     } else if (!idle && this.timer === null) {
       if (this.app.state.value?.paused) this.app.refused.set({ reason: "Paused: press P to go on." });
-      this.timer = setInterval(() => this.send(), SEND_EVERY);
+      this.timer = setInterval(() => (Date.now() - this.sentAt > ASLEEP ? this.stop() : this.send()), SEND_EVERY);
       this.send();
     } else if (!idle) {
       this.send();
@@ -87,6 +101,7 @@ export class Driver {
   }
 
   private send(): void {
+    this.sentAt = Date.now();
     const about = this.app.about.value;
     if (about === null || !this.canDrive) return;
     const [forward, left] = this.stick.value;
