@@ -1,8 +1,10 @@
 """A fault of KBot's own ends neither the server nor what it records."""
 
+import logging
 from pathlib import Path
 from typing import Any
 
+import pytest
 from websockets.sync.client import connect
 
 from kbot.workbench.session.session import Session
@@ -56,3 +58,17 @@ def test_a_reading_that_fails_leaves_the_robot(
         xacro.write_text(xacro.read_text() + "<!-- changed -->\n")
         assert refusal(page, "failed") == FAILED
     assert get(address, "/")[0] == 200
+
+
+def test_files_are_watched_on_after_a_fault(
+    driving: tuple[str, Session], xacro: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    address, _ = driving
+    with connect(socket_address(address)) as page, caplog.at_level(logging.ERROR):
+        hear(page, "state")
+        monkeypatch.setattr("kbot.workbench.serving.file_watcher._signature", broken)
+        until(lambda: "watching the files failed" in caplog.text)
+        assert "ZeroDivisionError: a bug" in caplog.text
+        monkeypatch.undo()
+        xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
+        until(lambda: "'value': 0.2" in str(hear(page, "parameters")))

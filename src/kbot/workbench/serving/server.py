@@ -60,6 +60,8 @@ SIGNS_OF_LIFE = 4
 server does not hang."""
 CLOSING_SECONDS = 1.0
 """How long pages have to take leave."""
+AFTER_FAULT_SECONDS = 1.0
+"""Before what failed within is tried again."""
 _CHANGE_NOTHING = (
     OpenSource
     | Drive
@@ -256,7 +258,12 @@ class Server:
         shown = self.session.shown
         watcher = Watcher(shown.files, shown.began)
         while True:
-            await watcher.changed()
+            try:
+                await watcher.changed()
+            except Exception as error:  # noqa: BLE001 - said, and the files are watched again
+                self._complaints.fault("watching the files", error)
+                await asyncio.sleep(AFTER_FAULT_SECONDS)
+                continue
             await self._read_anew()
             watcher.watch(shown.files, shown.began)
 
