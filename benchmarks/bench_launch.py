@@ -100,6 +100,7 @@ class Desk:
             yield process.pid
         finally:
             stop(process)
+            wait_until_empty(screen)
 
 
 def main() -> None:
@@ -162,7 +163,8 @@ def until(
             costs.append(Cost(wall, work))
     finally:
         stop(process)
-        wait_until(lambda: not any(shows(screen, colour) for colour in colours), "an empty screen")
+        if not beside:  # a browser that was open before keeps its tab, with the last picture in it
+            wait_until_empty(screen)
     return costs
 
 
@@ -177,6 +179,12 @@ def until_refused(ros: Ros, command: tuple[str, ...]) -> Cost:
 def _children_seconds() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
+
+
+def wait_until_empty(screen: Path) -> None:
+    """Until what was shown last is gone."""
+    colours = (PAGE_PLATE, RVIZ_GREY, RVIZ_PLATE)
+    wait_until(lambda: not any(shows(screen, colour) for colour in colours), "an empty screen")
 
 
 def shows(screen: Path, colour: tuple[int, int, int]) -> bool:
