@@ -45,6 +45,50 @@ def test_arrows_walk_the_tree_for_those_who_came_by_keys(viewing: str, open_page
     assert page.evaluate("document.activeElement.dataset.link") == "base_link"
 
 
+def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    page.keyboard.press("Tab")
+    limit = page.get_by_label("Speed limit in percent")
+    limit.focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    assert limit.input_value() == "75"  # from 60 in steps of 5
+    size = page.get_by_label("base_len", exact=True)
+    size.focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    # a hundredth of its range, from 0 to twice the 0.16 that are written, each
+    number = page.get_by_label("base_len, as a number")
+    until(lambda: float(number.input_value()) == pytest.approx(0.176))
+    speed = page.get_by_label("Speed", exact=True)
+    speed.focus()
+    for _ in range(2):
+        page.keyboard.press("ArrowDown")
+    until(lambda: session.state().speed == 5.0)
+
+
+def test_a_slider_that_was_dragged_leaves_the_keys_with_the_robot(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    limit = page.get_by_label("Speed limit in percent")
+    box = limit.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * 0.7, box["y"] - 40)
+    page.mouse.up()
+    until(lambda: page.evaluate("document.activeElement === document.body"))
+    limited = limit.input_value()
+    page.keyboard.down("ArrowUp")
+    until(lambda: session.state().command[0] > 0.05)
+    page.keyboard.up("ArrowUp")
+    assert limit.input_value() == limited
+
+
 def test_driving_while_paused_says_so(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.press("p")

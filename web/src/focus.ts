@@ -41,3 +41,8 @@ export function answersToSpace(target: EventTarget | null): boolean {
 export function focusedByKeyboard(): boolean {
   return byKeyboard;
 }
+
+/** Leaves the keys with the robot after a choice by pointer; who came by keys may go on choosing. */
+export function letGo(element: HTMLElement): void {
+  if (!byKeyboard) element.blur();
+}

@@ -7,7 +7,7 @@ const MANY = 8;
 /** By how much of its way a slider may be off before it is moved: what rests always trembles a little. */
 const UNSEEN = 1e-5;
 /** Milliseconds after a hand's or a key's last move for which a slider stays there: what is told of meanwhile may be from before. */
-const HELD = 400;
+export const HELD = 400;
 
 interface Row {
   joint: JointView;

@@ -1,12 +1,15 @@
 import type { App } from "../app";
 import { h, panel } from "../dom";
+import { letGo } from "../focus";
 import type { Parameter } from "../protocol";
+import { HELD } from "./joints";
 
 interface Row {
   parameter: Parameter;
   element: HTMLElement;
   slider: HTMLInputElement;
   number: HTMLInputElement;
+  isHeld: () => boolean;
 }
 
 /** A slider for each number the description is made with; the file is changed only when asked. */
@@ -41,6 +44,8 @@ function row(app: App, parameter: Parameter): Row {
   const send = (value: number): void => {
     if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
   };
+  let moved = -Infinity;
+  const isHeld = (): boolean => slider.matches(":active") || performance.now() < moved + HELD;
   const reach = Math.abs(parameter.written) * 2 || 1;
   const slider = h("input", {
     type: "range",
@@ -48,14 +53,18 @@ function row(app: App, parameter: Parameter): Row {
     max: parameter.written < 0 ? 0 : reach,
     step: "any",
     "aria-label": name,
-    oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
-    onchange: () => slider.blur(),
+    oninput: () => {
+      moved = performance.now();
+      setTimeout(() => update(result, result.parameter), HELD + 1);
+      send(Number(slider.valueAsNumber.toPrecision(3)));
+    },
+    onchange: () => letGo(slider),
   });
   const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => update(result, result.parameter) });
   const title = kind === "arg" ? "argument" : "property";
   const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
   const element = h("div", { class: "joint", "data-parameter": name }, label, h("span", { class: "value" }, number), slider);
-  const result: Row = { parameter, element, slider, number };
+  const result: Row = { parameter, element, slider, number, isHeld };
   return result;
 }
 
@@ -63,7 +72,7 @@ function update(row: Row, parameter: Parameter): void {
   row.parameter = parameter;
   row.element.classList.toggle("changed", isChanged(parameter));
   if (document.activeElement !== row.number) row.number.value = String(Number(parameter.value.toPrecision(6)));
-  if (!row.slider.matches(":active")) row.slider.value = String(parameter.value);
+  if (!row.isHeld()) row.slider.value = String(parameter.value);
   const { min, max } = row.slider;
   row.slider.style.setProperty("--at", String((row.slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))));
 }

@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { baseName, h } from "../dom";
+import { letGo } from "../focus";
 import { icon } from "../icons";
 import { chooseTheme } from "../options";
 import { worldMenu } from "./world-menu";
@@ -11,7 +12,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
   const world = h("select", { class: "mode", "aria-label": "World", title: "Start again in another world" });
   world.addEventListener("change", () => {
     app.send({ type: "set_world", world: world.value, seed: app.about.value?.seed ?? 0 });
-    world.blur();
+    letGo(world);
   });
   const link = h("span", { class: "status", role: "status" });
   const theme = h("button", { class: "icon-button", type: "button", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") });

@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { h, write } from "../dom";
+import { letGo } from "../focus";
 import { icon } from "../icons";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -13,7 +14,7 @@ export function transport(app: App): HTMLElement {
   const speed = h("select", { "aria-label": "Speed", title: "Simulated seconds per second" }, ...SPEEDS.map((factor) => h("option", { value: factor }, `${factor}×`)));
   speed.addEventListener("change", () => {
     app.send({ type: "set_speed", factor: Number(speed.value) });
-    speed.blur();
+    letGo(speed);
   });
   const plot = h("button", { type: "button", class: "icon-button", title: "Plots (L)", "aria-label": "Plots", onclick: () => app.plots.set(!app.plots.value) }, icon("plot"));
   app.plots.watch((open) => plot.setAttribute("aria-pressed", String(open)));

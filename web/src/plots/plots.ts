@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { download, h } from "../dom";
+import { letGo } from "../focus";
 import { icon } from "../icons";
 import { DRAGGED } from "../panels/topics";
 import type { Scene } from "../protocol";
@@ -57,11 +58,11 @@ export function plots(app: App): HTMLElement {
   };
   add.addEventListener("change", () => {
     choose([...table.fields.map((field) => field.name), add.value].slice(-MOST_CURVES));
-    add.blur();
+    letGo(add);
   });
   spans.addEventListener("change", () => {
     span.choose(spans.value as SpanName);
-    spans.blur();
+    letGo(spans);
     draw(true);
   });
   let later: ReturnType<typeof setTimeout> | undefined;

@@ -2,6 +2,7 @@ import { Vector3 } from "three";
 
 import type { App } from "../app";
 import { h } from "../dom";
+import { letGo } from "../focus";
 import type { View } from "../view/view";
 import { Arrow } from "./arrow";
 import { robotPose, yawOf } from "./poses";
@@ -20,7 +21,7 @@ export function addTool(app: App, view: View): Tool {
   const options = h("span", { class: "tool-options" }, what, size);
   what.addEventListener("change", () => {
     size.hidden = what.value !== "box";
-    what.blur();
+    letGo(what);
   });
   app.about.watch((about) => {
     if (about === null || what.childElementCount === about.things.length) return;
