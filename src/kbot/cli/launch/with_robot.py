@@ -126,7 +126,8 @@ def _simulated(
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
             put_all(simulation, staged, place.package_path)
-        mount_on_others(simulation)
+        shared = mount_on_others(simulation)
+        report(shared if simulation.steps == 0 else ())
         if staged.bridged:
             notes = GzBridge(simulation, staged.bridged).notes
             report(notes if simulation.steps == 0 else ())
