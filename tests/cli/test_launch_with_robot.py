@@ -10,7 +10,7 @@ import pytest
 
 from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
-from kbot.cli.launch.with_robot import Place, _shown, _simulated
+from kbot.cli.launch.with_robot import _shown, _simulated
 from kbot.launch import read_launch
 from kbot.launch.staging import Stage, stage
 from kbot.messages import TFMessage, Twist, Vector3
@@ -31,7 +31,6 @@ GAZEBO = '<include file="$(find gazebo_ros)/launch/empty_world.launch">{}</inclu
 SPAWN = (
     '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param robot_description -model r {}"/>'
 )
-PLACE = Place("127.0.0.1", 0, False, ())
 
 
 @pytest.fixture
@@ -71,7 +70,7 @@ def program(package: Path, name: str, text: str) -> str:
 def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
     found = staged(package, body)
     return _simulated(
-        found, Companions(CompanionOptions(transforms=found.transforms), print), "empty", PLACE, teleop
+        found, Companions(CompanionOptions(transforms=found.transforms), print), "empty", (), teleop
     )
 
 
@@ -144,7 +143,7 @@ def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> 
       {zeros: {left_wheel_joint: 1.5}, dependent_joints: {right_wheel_joint: {parent: left_wheel_joint,
       factor: -2.0, offset: 0.5}}}</rosparam></node>"""
     found = staged(package, node)
-    session = _shown(found, Companions(CompanionOptions(), print), PLACE)
+    session = _shown(found, Companions(CompanionOptions(), print), ())
     assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
     assert [joint.name for joint in session._motion.robot.movable_joints if joint.mimic] == [
         "right_wheel_joint"
@@ -296,7 +295,7 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     found = staged(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
     going = Companions(CompanionOptions(record=str(file)), print)
-    sim = _simulated(found, going, "empty", PLACE, None)._motion._sim
+    sim = _simulated(found, going, "empty", (), None)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
     for _ in range(10):
@@ -358,7 +357,7 @@ def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, t
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
         sim.cmd_vel(0.2, 0.0)
         sim.run(2.0)
-    session = _shown(staged(package, play(bag)), Companions(CompanionOptions(), print), PLACE)
+    session = _shown(staged(package, play(bag)), Companions(CompanionOptions(), print), ())
     session.advance(2.5)
     shown, end = session._motion.moment().positions, sim.joint_positions
     assert end["left_wheel_joint"] > 1.0

@@ -13,8 +13,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from kbot.text import KbotError
-from kbot.workbench.serve import FIRST_PORT, bind, open_session, serving
+from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
@@ -183,25 +182,6 @@ def test_a_page_that_falls_silent_stops_the_robot(driving: tuple[str, Session]) 
         say(connection, type="drive", linear=0.2, angular=0.0)
         until(lambda: hear(connection, "state")["command"] == [0.2, 0.0])
         until(lambda: hear(connection, "state")["command"] == [0.0, 0.0])
-
-
-def test_a_port_in_use_is_said(viewing: str) -> None:
-    port = urlsplit(viewing).port
-    with pytest.raises(KbotError, match=f"port {port} is in use"):
-        bind("127.0.0.1", port)
-
-
-def test_without_a_port_the_next_free_one_is_taken() -> None:
-    with bind("127.0.0.1", None) as first, bind("127.0.0.1", None) as second:
-        ports = first.getsockname()[1], second.getsockname()[1]
-    assert FIRST_PORT <= ports[0] < ports[1]
-
-
-def test_an_address_of_another_machine_is_refused() -> None:
-    with pytest.raises(KbotError, match=r"192\.0\.2\.1"):
-        bind("192.0.2.1", 0)
-    with pytest.raises(KbotError, match="no such address"):
-        bind("no.such.host.invalid", 0)
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])

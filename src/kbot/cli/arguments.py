@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from kbot.text.errors import KbotError
+
+if TYPE_CHECKING:
+    from kbot.workbench.displays.files import DisplayFile
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _NEARLY = re.compile(r"([A-Za-z_][\w.\-]*)\s*(=|:)(.*)", re.DOTALL)
@@ -75,14 +78,32 @@ def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) 
     return value
 
 
+def read_displays(path: str) -> DisplayFile:
+    """The file that sets the displays; what of it is not shown is said on standard error.
+
+    Raises:
+        KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
+    """
+    from kbot.workbench.displays.files import DisplayFile
+
+    displays = DisplayFile(path)
+    for note in displays.greeting.notes if displays.greeting is not None else ():
+        click.echo(f"{path}: {note}", err=True)
+    return displays
+
+
+def _displays(ctx: click.Context, param: click.Parameter, value: str | None) -> DisplayFile | None:
+    return read_displays(value) if value else None
+
+
 def config_option(function: _Function) -> _Function:
-    """`--config FILE`, rviz's `-d` and `--display-config`, as `config: str`."""
+    """`--config FILE`, rviz's `-d` and `--display-config`, as `displays: DisplayFile | None`."""
     return click.option(
         "--config",
         "-d",
         "--display-config",
-        "config",
-        default="",
+        "displays",
+        callback=_displays,
         metavar="FILE",
         help="Displays as a .kbot.yaml or a .rviz file sets them; the page saves to it.",
     )(function)

@@ -20,6 +20,7 @@ from kbot.cli.progress import loading
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
+    from kbot.workbench.displays.files import DisplayFile
     from kbot.workbench.export.palette import Theme
 
 
@@ -45,7 +46,7 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
-    config: str,
+    displays: DisplayFile | None,
     package_path: tuple[str, ...],
     shot: str | None,
     size: str,
@@ -64,29 +65,30 @@ def command(
     from kbot.bridges.companion_options import CompanionOptions
     from kbot.cli.companions import companions
     from kbot.record.reader import is_recording
+    from kbot.workbench.address import bound
 
     if is_recording(path):
         if shot is not None or arguments:
             fail("a recording is played as it is: leave --shot and name:=value out")
         with loading(path):
-            from kbot.workbench.serve import serve_recording
+            from kbot.workbench.serve import serve_session
+            from kbot.workbench.session.played_session import played_session
         with companions(CompanionOptions(), served=True) as going:
-            serve_recording(
-                path,
-                host=host,
-                port=port,
-                open_browser=browser,
-                package_path=package_path,
-                config=config,
-                show=lambda played: going.show(played, played.description, path),
-                opening=loading(path),
-            )
+            with loading(path):
+                session = played_session(
+                    path, package_path, lambda played: going.show(played, played.description, path)
+                )
+            session.display_file = displays or session.display_file
+            session.paused = session.waits_for_page = browser
+            if session.note:
+                click.echo(session.note, err=True)
+            with bound(host, port, open_browser=browser) as address:
+                serve_session(session, address)
         return
     look = parse_look(size, side, transparent)
     with loading(path):
         from kbot.checks.first_look import MESHES, first_look
         from kbot.model.load import load_robot
-        from kbot.workbench import serve
         from kbot.xacro import Packages
 
         loaded = load_robot(path, arguments, packages=Packages(package_path))
@@ -98,18 +100,21 @@ def command(
 
         write_bytes(shot, draw_picture(robot_alone(loaded.require()), look, theme))
         return
-    from kbot.model.writer import to_urdf
+    loaded.require()
+    with (
+        bound(host, port, open_browser=browser) as address,
+        companions(CompanionOptions(), served=True) as going,
+    ):
+        with loading(path):
+            from kbot.model.writer import to_urdf
+            from kbot.workbench.serve import open_session, serve_session
 
-    with companions(CompanionOptions(), served=True) as going:
-        serve(
-            path,
-            simulate=False,
-            arguments=arguments,
-            host=host,
-            port=port,
-            open_browser=browser,
-            config=config,
-            package_path=package_path,
-            show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
-            opening=loading(path),
-        )
+            session = open_session(
+                path,
+                simulate=False,
+                arguments=arguments,
+                package_path=package_path,
+                show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
+            )
+        session.display_file = displays or session.display_file
+        serve_session(session, address)

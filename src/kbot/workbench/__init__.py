@@ -1,5 +1,1 @@
 """The workbench: a page that shows a robot, drives it and knows its source lines, and its server."""
-
-from kbot.workbench.serve import serve
-
-__all__ = ["serve"]

@@ -1,36 +1,26 @@
-"""Opening the workbench: a session, an address, a browser."""
+"""Serving the workbench: a session, at an address."""
 
 from __future__ import annotations
 
 import asyncio
-import secrets
 import signal
 import socket
 import sys
 import threading
-import webbrowser
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from os import environ
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from kbot.bridges.hosts import is_loopback
 from kbot.kinematics.odometry import PlanarPose
-from kbot.text import KbotError
-from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.serving.access import Access, bracketed
+from kbot.workbench.address import Address, bound
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session.session import Session
 
 if TYPE_CHECKING:
     from kbot.workbench.driving.driving import Attend
     from kbot.workbench.driving.sliders import Sliders
-    from kbot.workbench.playback.playback import Playback
 
 ORIGIN = PlanarPose()
-SILENTLY = nullcontext()
-FIRST_PORT, LAST_PORT = 8300, 8399
-SEND_BUFFER = 64 * 1024
 
 
 def open_session(
@@ -60,116 +50,21 @@ def open_session(
     description = Description(resolve_robot_path(path), arguments, package_path)
     if simulate:
         from kbot.workbench.session.driven_session import driven_session
+        from kbot.world import load_world
 
-        return driven_session(description, world, seed, contacts, attend, start)
+        return driven_session(description, load_world(world), world, seed, contacts, attend, start)
     from kbot.workbench.driving.sliders import Sliders, SliderSetting
 
     setting = SliderSetting(attend=show)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
 
 
-def serve(
-    path: str,
-    *,
-    simulate: bool,
-    world: str = "empty",
-    arguments: Mapping[str, str] | None = None,
-    host: str = "127.0.0.1",
-    port: int | None = None,
-    open_browser: bool = True,
-    seed: int = 0,
-    contacts: str = "recipe",
-    package_path: Sequence[str] = (),
-    attend: Attend = lambda simulation: None,
-    show: Callable[[Sliders], None] = lambda shown: None,
-    start: PlanarPose = ORIGIN,
-    config: str = "",
-    opening: AbstractContextManager[None] = SILENTLY,
-) -> None:
-    """Serve the workbench until Ctrl-C. `port` None takes the first free one from 8300 on, 0 any.
-
-    Where `host` is reached from other machines the address carries a token, which the page needs. `config` is
-    the file that sets the displays. `opening` is entered while the session is made.
-
-    Raises:
-        DescriptionError, KbotError: as `open_session`; or the address is taken or not this machine's.
-    """
-    displays = read_displays(config)
-    with opening:
-        session = open_session(
-            path,
-            simulate=simulate,
-            world=world,
-            arguments=arguments,
-            seed=seed,
-            contacts=contacts,
-            package_path=package_path,
-            attend=attend,
-            show=show,
-            start=start,
-        )
-    session.display_file = displays
-    serve_session(session, host=host, port=port, open_browser=open_browser)
-
-
-def serve_recording(
-    path: str,
-    *,
-    host: str,
-    port: int | None,
-    open_browser: bool,
-    package_path: Sequence[str],
-    config: str,
-    show: Callable[[Playback], None],
-    opening: AbstractContextManager[None] = SILENTLY,
-) -> None:
-    """As `serve`, for a recording that is played; where a browser is opened, from when its page is there.
-
-    Raises:
-        DescriptionError: the recording's description makes no robot.
-        KbotError: no such recording, or it does not hold what is needed to show it; or as `serve`.
-    """
-    from kbot.workbench.session.played_session import played_session
-
-    displays = read_displays(config)
-    with opening:
-        session = played_session(path, package_path, show)
-    session.display_file = displays
-    session.paused = session.waits_for_page = open_browser
-    if session.note:
-        sys.stderr.write(f"{session.note}\n")
-    serve_session(session, host=host, port=port, open_browser=open_browser)
-
-
-def read_displays(config: str) -> DisplayFile:
-    """The file that sets the displays, empty for none; what of it is not shown is said on standard error.
-
-    Raises:
-        KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
-    """
-    displays = DisplayFile(config)
-    for note in displays.greeting.notes if displays.greeting is not None else ():
-        sys.stderr.write(f"{config}: {note}\n")
-    return displays
-
-
-def serve_session(session: Session, *, host: str, port: int | None, open_browser: bool) -> None:
-    """As `serve`, for a session that is open already.
-
-    Raises:
-        KbotError: the address is taken or not this machine's.
-    """
-    with bind(host, port) as listening:
-        server, address = _server(session, host, listening)
-
-        def ready() -> None:
-            _say(_welcome(session, address))
-            if open_browser and _has_display():
-                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-        with suppress(KeyboardInterrupt):
-            asyncio.run(_run_until_ended(server, listening, ready))
-        _say("\n")
+def serve_session(session: Session, address: Address) -> None:
+    """Serve the workbench until Ctrl-C."""
+    server = Server(session, address.access)
+    with suppress(KeyboardInterrupt):
+        asyncio.run(_run_until_ended(server, address.listening, _welcome(session, address.url)))
+    _say("\n")
 
 
 @contextmanager
@@ -179,59 +74,17 @@ def serving(session: Session, host: str = "127.0.0.1", port: int | None = 0) -> 
     Raises:
         KbotError: the address is taken or not this machine's.
     """
-    with bind(host, port) as listening:
-        server, address = _server(session, host, listening)
+    with bound(host, port) as address:
+        server = Server(session, address.access)
         loop = asyncio.new_event_loop()
-        running = loop.create_task(server.run(listening))
+        running = loop.create_task(server.run(address.listening))
         thread = threading.Thread(target=_run_until_cancelled, args=(loop, running), daemon=True)
         thread.start()
         try:
-            yield address
+            yield address.url
         finally:
             loop.call_soon_threadsafe(running.cancel)
             thread.join()
-
-
-def bind(host: str, port: int | None) -> socket.socket:
-    """A listening socket.
-
-    Raises:
-        KbotError: every port asked for is in use, or the address is not this machine's.
-    """
-    ports = range(FIRST_PORT, LAST_PORT + 1) if port is None else (port,)
-    try:
-        family = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
-    except (OSError, UnicodeError):
-        raise KbotError(f"--host {host}: no such address") from None
-    for candidate in ports:
-        try:
-            listening = socket.create_server((host, candidate), family=family)
-            # inherited by each connection: little is under way to a page that reads slowly
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
-            return listening
-        except PermissionError:
-            if port is None:
-                continue  # Windows keeps some of them for itself
-            raise KbotError(f"--port {candidate} may not be served on without more rights") from None
-        except OSError as error:
-            if not _is_taken(error):
-                raise KbotError(f"--host {host} cannot be served on: {error.strerror}") from None
-    if port is None:
-        raise KbotError(f"the ports {FIRST_PORT} to {LAST_PORT} are all in use; name another with --port")
-    raise KbotError(f"port {port} is in use; name another with --port, or leave it out to get a free one")
-
-
-def _is_taken(error: OSError) -> bool:
-    import errno
-
-    return error.errno in (errno.EADDRINUSE, errno.EACCES)
-
-
-def _server(session: Session, host: str, listening: socket.socket) -> tuple[Server, str]:
-    port = listening.getsockname()[1]
-    token = None if is_loopback(host) else secrets.token_urlsafe(18)
-    address = f"http://{bracketed(host)}:{port}/" + (f"?token={token}" if token else "")
-    return Server(session, Access(host, port, token)), address
 
 
 def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[None]) -> None:
@@ -270,14 +123,7 @@ def _say(text: str) -> None:
     sys.stdout.flush()
 
 
-def _has_display() -> bool:
-    """Whether a browser could open a window; without one `webbrowser` may take over the terminal."""
-    if sys.platform.startswith("linux"):
-        return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
-    return True
-
-
-async def _run_until_ended(server: Server, listening: socket.socket, ready: Callable[[], None]) -> None:
+async def _run_until_ended(server: Server, listening: socket.socket, welcome: str) -> None:
     """Serve until Ctrl-C or SIGTERM, which cancel the run in order where the loop can hear them."""
     loop = asyncio.get_running_loop()
     serving = loop.create_task(server.run(listening))
@@ -286,6 +132,6 @@ async def _run_until_ended(server: Server, listening: socket.socket, ready: Call
             loop.add_signal_handler(number, serving.cancel)
         except (NotImplementedError, RuntimeError, ValueError):
             break  # Windows, or not the main thread: Ctrl-C raises KeyboardInterrupt
-    ready()
+    _say(welcome)
     with suppress(asyncio.CancelledError):
         await serving

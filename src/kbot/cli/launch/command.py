@@ -112,10 +112,22 @@ def command(
         return 2
     if staged.path is None:
         return _without_robot(plan, staged, options)
+    if options.record and not staged.simulate:
+        fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
     with loading(staged.path):
-        from kbot.cli.launch.with_robot import Place, carry_out
-    return carry_out(plan, staged, options, world, Place(host, port, browser, package_path))
+        from kbot.model.load import load_robot
+        from kbot.workbench.address import bound
+
+        load_robot(staged.path, staged.arguments, packages=packages).require()
+        if staged.simulate and world is not None:
+            from kbot.world import load_world
+
+            load_world(world)
+    with bound(host, port, open_browser=browser and staged.window) as address:
+        with loading(staged.path):
+            from kbot.cli.launch.with_robot import carry_out
+        return carry_out(plan, staged, options, world, address, package_path)
 
 
 def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import _thread
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from kbot.cli.arguments import read_displays
 from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 from kbot.cli.launch.beside import dump_parameters, options_of, publish_maps, tell
 from kbot.cli.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.launch.robots import put_all
-from kbot.cli.output import fail, report
+from kbot.cli.output import report
 from kbot.cli.progress import loading
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.spawned import with_controllers
@@ -23,7 +23,7 @@ from kbot.nodes.teleop_twist_joy import TeleopTwistJoy
 from kbot.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.serve import read_displays, serve_session
+from kbot.workbench.serve import serve_session
 
 if TYPE_CHECKING:
     from kbot.bridges.companion_options import CompanionOptions
@@ -34,28 +34,24 @@ if TYPE_CHECKING:
     from kbot.messages import Bus, Clock
     from kbot.record.playback import Playback
     from kbot.sim import Simulation
+    from kbot.workbench.address import Address
     from kbot.workbench.session.session import Session
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where the page is served, whether a browser is opened, and where packages are looked for."""
-
-    host: str
-    port: int | None
-    browser: bool
-    package_path: Sequence[str]
-
-
-def carry_out(plan: Plan, staged: Stage, options: CompanionOptions, world: str | None, place: Place) -> int:
+def carry_out(
+    plan: Plan,
+    staged: Stage,
+    options: CompanionOptions,
+    world: str | None,
+    address: Address,
+    package_path: Sequence[str],
+) -> int:
     """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one ends;
     the exit status.
 
     Raises:
-        DescriptionError, KbotError: the robot, the world, a bridge or the address cannot be used.
+        DescriptionError, KbotError: the robot, the world or a bridge cannot be used.
     """
-    if options.record and not staged.simulate:
-        fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     dump_parameters(plan)
     options = live_for_programs(staged.programs, options_of(plan, staged, options))
     if options.ros1:
@@ -68,10 +64,10 @@ def carry_out(plan: Plan, staged: Stage, options: CompanionOptions, world: str |
             joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
             world = world or _known_world(staged.world)
             with loading(world):
-                session = _simulated(staged, going, world, place, teleop, joysticks)
+                session = _simulated(staged, going, world, package_path, teleop, joysticks)
         else:
             with loading(str(staged.path)):
-                session = _shown(staged, going, place)
+                session = _shown(staged, going, package_path)
         processes = start_programs(stack, plan, staged.programs, options)
         if teleop is not None and staged.simulate:
             tell(HELP)
@@ -79,8 +75,7 @@ def carry_out(plan: Plan, staged: Stage, options: CompanionOptions, world: str |
         session.display_file = _displays(staged)
         if staged.fixed_frame:
             session.display_file.hold(staged.fixed_frame)
-        browser = place.browser and staged.window
-        serve_session(session, host=place.host, port=place.port, open_browser=browser)
+        serve_session(session, address)
     return processes.status if processes is not None else 0
 
 
@@ -101,7 +96,7 @@ def _simulated(
     staged: Stage,
     going: Companions,
     world: str,
-    place: Place,
+    package_path: Sequence[str],
     teleop: TeleopKeys | None,
     joysticks: Sequence[Joystick] = (),
 ) -> Session:
@@ -110,12 +105,13 @@ def _simulated(
     from kbot.sim.naming import Naming
     from kbot.workbench.session.driven_session import driven_session
     from kbot.workbench.source.description import Description
+    from kbot.world import load_world
 
     spawn = staged.spawn
     description = Description(
         str(staged.path),
         staged.arguments,
-        place.package_path,
+        package_path,
         lambda robot: with_controllers(robot, staged.controllers),
     )
 
@@ -125,7 +121,7 @@ def _simulated(
         publish_maps(simulation.bus, staged)
         going.join(simulation, "", world)
         if simulation.steps == 0 and simulation.start == start:
-            put_all(simulation, staged, place.package_path)
+            put_all(simulation, staged, package_path)
         shared = mount_on_others(simulation)
         report(shared if simulation.steps == 0 else ())
         if staged.bridged:
@@ -137,7 +133,7 @@ def _simulated(
 
     start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
     naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
-    session = driven_session(description, world, 0, "recipe", attend, start, naming)
+    session = driven_session(description, load_world(world), world, 0, "recipe", attend, start, naming)
     session.paused = staged.paused
     if staged.paused:
         tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
@@ -164,7 +160,7 @@ def _command(simulation: Simulation, topic: str) -> Callable[[float, float], Non
     return simulation.command
 
 
-def _shown(staged: Stage, going: Companions, place: Place) -> Session:
+def _shown(staged: Stage, going: Companions, package_path: Sequence[str]) -> Session:
     from kbot.messages import JointState
     from kbot.model.writer import to_urdf
     from kbot.nodes import with_dependent_joints
@@ -195,7 +191,7 @@ def _shown(staged: Stage, going: Companions, place: Place) -> Session:
     description = Description(
         str(staged.path),
         staged.arguments,
-        place.package_path,
+        package_path,
         lambda robot: with_dependent_joints(robot, joints.dependent, joints.use_mimic_tags),
     )
     setting = SliderSetting(joints.zeros, joints.rate, attend)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
     from kbot.sim import Simulation
+    from kbot.workbench.displays.files import DisplayFile
 
 DURATION = 10.0
 
@@ -111,7 +112,7 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
-    config: str,
+    displays: DisplayFile | None,
     options: CompanionOptions,
 ) -> int:
     """Simulate the robot of FILE in a world.
@@ -134,29 +135,38 @@ def command(
         start = pose_of("--pose", pose)
         with loading(file):
             from kbot.checks.first_look import MESHES, first_look
-            from kbot.model.load import load_robot
-            from kbot.workbench.serve import serve
+            from kbot.model.load import load_robot, resolve_robot_path
+            from kbot.workbench.address import bound
+            from kbot.world import load_world
             from kbot.xacro import Packages
 
-            found = first_look(load_robot(file, arguments, packages=Packages(package_path)), MESHES)
+            loaded = load_robot(file, arguments, packages=Packages(package_path))
+            found = first_look(loaded, MESHES)
         report(found)
-        with going_along(options, served=True) as join:
-            serve(
-                file,
-                simulate=True,
-                world=world,
-                arguments=arguments,
-                host=host,
-                port=port,
-                open_browser=browser,
-                config=config,
-                seed=seed,
-                contacts=contacts,
-                package_path=package_path,
-                attend=lambda simulation: join(simulation, "", world),
-                start=start,
-                opening=loading(world),
-            )
+        loaded.require()
+        with loading(world):
+            place = load_world(world)
+        with (
+            bound(host, port, open_browser=browser) as address,
+            going_along(options, served=True) as join,
+        ):
+            with loading(world):
+                from kbot.workbench.serve import serve_session
+                from kbot.workbench.session.driven_session import driven_session
+                from kbot.workbench.source.description import Description
+
+                description = Description(resolve_robot_path(file), arguments, package_path)
+                session = driven_session(
+                    description,
+                    place,
+                    world,
+                    seed,
+                    contacts,
+                    lambda simulation: join(simulation, "", world),
+                    start,
+                )
+            session.display_file = displays or session.display_file
+            serve_session(session, address)
         return 0
     _refuse_without_page(ctx)
     seconds = DURATION if duration is None else duration

@@ -15,32 +15,33 @@ from kbot.workbench.protocol import WorldChoice, WorldParameter
 from kbot.workbench.session.offers import Offers
 from kbot.workbench.session.session import Session
 from kbot.workbench.source.shown import Reader
-from kbot.world import BUILDERS, built_in, load_world
+from kbot.world import BUILDERS, World, built_in
 from kbot.world.builtin.registry import parameters
 
 
 def driven_session(
     reader: Reader,
-    world: str,
+    world: World,
+    named: str,
     seed: int,
     contacts: str,
     attend: Attend = lambda simulation: None,
     start: PlanarPose = ORIGIN,
     naming: Naming = PLAIN,
 ) -> Session:
-    """A session whose robot is simulated, and starts at `start`; `naming` says where its topics are.
+    """A session whose robot is simulated, and starts at `start` in the world, which `named` names; `naming`
+    says where its topics are.
 
     Raises:
         DescriptionError: it makes no robot, or one that cannot be simulated.
-        KbotError: there is no such world.
     """
-    setup = Setup(load_world(world), world, world, seed, contacts, attend, start, naming)
+    setup = Setup(world, named, named, seed, contacts, attend, start, naming)
     return Session(
         reader,
         "sim",
         lambda robot: Driving(robot, setup),
-        setup.world,
-        Offers(why_not, limits, partial(world_choices, world), world, SPAWNED),
+        world,
+        Offers(why_not, limits, partial(world_choices, named), named, SPAWNED),
     )
 
 
