@@ -125,6 +125,17 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert left_out.startswith("102 messages were not compared (/kbot/poses 101, /kbot/world 1): ")
 
 
+def test_play_tells_of_what_is_not_whole(
+    recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(Path(recording).read_bytes()[:-50])
+    assert run(["bag", "play", "-r", "100", recording, str(cut)]) == 0
+    assert f"{cut} is not whole: it was not closed" in capsys.readouterr().err
+    assert run(["bag", "play", "-r", "100", recording]) == 0
+    assert "not whole" not in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

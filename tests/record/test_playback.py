@@ -1,5 +1,7 @@
 """A recording said on a bus on which others speak too."""
 
+from pathlib import Path
+
 import pytest
 
 from kbot.launch.nodes.rosbag_play import Playing
@@ -133,3 +135,14 @@ def test_a_recording_of_no_use_is_told_of_at_its_player(tmp_path, content: bytes
         Listener(str(path))
     (found,) = raised.value.diagnostics
     assert (found.code, found.origin) == ("L059", ORIGIN)
+
+
+def test_what_is_not_whole_is_told_of_and_said_as_far_as_it_goes(recording: str, tmp_path: Path) -> None:
+    if not recording.endswith(".mcap"):
+        pytest.skip("the index of other recordings is at their end")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(Path(recording).read_bytes()[:-50])
+    listener = Listener(str(cut))
+    assert len(listener.told) == 1
+    assert listener.told[0].startswith(f"{cut} is not whole: it was not closed")
+    assert listener.run(3.0) == speeds(1, 20)

@@ -76,6 +76,8 @@ class Playback:
         if playing.loop and self._first == self._last:
             raise KbotError(f"0 s of {first} would be said: that leaves nothing to be said again and again")
         require_topics(first, summary, playing.topics)
+        if summary.broken:
+            self._tell(f"{summary.broken}; what can be read is played")
         return {name: topic.type_name for name, topic in summary.topics.items()}
 
     def close(self) -> None:

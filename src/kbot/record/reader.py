@@ -94,7 +94,8 @@ class Recordings:
         return heapq.merge(*(one.entries() for one in self._all), key=lambda entry: entry.nanoseconds)
 
     def summary(self) -> Summary:
-        """Read them through. Raises KbotError: one is no recording, or a topic has two types."""
+        """Read them through; `broken` says which are not whole, and why. Raises KbotError: one is no
+        recording, or a topic has two types."""
         every = [one.summary() for one in self._all]
         topics: dict[str, TopicSummary] = {}
         for name, found in ((name, topic) for one in every for name, topic in one.topics.items()):
@@ -105,7 +106,11 @@ class Recordings:
         notes = {name: values for one in reversed(every) for name, values in one.notes.items()}
         starts = [one.start for one in every if one.start is not None]
         ends = [one.end for one in every if one.end is not None]
-        broken = "; ".join(one.broken for one in every if one.broken)
+        broken = "; ".join(
+            f"{recording.path} is not whole: {one.broken}"
+            for recording, one in zip(self._all, every, strict=True)
+            if one.broken
+        )
         return Summary(
             every[0].kind, topics, notes, min(starts, default=None), max(ends, default=None), broken
         )
@@ -141,6 +146,8 @@ def _source(path: str) -> Source:
         siblings = [item.name for item in file.parent.iterdir()] if file.parent.is_dir() else []
         hint = did_you_mean(file.name, siblings)
         raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
+    if not (file.is_dir() or file.is_file()):
+        raise KbotError(f"{path} is neither a file nor a folder")
     if file.is_dir() or path.endswith(BAGS):
         from kbot.record.bags.reader import BagSource
 

@@ -36,6 +36,8 @@ def play(player: Player, options: CompanionOptions, *, rate: float, delay: float
         elif key == "s":
             steps[0] += 1
 
+    if player.summary.broken:
+        click.echo(f"{player.summary.broken}; what can be read is played", err=True)
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
         click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
