@@ -80,6 +80,7 @@ function usePad(pad: HTMLElement, driver: Driver): void {
   pad.addEventListener("pointerdown", (event) => {
     pad.setPointerCapture(event.pointerId);
     event.preventDefault();
+    driver.setPad(0, 0); // a new press counts, though the end of one before was not told, as when asleep
     follow(event);
   });
   pad.addEventListener("pointermove", (event) => pad.hasPointerCapture(event.pointerId) && follow(event));
