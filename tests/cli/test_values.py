@@ -18,6 +18,8 @@ from kbot.text import KbotError
         ("{a: !!bool perhaps}", "VALUES is to be YAML"),
         ("{a: 2026-11-21}", "2026-11-21 is a date, which no message holds: quote it if it is text"),
         ("{? [a] : 1}", "VALUES is to be YAML"),
+        ("{linear: {x:0.2}}", "VALUES: YAML wants a space after the colon: write x: 0.2"),
+        ("{linear:{x: 0.2}, y:1}", "YAML wants a space after the colon: write y: 1"),
         ("{2026-11-21: 1}", "2026-11-21 is no name of a field"),
         ("{a: 1e308}", "1e308 is text in YAML 1.1: write 1.0e+308, or quote it"),
         ("{a: [-.5E3]}", "-.5E3 is text in YAML 1.1: write -0.5e+3, or quote it"),

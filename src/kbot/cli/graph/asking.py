@@ -124,6 +124,9 @@ def _check(value: object, what: str, above: list[object], number: Iterator[int])
         for key, part in parts:
             if not isinstance(key, str | int | float | None):
                 fail(f"{what}: {key} is no name of a field")
+            if isinstance(key, str) and ":" in key and part is None:
+                name, _, rest = key.partition(":")
+                fail(f"{what}: YAML wants a space after the colon: write {name}: {rest}")
             _check(part, what, [*above, value], number)
     elif not isinstance(value, str | int | float | None):
         kind = type(value).__name__
