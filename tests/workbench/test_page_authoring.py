@@ -36,6 +36,8 @@ def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_pa
     page.locator("[data-parameter=base_len] .name").click()
     number = page.locator(".line.here .t-number")
     until(lambda: number.count() == 1)
+    assert xacro.read_text().startswith('<?xml version="1.0"')
+    assert page.locator('.line[data-line="1"] .t-number').count() == 0, "the version of XML is no number"
     before = blue(screenshot(page)).sum()
     number.dblclick()
     page.keyboard.type("0.26")
