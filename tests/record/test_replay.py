@@ -108,6 +108,20 @@ def test_time_set_back_is_done_again(tmp_path: Path) -> None:
     assert replay(str(tmp_path / "run.mcap")).is_same
 
 
+def test_a_robot_is_heard_from_when_it_comes_though_time_is_set_back_then(tmp_path: Path) -> None:
+    def drive(sim: Simulation) -> None:
+        sim.run(0.51)
+        sim.spawn_model(sim.robot, "b", x=-0.6)
+        sim.run(0.2)
+        sim.reset_time()
+        sim.run(0.5)
+
+    record(tmp_path / "run.mcap", drive)
+    assert replay(str(tmp_path / "run.mcap")).difference == ""
+    first = next(e for e in Recording(str(tmp_path / "run.mcap")).entries() if e.topic == "/b/odom")
+    assert first.nanoseconds == 520_000_000  # at the end of the control period in which it came
+
+
 def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
     recording = Recording(str(runs["mcap"]))
     writer = open_writer(str(tmp_path / "other.mcap"))

@@ -89,6 +89,7 @@ class Recorder:
                 self._world_recorder = None if self._wanted else WorldRecorder(simulation, self._write)
                 simulation.journal = self._note
                 self._timer = simulation.clock.every(LOOK_RATE, self._look)
+                simulation.when_robots_change.append(self._look)
                 self._look()
         except BaseException:
             self._detach()
@@ -219,6 +220,8 @@ class Recorder:
         self._is_open = False
         self._waiting.clear()
         self._simulation.journal = None
+        if self._look in self._simulation.when_robots_change:
+            self._simulation.when_robots_change.remove(self._look)
         if hasattr(self, "_timer"):
             self._timer.cancel()
         if self._world_recorder is not None:
