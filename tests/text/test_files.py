@@ -30,6 +30,15 @@ def test_reading(tmp_path: Path) -> None:
     assert code(tmp_path / "latin") == "F005"
 
 
+def test_a_package_in_the_place_of_a_description_is_told_of_its_files(tmp_path: Path) -> None:
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "urdf" / "arm.xacro").touch()
+    (tmp_path / "urdf" / "notes.txt").touch()
+    with pytest.raises(DescriptionError) as caught:
+        read_source(tmp_path)
+    assert caught.value.diagnostics[0].hint == f"name a file in it: {tmp_path / 'urdf' / 'arm.xacro'}"
+
+
 def message(path: Path | str) -> str:
     with pytest.raises(DescriptionError) as caught:
         read_source(path)

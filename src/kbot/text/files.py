@@ -62,7 +62,7 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     except FileNotFoundError:
         raise _unreadable(name, "F001", *_missing(name)) from None
     except IsADirectoryError:
-        raise _unreadable(name, "F002", f"{name} is a directory, not a file") from None
+        raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
@@ -114,6 +114,16 @@ def _missing(name: str) -> tuple[str, str]:
     folder, last = os.path.split(name)
     siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []
     return f"{name} does not exist", did_you_mean(last, siblings)
+
+
+def _within(folder: str) -> str:
+    """The hint for a package that stands where its description is expected."""
+    urdf = os.path.join(folder, "urdf")
+    try:
+        names = sorted(n for n in os.listdir(urdf) if n.endswith((".xacro", ".urdf")))
+    except OSError:
+        return ""
+    return "name a file in it: " + ", ".join(os.path.join(urdf, n) for n in names[:8]) if names else ""
 
 
 def from_file_uri(rest: str, *, windows: bool = os.name == "nt") -> str:
