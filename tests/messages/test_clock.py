@@ -56,7 +56,7 @@ def test_set_jumps_without_calling():
     assert calls == [30 * MS, 20 * MS]
 
 
-@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e-308])
 def test_a_rate_that_is_none_is_refused(rate):
     with pytest.raises(KbotError, match="rate"):
         Clock().every(rate, lambda: None)

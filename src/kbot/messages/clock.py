@@ -60,7 +60,7 @@ class Clock:
         Raises:
             KbotError: the rate is not a number above zero.
         """
-        if not 0.0 < rate <= NANOSECONDS:
+        if not NANOSECONDS / NEVER < rate <= NANOSECONDS:
             raise KbotError(f"a rate is a number of calls a second above zero, not {rate}")
         period = max(1, round(NANOSECONDS / rate))
         timer = Timer(period, self._now + period, callback)

@@ -17,6 +17,9 @@ from kbot.text import KbotError
 
 Values = NDArray[np.float64]
 
+LARGEST = 1e100
+"""Of a noise's numbers: their squares are numbers still."""
+
 
 @dataclass(frozen=True, slots=True)
 class Noise:
@@ -35,8 +38,8 @@ class Noise:
 
     def __post_init__(self) -> None:
         deviations = (self.stddev, self.bias_stddev, self.walk, self.precision)
-        if not all(math.isfinite(v) for v in (*deviations, self.mean, self.bias_mean)):
-            raise KbotError("a noise's numbers are finite")
+        if not all(abs(v) <= LARGEST for v in (*deviations, self.mean, self.bias_mean)):
+            raise KbotError(f"a noise's numbers are finite, up to {LARGEST:g}")
         if min(deviations) < 0.0 or not self.correlation_time > 0.0:
             raise KbotError("a noise's deviations are 0 or more, its correlation time above 0")
 

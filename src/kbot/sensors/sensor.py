@@ -57,8 +57,8 @@ class Spec(ABC):
     kind: ClassVar[str]
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.rate) and 0.0 < self.rate <= 1e5):
-            raise KbotError(f"{self.label}: a rate is above 0 Hz, not {self.rate}")
+        if not 1e-9 <= self.rate <= 1e5:
+            raise KbotError(f"{self.label}: a rate is above 0 Hz, from 1e-09 to 1e+05, not {self.rate}")
         if not (math.isfinite(self.latency) and self.latency >= 0.0):
             raise KbotError(f"{self.label}: a latency is 0 s or more, not {self.latency}")
 
