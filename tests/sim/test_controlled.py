@@ -144,7 +144,7 @@ def test_one_whose_topic_carries_something_else_is_not_loaded_by_half(build):
     with pytest.raises(KbotError, match="/arm/elbow/command carries Twist"):
         sim.load_controller("/arm/elbow", ELBOW)
     assert (sim.noted, sim.named().control) == (noted, control)
-    with pytest.raises(KbotError, match="no controller '?/arm/elbow'? is loaded"):
+    with pytest.raises(KbotError, match="no controller /arm/elbow is loaded"):
         sim.switch_controllers(["/arm/elbow"], [])
 
 

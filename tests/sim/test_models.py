@@ -157,12 +157,12 @@ def test_a_thing_is_pushed_until_it_is_not(yard):
 def test_the_world_is_set_back_and_time_goes_on(yard):
     yard.cmd_vel(0.2, 0.0)
     yard.run(2.0)
-    drawn = yard.random.random()
+    drawn = yard.state().random
     yard.reset_world()
     assert yard.time == 2.0
     assert yard.ground_truth.pose.x == pytest.approx(0.0)
     assert yard.twist.x == 0.0
-    assert yard.random.random() != drawn
+    assert yard.state().random == drawn  # it is not drawn anew
     yard.run(1.0)
     assert yard.time == 3.0
     assert yard.ground_truth.pose.x == pytest.approx(0.0, abs=1e-6)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from kbot.sim.joint_control.control import ManagedController
 from kbot.sim.joint_control.controllers import load_controller
 from kbot.sim.joint_control.kinds import DIFF_DRIVE, JOINT_STATE
+from kbot.sim.numbers import shortened
 from kbot.sim.population import Population
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
@@ -31,6 +32,9 @@ class Controlled(Population):
             KbotError: nothing is changed: two would command one joint, or, where it is `strict`, one is not
                 loaded, runs already, or does not run.
         """
+        for names in (start, stop):
+            if isinstance(names, str) or not isinstance(names, Sequence):
+                raise KbotError(f"controllers are a list of names, not {shortened(names)}")
         switched = self.named(robot)
         managed = _loaded(switched)
         running = managed.keys() - switched.stopped
@@ -58,6 +62,10 @@ class Controlled(Population):
         Raises:
             KbotError: there is one of its name, or it would not be loaded, or heard; the reason is said.
         """
+        if not isinstance(name, str):
+            raise KbotError(f"a controller has a name, not {shortened(name)}")
+        if not isinstance(parameters, Mapping) or not all(isinstance(key, str) for key in parameters):
+            raise KbotError(f"a controller's parameters have names, unlike {shortened(parameters)}")
         loader = self.named(robot)
         if name in _loaded(loader):
             raise KbotError(f"{name} is loaded already")
@@ -89,6 +97,8 @@ def _loaded(robot: SimulatedRobot) -> dict[str, ManagedController]:
 
 
 def _require_loaded(name: str, managed: Mapping[str, ManagedController]) -> ManagedController:
+    if not isinstance(name, str):
+        raise KbotError(f"a controller has a name, not {shortened(name)}")
     if name not in managed:
         hint = did_you_mean(name, managed)
         raise KbotError(f"no controller {name} is loaded" + (f": {hint}" if hint else ""))
