@@ -1,6 +1,7 @@
 """The services of ROS 1's controller manager, as peers call them through a link."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -14,18 +15,10 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.wire.services import service_type
 
-LINK = """<link name="{}"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
-JOINT = """<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>
-<origin xyz="{3}"/><axis xyz="0 1 0"/></joint>
-<transmission name="t_{0}"><type>transmission_interface/SimpleTransmission</type><joint name="{0}">
-<hardwareInterface>hardware_interface/PositionJointInterface</hardwareInterface></joint>
-<actuator name="m_{0}"/></transmission>"""
 PLUGIN = (
     """<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">{}</plugin></gazebo>"""
 )
-ARM = f"""<robot name="arm"><link name="world"/>{LINK.format("upper")}{LINK.format("lower")}
-{JOINT.format("shoulder", "world", "upper", "0 0 2")}{JOINT.format("elbow", "upper", "lower", "0.5 0 0")}"""
+ARM = (Path(__file__).parents[1] / "robots" / "arm.urdf").read_text()
 SUMS = {
     "ListControllers": "1341feb2e63fa791f855565d0da950d8",
     "ListControllerTypes": "c1d4cd11aefa9f97ba4aeb5b33987f4e",
@@ -39,11 +32,15 @@ SPAWNED = {
 }
 
 
+def arm(plugin: str) -> str:
+    return ARM.replace("</robot>", f"{plugin}</robot>")
+
+
 class Manager:
     """A simulated arm, what its managers offer, and what the user was told."""
 
     def __init__(self, namespace: str = "/arm", plugin: str = PLUGIN) -> None:
-        text = ARM + plugin.format(f"<robotNamespace>{namespace}</robotNamespace>") + "</robot>"
+        text = arm(plugin.format(f"<robotNamespace>{namespace}</robotNamespace>"))
         robot = load_robot_text(text, "arm.urdf").require()
         spawned = [
             SpawnedController(
@@ -150,8 +147,7 @@ def test_a_robot_that_comes_later_brings_its_manager_and_takes_it_along(companio
     link, service = companions._link, "/two/controller_manager/list_controllers"
     with pytest.raises(KbotError, match="no service /two"):
         link.call(service, srv.NothingRequest())
-    text = ARM.replace('<link name="world"/>', '<link name="foot"/>').replace("world", "foot")
-    two = load_robot_text(text + PLUGIN.format("") + "</robot>", "two.urdf").require()
+    two = load_robot_text(arm(PLUGIN.format("")).replace("world", "foot"), "two.urdf").require()
     simulation.spawn_model(two, "two", 3.0, 0.0)
     answered = link.call(service, srv.NothingRequest())
     simulation.run_errands()

@@ -13,17 +13,10 @@ import yaml
 from .conftest import Ros, stop, wait_until
 from .test_bridge_ros1 import one, said
 
-LINK = """<link name="{}"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
-JOINT = """<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>
-<origin xyz="{3}"/><axis xyz="0 1 0"/></joint>
-<transmission name="t_{0}"><type>transmission_interface/SimpleTransmission</type><joint name="{0}">
-<hardwareInterface>hardware_interface/PositionJointInterface</hardwareInterface></joint>
-<actuator name="m_{0}"/></transmission>"""
-ARM = f"""<robot name="arm"><link name="world"/>{LINK.format("upper")}{LINK.format("lower")}
-{JOINT.format("shoulder", "world", "upper", "0 0 2")}{JOINT.format("elbow", "upper", "lower", "0.5 0 0")}
-<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">
-<robotNamespace>/arm</robotNamespace></plugin></gazebo></robot>"""
+MANAGER = """<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">
+<robotNamespace>/arm</robotNamespace></plugin></gazebo>"""
+ARM = (Path(__file__).parents[1] / "robots" / "arm.urdf").read_text()
+ARM = ARM.replace("</robot>", f"{MANAGER}</robot>")
 CONTROLLERS = """
 joint_state_controller: {type: joint_state_controller/JointStateController, publish_rate: 50}
 follow: {type: position_controllers/JointTrajectoryController, joints: [shoulder, elbow]}
