@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoint
 from kbot.messages.navigation import GoalID
-from kbot.messages.types import Header
+from kbot.messages.types import Header, Int32
 
 HEADER, NOW, SOME, WAY, POINT = Header(), Duration(), GoalID(), JointTrajectory(), JointTrajectoryPoint()
-
-Int32 = Annotated[int, "int32"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-Int32 = Annotated[int, "int32"]
+from kbot.messages.types import Int32
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
 
-from kbot.messages.types import Pose, Time
+from kbot.messages.types import Pose, Time, UInt8, UInt32, UInt64
 
-UInt8 = Annotated[int, "uint8"]
-UInt32 = Annotated[int, "uint32"]
-UInt64 = Annotated[int, "uint64"]
 ORIGIN, START = Pose(), Time()
 
 

@@ -7,6 +7,12 @@ A covariance is 6x6, row by row, over x, y, z and rotations about x, y, z.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+UInt8 = Annotated[int, "uint8"]
+Int32 = Annotated[int, "int32"]
+UInt32 = Annotated[int, "uint32"]
+UInt64 = Annotated[int, "uint64"]
 
 NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
 

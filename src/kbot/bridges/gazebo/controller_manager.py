@@ -63,7 +63,7 @@ class _Manager:
     def answer(self, work: Callable[[Simulation, Any], None]) -> Answer:
         """What does the work, and says whether it was done."""
 
-        def answer(simulation: Simulation, request: Any) -> srv.OkResponse:  # noqa: ANN401 - its own
+        def answer(simulation: Simulation, request: Any) -> srv.OkResponse:  # noqa: ANN401 - each asks its own
             try:
                 work(simulation, request)
             except KbotError as error:
