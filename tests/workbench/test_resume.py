@@ -35,7 +35,7 @@ class Desk:
 
     @property
     def sim(self) -> Simulation:
-        return self.session._motion._sim  # type: ignore[attr-defined, no-any-return]
+        return self.session._motion._sim
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.02)):

@@ -120,7 +120,7 @@ def test_the_list_says_types_rates_and_inputs() -> None:
 def test_rates_are_right_before_anybody_hears_a_topic() -> None:
     """Those that are told of topics nobody hears are those that are counted once a page does."""
     session = open_session("kbot", simulate=True, arguments={**LIDAR, "camera": "true"})
-    StatePublishers(session._motion._sim)  # type: ignore[attr-defined]
+    StatePublishers(session._motion._sim)
     for _ in range(5):
         session.advance(0.1)
     told = {one.name: one.rate for one in session.topics.topics().topics if one.rate is not None}

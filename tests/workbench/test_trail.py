@@ -31,7 +31,7 @@ Act = Callable[[Session], object]
 
 
 def sim(session: Session) -> Simulation:
-    return session._motion._sim  # type: ignore[attr-defined, no-any-return]
+    return session._motion._sim
 
 
 def aside(session: Session) -> Transform:
