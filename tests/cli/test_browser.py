@@ -23,6 +23,8 @@ ROBOT = "<robot name='r'><link name='a'/></robot>"
 BROKEN = "<robot name='r'><link name='a'/><joint name='j' type='fixed'/></robot>"
 LAUNCH = "<launch><param name='robot_description' textfile='{}'/></launch>"
 SPAWN = "<node name='s' pkg='gazebo_ros' type='spawn_model' args='-urdf -param robot_description -model r'/>"
+GAZEBO = """<include file="$(find gazebo_ros)/launch/empty_world.launch">
+<arg name="world_name" value="{}"/></include>"""
 BROWSER = """
 import sys, urllib.request
 with open(sys.argv[1], "a") as said:
@@ -78,6 +80,7 @@ def test_a_browser_is_opened_once_and_gets_the_page(file: Path, verb: str) -> No
         (sim, ["r.urdf", "-d", "broken.rviz"]),
         (launch, ["broken.launch"]),
         (launch, ["sim.launch", "--world", "boxs"]),
+        (launch, ["place.launch"]),
         (launch, ["r.launch", "--record", "run.mcap"]),
     ],
 )
@@ -88,7 +91,11 @@ def test_nothing_is_opened_where_something_is_wrong(
     Path("broken.urdf").write_text(BROKEN)
     Path("broken.rviz").write_text("Visualization Manager: [")
     Path("broken.launch").write_text(LAUNCH.format("broken.urdf"))
-    Path("sim.launch").write_text(LAUNCH.format(file).replace("</launch>", f"{SPAWN}</launch>"))
+    spawned = LAUNCH.format(file).replace("</launch>", f"{SPAWN}</launch>")
+    Path("sim.launch").write_text(spawned)
+    world = file.with_name("broken.world")
+    world.write_text("<sdf version='1.9'><world>")
+    Path("place.launch").write_text(spawned.replace("</launch>", f"{GAZEBO.format(world)}</launch>"))
     asked: list[str] = []
     monkeypatch.setattr("kbot.workbench.address.bound", lambda *given, **named: asked.append(command.name))
     with pytest.raises((DescriptionError, KbotError, click.exceptions.Exit)):

@@ -10,6 +10,7 @@ import pytest
 
 from kbot.bridges.companion_options import CompanionOptions
 from kbot.bridges.companions import Companions
+from kbot.cli.launch.place import find_place
 from kbot.cli.launch.with_robot import _shown, _simulated
 from kbot.launch import read_launch
 from kbot.launch.staging import Stage, stage
@@ -31,6 +32,8 @@ GAZEBO = '<include file="$(find gazebo_ros)/launch/empty_world.launch">{}</inclu
 SPAWN = (
     '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param robot_description -model r {}"/>'
 )
+
+EMPTY = find_place(None, "empty")
 
 
 @pytest.fixture
@@ -70,7 +73,7 @@ def program(package: Path, name: str, text: str) -> str:
 def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
     found = staged(package, body)
     return _simulated(
-        found, Companions(CompanionOptions(transforms=found.transforms), print), "empty", (), teleop
+        found, Companions(CompanionOptions(transforms=found.transforms), print), EMPTY, (), teleop
     )
 
 
@@ -295,7 +298,7 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     found = staged(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
     going = Companions(CompanionOptions(record=str(file)), print)
-    sim = _simulated(found, going, "empty", (), None)._motion._sim
+    sim = _simulated(found, going, EMPTY, (), None)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
     for _ in range(10):

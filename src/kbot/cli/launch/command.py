@@ -120,14 +120,15 @@ def command(
         from kbot.workbench.address import bound
 
         load_robot(staged.path, staged.arguments, packages=packages).require()
-        if staged.simulate and world is not None:
-            from kbot.world import load_world
+        place = None
+        if staged.simulate:
+            from kbot.cli.launch.place import find_place
 
-            load_world(world)
+            place = find_place(world, staged.world)
     with bound(host, port, open_browser=browser and staged.window) as address:
         with loading(staged.path):
             from kbot.cli.launch.with_robot import carry_out
-        return carry_out(plan, staged, options, world, address, package_path)
+        return carry_out(plan, staged, options, place, address, package_path)
 
 
 def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:

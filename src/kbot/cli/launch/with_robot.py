@@ -5,7 +5,7 @@ from __future__ import annotations
 import _thread
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack, closing
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.cli.arguments import read_displays
@@ -28,6 +28,7 @@ from kbot.workbench.serve import serve_session
 if TYPE_CHECKING:
     from kbot.bridges.companion_options import CompanionOptions
     from kbot.bridges.companions import Companions
+    from kbot.cli.launch.place import Place
     from kbot.launch import Plan
     from kbot.launch.nodes.teleop import HandDriving
     from kbot.launch.staging import Stage
@@ -42,15 +43,15 @@ def carry_out(
     plan: Plan,
     staged: Stage,
     options: CompanionOptions,
-    world: str | None,
+    place: Place | None,
     address: Address,
     package_path: Sequence[str],
 ) -> int:
     """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one ends;
-    the exit status.
+    the exit status. `place` is where the robot is simulated, None where it is only shown.
 
     Raises:
-        DescriptionError, KbotError: the robot, the world or a bridge cannot be used.
+        DescriptionError, KbotError: the robot or a bridge cannot be used.
     """
     dump_parameters(plan)
     options = live_for_programs(staged.programs, options_of(plan, staged, options))
@@ -60,16 +61,15 @@ def carry_out(
         going = stack.enter_context(companions(options, served=True))
         hand = staged.by_hand
         teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
-        if staged.simulate:
+        if place is not None:
             joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
-            world = world or _known_world(staged.world)
-            with loading(world):
-                session = _simulated(staged, going, world, package_path, teleop, joysticks)
+            with loading(place.named):
+                session = _simulated(staged, going, place, package_path, teleop, joysticks)
         else:
             with loading(str(staged.path)):
                 session = _shown(staged, going, package_path)
         processes = start_programs(stack, plan, staged.programs, options)
-        if teleop is not None and staged.simulate:
+        if teleop is not None and place is not None:
             tell(HELP)
             stack.enter_context(keys(teleop.press))
         session.display_file = _displays(staged)
@@ -95,7 +95,7 @@ def _displays(staged: Stage) -> DisplayFile:
 def _simulated(
     staged: Stage,
     going: Companions,
-    world: str,
+    place: Place,
     package_path: Sequence[str],
     teleop: TeleopKeys | None,
     joysticks: Sequence[Joystick] = (),
@@ -105,7 +105,6 @@ def _simulated(
     from kbot.sim.naming import Naming
     from kbot.workbench.session.driven_session import driven_session
     from kbot.workbench.source.description import Description
-    from kbot.world import load_world
 
     spawn = staged.spawn
     description = Description(
@@ -119,7 +118,7 @@ def _simulated(
 
     def attend(simulation: Simulation) -> None:
         publish_maps(simulation.bus, staged)
-        going.join(simulation, "", world)
+        going.join(simulation, "", place.named)
         if simulation.steps == 0 and simulation.start == start:
             put_all(simulation, staged, package_path)
         shared = mount_on_others(simulation)
@@ -133,7 +132,7 @@ def _simulated(
 
     start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
     naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
-    session = driven_session(description, load_world(world), world, 0, "recipe", attend, start, naming)
+    session = driven_session(description, place.world, place.named, 0, "recipe", attend, start, naming)
     session.paused = staged.paused
     if staged.paused:
         tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
@@ -230,16 +229,3 @@ def _play(
     for old, new in zip(before, players, strict=False):
         new.go_on_from(old)
     return players
-
-
-def _known_world(name: str) -> str:
-    """A world file that is there, else KBot's own of that name, else the empty one, which is said."""
-    if Path(name).is_file():
-        return name
-    from kbot.world import BUILDERS
-
-    own = PurePosixPath(name.replace("\\", "/")).stem
-    if own in BUILDERS:
-        return own
-    tell(f"The world '{name}' is not here: the robot stands in 'empty'.")
-    return "empty"
