@@ -29,8 +29,13 @@ export class Connection implements Line {
       this.hearGreeting();
       this.connect();
     });
-    // counted, for a page that was busy or asleep hears what waits before the next count
-    setInterval(() => this.link.value === "live" && ++this.silence > LONGEST_SILENCE && this.link.set("lost"), 1000);
+    setInterval(() => this.count(), 1000);
+  }
+
+  /** One more second without a word. They are counted: a page that was busy or asleep hears what waits before the next. */
+  private count(): void {
+    this.silence += 1;
+    if (this.link.value === "live" && this.silence > LONGEST_SILENCE) this.link.set("lost");
   }
 
   /** What the page was sent along with itself, so that it need not wait for the socket to draw. */

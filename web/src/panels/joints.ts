@@ -1,13 +1,12 @@
 import type { App } from "../app";
 import { h, panel, toggle } from "../dom";
+import { held } from "../held";
 import type { JointView, State } from "../protocol";
 
 /** From how many joints on there is a field to search for them. */
 const MANY = 8;
 /** By how much of its way a slider may be off before it is moved: what rests always trembles a little. */
 const UNSEEN = 1e-5;
-/** Milliseconds after a hand's or a key's last move for which a slider stays there: what is told of meanwhile may be from before. */
-export const HELD = 400;
 
 interface Row {
   joint: JointView;
@@ -72,8 +71,6 @@ function row(app: App, joint: JointView, index: number): Row {
     if (Number.isFinite(position)) app.send({ type: "set_joint", name: joint.name, position });
   };
   let shown = "";
-  let moved = -Infinity;
-  const isHeld = (): boolean => slider.matches(":active") || performance.now() < moved + HELD;
   const slider = h("input", {
     type: "range",
     min: joint.lower,
@@ -83,11 +80,7 @@ function row(app: App, joint: JointView, index: number): Row {
     disabled: fixed || joint.control === "velocity",
     "aria-label": joint.name,
     title: `${tidy(joint.lower * factor, digits)} to ${tidy(joint.upper * factor, digits)} ${unit}`,
-    oninput: () => {
-      moved = performance.now();
-      setTimeout(() => app.state.value !== null && update([result], app.state.value), HELD + 1);
-      send(slider.valueAsNumber);
-    },
+    oninput: () => send(slider.valueAsNumber),
     ondblclick: () => joint.control === "position" && send(0),
   });
   const number = h("input", {
@@ -113,6 +106,7 @@ function row(app: App, joint: JointView, index: number): Row {
     shown = (position * factor).toFixed(digits);
     if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
+  const isHeld = held(slider, () => app.state.value !== null && update([result], app.state.value));
   const result: Row = { joint, index, element, slider, show, isHeld };
   return result;
 }

@@ -1,8 +1,8 @@
 import type { App } from "../app";
 import { h, panel } from "../dom";
 import { letGo } from "../focus";
+import { held } from "../held";
 import type { Parameter } from "../protocol";
-import { HELD } from "./joints";
 
 interface Row {
   parameter: Parameter;
@@ -44,8 +44,6 @@ function row(app: App, parameter: Parameter): Row {
   const send = (value: number): void => {
     if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
   };
-  let moved = -Infinity;
-  const isHeld = (): boolean => slider.matches(":active") || performance.now() < moved + HELD;
   const reach = Math.abs(parameter.written) * 2 || 1;
   const slider = h("input", {
     type: "range",
@@ -53,17 +51,14 @@ function row(app: App, parameter: Parameter): Row {
     max: parameter.written < 0 ? 0 : reach,
     step: "any",
     "aria-label": name,
-    oninput: () => {
-      moved = performance.now();
-      setTimeout(() => update(result, result.parameter), HELD + 1);
-      send(Number(slider.valueAsNumber.toPrecision(3)));
-    },
+    oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
     onchange: () => letGo(slider),
   });
   const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => update(result, result.parameter) });
   const title = kind === "arg" ? "argument" : "property";
   const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
   const element = h("div", { class: "joint", "data-parameter": name }, label, h("span", { class: "value" }, number), slider);
+  const isHeld = held(slider, () => update(result, result.parameter));
   const result: Row = { parameter, element, slider, number, isHeld };
   return result;
 }

@@ -1,13 +1,12 @@
 import type { App } from "../app";
 import { baseName, h, toggle } from "../dom";
 import { takesKeys } from "../focus";
+import { held } from "../held";
 import { icon } from "../icons";
 import type { RecordingView, Timeline } from "../protocol";
 import { bookmarkList, marks } from "./marks";
 import { ago, bytes, clock } from "./words";
 
-/** Milliseconds after a hand's last move for which the thumb stays where it was put. */
-const HELD = 400;
 /** Milliseconds between two words about what runs on, for those who hear them. */
 const SPOKEN = 1000;
 const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
@@ -15,10 +14,8 @@ const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown:
 /** The time that can be gone through: the last minutes of a simulation, or a recording. */
 export function timelineBar(app: App): HTMLElement {
   const { travel } = app;
-  let touched = -Infinity;
   const slider = h("input", { type: "range", class: "track", min: 0, max: 0, step: 0.001, value: 0, "aria-label": "Moment on show" });
   slider.addEventListener("input", () => {
-    touched = performance.now();
     const now = travel.timeline.value;
     if (now === null) return;
     const isEnd = slider.valueAsNumber >= Number(slider.max) - 0.03;
@@ -85,17 +82,10 @@ export function timelineBar(app: App): HTMLElement {
     const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // as the clock has it: a reset sets that to another than the line's
     slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : `${time}, ${isLive ? "live" : ago(now.end - at)}`);
   };
-  let letGo: ReturnType<typeof setTimeout> | undefined;
   /** Brings the thumb to the moment on show, once the hand is off it: it may not be the one asked for. */
   const follow = (): void => {
     const now = travel.timeline.value;
-    if (now === null) return;
-    clearTimeout(letGo);
-    const wait = touched + HELD - performance.now();
-    if (wait > 0) {
-      letGo = setTimeout(follow, wait + 1);
-      return;
-    }
+    if (now === null || isHeld()) return;
     const { awaited } = travel;
     const isLive = now.live && !now.played && awaited === null;
     const at = awaited ?? (isLive ? travel.newest(now) : now.at);
@@ -103,6 +93,7 @@ export function timelineBar(app: App): HTMLElement {
     slider.value = String(at);
     describe(now, isLive, at);
   };
+  const isHeld = held(slider, follow);
   app.state.watchAtLeisure(follow);
   let shown: string | null = null;
   travel.timeline.watch((now) => {
