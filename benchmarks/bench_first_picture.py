@@ -20,7 +20,7 @@ import statistics
 import time
 from typing import TYPE_CHECKING
 
-from browsing import bare_page, drawing_seconds, kbot, opened_browser
+from browsing import bare_page, drawing_seconds, kbot, opened_browser, settle
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -60,11 +60,14 @@ def main() -> None:
     with bare_page(BARE) as bare, opened_browser() as browser:
         first_picture(browser, bare)  # the browser's own start
         for _ in range(runs):
+            settle()
             plain.append(first_picture(browser, bare))
+            settle()
             start = time.perf_counter()
             with kbot(["view", "kbot"]) as (address, _process):
                 fresh.append(first_picture(browser, address))
                 whole.append(time.perf_counter() - start)
+                settle()
                 again.append(first_picture(browser, address))
     print(f"kbot view kbot --no-browser, to the first picture: {middle(whole):.2f} s (bound 3 s)")
     print(f"a bare three.js page, from a running server:       {middle(took(plain)):.2f} s")

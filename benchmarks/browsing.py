@@ -154,6 +154,14 @@ def drawing_seconds() -> float:
     return sum(cpu_seconds(pid) for pid in _descendants(os.getpid()) if _draws(pid))
 
 
+def settle() -> None:
+    """Waits until the browser has nothing left to draw or to clear away, as of a page closed just before."""
+    before, now = -1.0, drawing_seconds()
+    while now != before:
+        time.sleep(0.2)
+        before, now = now, drawing_seconds()
+
+
 def _draws(pid: int) -> bool:
     try:
         words = Path(f"/proc/{pid}/cmdline").read_text(errors="replace")
