@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from kbot.model.load import load_robot_text
+from kbot.sim import Simulation
+from kbot.workbench.export.things import robot_alone, robot_in_world
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene
 from kbot.workbench.scene.scene import OWN_COLOURS, build_scene
@@ -115,6 +117,39 @@ def test_a_world_is_drawn_but_for_the_level_ground(tmp_path: Path) -> None:
     scene = build_scene(robot, world, MeshStore(), 1, frame="world", on_ground=True, controls={}, others={})
     assert {body.name for body in scene.bodies} == {b.name for b in world.bodies} - {world.bodies[0].name}
     assert {part.kind for body in scene.bodies for part in body.parts} == {"box", "cylinder"}
+
+
+def test_in_a_world_colours_are_gazebos_and_without_one_those_of_rviz(tmp_path: Path) -> None:
+    shape = (
+        '<visual><geometry><box size="1 1 1"/></geometry>'
+        '<material name="m"><color rgba="0 1 0 1"/></material></visual>'
+    )
+    robot = load_robot_text(
+        f'<robot name="r"><link name="a">{shape}</link>'
+        '<gazebo reference="a"><material>Gazebo/Red</material></gazebo></robot>',
+        tmp_path / "r.urdf",
+    ).require()
+    for world, rgba in ((None, (0.0, 1.0, 0.0, 1.0)), (load_world("empty"), (1.0, 0.0, 0.0, 1.0))):
+        scene = build_scene(
+            robot, world, MeshStore(), 1, frame="world", on_ground=True, controls={}, others={}
+        )
+        assert scene.links[0].visuals[0].rgba == rgba
+    (alone,) = robot_alone(robot).links["a"]
+    (simulated,) = robot_in_world(Simulation(robot)).links["a"]
+    assert (alone.rgba, simulated.rgba) == ((0.0, 1.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0))
+
+
+def test_what_lies_where_a_mesh_is_missing_is_in_the_picture(tmp_path: Path) -> None:
+    scene = scene_of(
+        '<link name="a"/><link name="b"><visual><geometry><mesh filename="package://no/t.obj"/></geometry>'
+        '</visual></link><link name="c"><visual><geometry><box size="1 1 1"/></geometry></visual></link>'
+        '<joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="3 0 0"/></joint>'
+        '<joint name="k" type="fixed"><parent link="a"/><child link="c"/></joint>',
+        tmp_path,
+    )
+    # from -0.5 to 3 along x, 1 m wide and high
+    assert scene.centre == pytest.approx((1.25, 0.0, 0.0))
+    assert scene.radius == pytest.approx(np.sqrt(3.5**2 + 2) / 2)
 
 
 def test_every_built_in_world_can_be_drawn(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,15 +38,18 @@ class Surface:
         return Surface(pose.apply(self.vertices), self.faces, self.rgba, self.texture)
 
 
-def robot_surfaces(robot: Robot) -> Mapping[str, tuple[Surface, ...]]:
-    """The visuals of each link in its own frame. A mesh that cannot be read is left out."""
-    return {name: tuple(_link_surfaces(link)) for name, link in robot.links.items()}
+def robot_surfaces(
+    robot: Robot, colours: Mapping[str, RGBA] = MappingProxyType({})
+) -> Mapping[str, tuple[Surface, ...]]:
+    """The visuals of each link in its own frame. A mesh that cannot be read is left out. `colours` of links
+    count instead of the description's own."""
+    return {name: tuple(_link_surfaces(link, colours.get(name))) for name, link in robot.links.items()}
 
 
-def _link_surfaces(link: Link) -> Iterator[Surface]:
+def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[Surface]:
     for visual in link.visuals:
         pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
-        rgba = visual.material.rgba if visual.material else None
+        rgba = colour or (visual.material.rgba if visual.material else None)
         for part in parts(visual.geometry):
             own = rgba or part.rgba or PLAIN
             texture = None if rgba else part.texture

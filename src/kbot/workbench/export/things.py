@@ -14,6 +14,7 @@ from kbot.model import Robot
 from kbot.sim import Simulation
 from kbot.workbench.export.surfaces import Surface, body_surfaces, robot_surfaces
 from kbot.workbench.scene.scene import robot_bounds
+from kbot.world.sdf.materials import link_colours
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> Thin
 
 
 def robot_in_world(simulation: Simulation) -> Things:
-    """A simulated robot and its world as they stand now."""
+    """A simulated robot and its world as they stand now, in Gazebo's colours where they are written."""
     now = simulation.body_poses()
     others = (
         surface.moved(now.get(body.name, body.pose))
@@ -53,9 +54,10 @@ def _things(
     robot: Robot, poses: Mapping[str, Transform], others: Iterable[Surface], *, on_ground: bool
 ) -> Things:
     low, high = robot_bounds(robot)
+    colours = link_colours(robot) if on_ground else {}
     links = {
         name: tuple(surface.moved(poses[name]) for surface in surfaces)
-        for name, surfaces in robot_surfaces(robot).items()
+        for name, surfaces in robot_surfaces(robot, colours).items()
     }
     corners = [surface.vertices for surfaces in links.values() for surface in surfaces]
     ground = 0.0 if on_ground else min(0.0, *(float(part[:, 2].min()) for part in corners), 0.0)

@@ -56,9 +56,10 @@ def build_scene(
 ) -> Scene:
     """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
     the one that states have their poses in; `controls` says what each joint may be told, `others` are the
-    robots beside the one on show, by name."""
+    robots beside the one on show, by name. Where there is a world, links have the colours that Gazebo gives
+    them; without one, those that rviz does."""
     low, high = robot_bounds(robot)
-    colours = link_colours(robot)
+    colours = link_colours(robot) if world is not None else {}
     return Scene(
         revision=revision,
         robot=robot.name,
@@ -106,9 +107,9 @@ def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndar
             try:
                 box = bounds(part.geometry, pose.rotation)
             except KbotError:
-                continue
-            if box is not None:
-                yield box[0] + pose.translation, box[1] + pose.translation
+                box = None
+            low, high = box or (0.0, 0.0)  # of a mesh that cannot be read its place is known
+            yield low + pose.translation, high + pose.translation
 
 
 def _link(robot: Robot, link: Link, meshes: MeshStore, painted: Rgba | None) -> LinkView:
