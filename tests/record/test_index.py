@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from kbot.record.index import open_index
+from kbot.record.mcap.index import McapIndex
 from kbot.sim import Simulation
 
 from .conftest import record
@@ -24,6 +26,7 @@ def test_what_a_topic_said_last(runs: dict[str, Path], kind: str) -> None:
         assert stamp.sec * 1000 + stamp.nanosec // 1_000_000 == said
     found = list(index.between(("/odom",), 80_000_000, 140_000_000))
     assert [entry.nanoseconds // 1_000_000 for entry in found] == [100, 120, 140]
+    assert index.counts["/odom"] == 76  # every 20 ms from 20 to 1520
     index.close()
 
 
@@ -40,4 +43,18 @@ def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
     assert last is not None
     assert last.nanoseconds == 500_000_000
     assert last.message().pose.pose.position.x == pytest.approx(0.0, abs=1e-9)
+    index.close()
+
+
+def test_a_file_that_counts_nothing_is_not_read_for_it(tmp_path: Path) -> None:
+    with (tmp_path / "run.mcap").open("wb") as stream:
+        writer = Writer(stream, use_statistics=False)
+        writer.start()
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        channel = writer.register_channel("/said", "cdr", schema)
+        writer.add_message(channel, 1, b"\0\1\0\0\2\0\0\0a\0", 1)
+        writer.finish()
+    index = open_index(str(tmp_path / "run.mcap"))
+    assert isinstance(index, McapIndex)
+    assert dict(index.counts) == {}
     index.close()

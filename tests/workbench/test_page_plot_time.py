@@ -16,6 +16,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
+from .displayed import asked, state_of
 from .test_plot import points, ticks
 
 OpenPage = Callable[..., Any]
@@ -31,9 +32,9 @@ def page(driving: tuple[str, Session], open_page: OpenPage) -> Any:
     page.session = session
     page.began = until(lambda: page.evaluate("kbot.time"))
     page.keyboard.down("w")
-    until(lambda: session.state().odometry[0] > 0.3)
+    until(lambda: state_of(session).odometry[0] > 0.3)
     page.keyboard.up("w")
-    until(lambda: session.state().twist[0] == 0.0)
+    until(lambda: state_of(session).twist[0] == 0.0)
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     open_plots(page)
@@ -109,10 +110,10 @@ def is_past(page: Any) -> bool:
 def test_plots_show_what_was_before_they_were_opened(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     assert rows[:, 1].max() > 0.2  # it drove, and the plots were closed
-    assert rows[-1, 0] == pytest.approx(page.session.state().time, abs=0.1)
+    assert rows[-1, 0] == pytest.approx(state_of(page.session).time, abs=0.1)
     assert (np.diff(rows[:, 0]) > 0).all()
     way = float(np.trapezoid(rows[:, 1], rows[:, 0]))
-    assert way == pytest.approx(page.session.state().odometry[0], abs=0.02)
+    assert way == pytest.approx(state_of(page.session).odometry[0], abs=0.02)
 
 
 def test_plots_show_what_was_while_no_page_was_open(
@@ -121,8 +122,8 @@ def test_plots_show_what_was_while_no_page_was_open(
     address, session = driving
     page = open_page(address, viewport=WIDE)
     page.goto("about:blank")
-    left = session.state().time
-    until(lambda: session.state().time > left + 4.0)
+    left = state_of(session).time
+    until(lambda: state_of(session).time > left + 4.0)
     page.goto(address)
     wait_for_page(page)
     page.keyboard.press("p")
@@ -131,7 +132,7 @@ def test_plots_show_what_was_while_no_page_was_open(
     page.get_by_label("Time on show").select_option("all")  # however long the page took to come
     rows = once(page, lambda rows: rows[0, 0] < left + 0.5 and rows[-1, 0] > left + 4.0)
     assert np.diff(rows[:, 0]).max() < 0.5
-    assert rows[-1, 0] == pytest.approx(session.state().at, abs=0.1)  # nothing reset it: both clocks are one
+    assert rows[-1, 0] == pytest.approx(state_of(session).at, abs=0.1)  # nothing reset it: one clock
 
 
 def test_what_is_plotted_of_topics_outlives_the_page(page: Any) -> None:
@@ -234,7 +235,7 @@ def test_where_time_was_set_back_is_marked(page: Any) -> None:
     page.keyboard.press("r")
     until(lambda: page.evaluate("kbot.time") < 0.1)  # a reset is not looked into from here
     page.keyboard.press("p")
-    until(lambda: page.session.state().time > 0.5 and page.inner_text(".rate") != "paused")
+    until(lambda: state_of(page.session).time > 0.5 and page.inner_text(".rate") != "paused")
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     until(lambda: marks.count() == 1)
@@ -278,7 +279,7 @@ def test_a_reset_does_not_end_the_plot(page: Any) -> None:
     page.keyboard.press("r")
     until(lambda: page.evaluate("kbot.time") == 0.0)
     page.keyboard.press("p")
-    until(lambda: 1.0 < page.session.state().time < before[-1, 0])
+    until(lambda: 1.0 < state_of(page.session).time < before[-1, 0])
     rows = once(page, lambda rows: (np.diff(rows[:, 0]) < 0).any())
     turn = int(np.argmin(np.diff(rows[:, 0])))
     assert rows[: turn + 1, 1].max() == pytest.approx(before[:, 1].max(), abs=1e-3)
@@ -313,9 +314,29 @@ def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> N
         slider = page.get_by_role("slider", name="Moment on show").bounding_box()
         for part in np.linspace(0.9, 0.25, 12):  # the line goes where the last of many presses went
             page.mouse.click(slider["x"] + slider["width"] * part, slider["y"] + slider["height"] / 2)
-        until(lambda: played.timeline().at == pytest.approx(1.5, abs=0.1))
+        until(lambda: asked(played, played.timeline).at == pytest.approx(1.5, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 4) < 12)
         click(page, 0.5)
-        until(lambda: played.timeline().at == pytest.approx(3.0, abs=0.1))
+        until(lambda: asked(played, played.timeline).at == pytest.approx(3.0, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)
+        page.goto("about:blank")
+
+
+def test_the_topics_of_a_recording_have_their_mean_rates_at_once(
+    played: Session, open_page: OpenPage
+) -> None:
+    with serving(played) as address:
+        page = open_page(address, viewport=WIDE)
+        page.keyboard.press("y")
+        rate = page.locator("[data-topic='/odom'] .rate")
+        until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
+        once = page.locator("[data-topic='/robot_description'] .rate")
+        assert once.inner_text() == "\u2013"
+        assert "Said once" in once.get_attribute("title")
+        page.locator("[data-topic='/odom'] .head").click()
+        moment = page.get_by_role("slider", name="Moment on show")
+        for _ in range(3):
+            moment.press("ArrowRight")
+        until(lambda: page.locator("[data-topic='/odom'] dt button").count() > 3)
+        assert rate.inner_text() == "50 Hz"
         page.goto("about:blank")

@@ -128,6 +128,23 @@ def test_what_topics_said_is_said_again(run: Run) -> None:
     assert "/scan" in session.timeline().silent
 
 
+def test_rates_are_told_before_anybody_hears_a_topic_and_stay_wherever_one_goes(run: Run) -> None:
+    """Three seconds: a scan five times a second, odometry fifty times."""
+    session = played_session(str(run.path))
+
+    def rates() -> dict[str, float | None]:
+        return {topic.name: topic.rate for topic in session.topics.topics().topics}
+
+    told = rates()
+    assert told["/scan"] == pytest.approx(5.0, abs=0.2)
+    assert told["/odom"] == pytest.approx(50.0, abs=0.5)
+    assert told["/robot_description"] is None  # said once
+    session.topics.subscribe("/scan", 1)
+    for milliseconds in (300, 400, 2000):
+        seek(session, milliseconds)
+        assert rates() == told
+
+
 def test_a_recording_goes_as_it_went(run: Run) -> None:
     session = played_session(str(run.path))
     with pytest.raises(KbotError, match="a recording is played"):

@@ -212,7 +212,7 @@ export interface Parameters {
   type: "parameters";
 }
 
-/** A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time, counted where a page hears them, otherwise by the word of who says them, or None; an input is what is meant to come from outside. */
+/** A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time, counted where a page hears them, otherwise by the word of who says them, or None; in a recording the mean of all of it. An input is what is meant to come from outside. */
 export interface TopicView {
   name: string;
   kind: string;

@@ -90,6 +90,11 @@ class Index(Protocol):
         ...
 
     @property
+    def counts(self) -> Mapping[str, int]:
+        """How many messages each topic has; nothing of those of which the file does not say it."""
+        ...
+
+    @property
     def notes(self) -> Mapping[str, Mapping[str, str]]:
         """Facts of the run by their names, as its recorder annotated them."""
         ...

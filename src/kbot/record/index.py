@@ -29,6 +29,7 @@ class WholeIndex:
         self._entries = entries
         self._times = {topic: [entry.nanoseconds for entry in told] for topic, told in entries.items()}
         self.topics = {topic: told[0].type_name for topic, told in entries.items()}
+        self.counts = {topic: len(told) for topic, told in entries.items()}
         self.start = min((times[0] for times in self._times.values()), default=0)
         self.end = max((times[-1] for times in self._times.values()), default=0)
 

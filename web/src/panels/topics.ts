@@ -7,6 +7,13 @@ import type { TopicMessage, TopicView } from "../protocol";
 /** Entries of a list that are shown, and how often a message is written down anew, in ms. */
 const MOST = 12;
 const EVERY = 200;
+/** What stands for a rate that is not known, and what is said of one that is not and of one that is. */
+type Words = readonly [string, readonly [string, string]];
+const PLAYED: Words = ["\u2013", ["Said once, or the file does not say how often", "On the average of the recording"]];
+const COUNTED = "Counted while it is open here or on show; until then what it would come at";
+const SAID: Words = ["not counted", ["It comes as it happens: counted while it is open here or on show", COUNTED]];
+const INPUT: Words = ["in", ["", COUNTED]];
+
 /** The type of what is dragged into the plots. */
 export const DRAGGED = "application/x-kbot-field";
 
@@ -52,8 +59,9 @@ class Row {
 
   tell({ kind, rate, is_input }: TopicView): void {
     this.type.textContent = shortType(kind);
-    this.rate.textContent = rate === null ? (is_input ? "in" : "not counted") : `${rate} Hz`;
-    this.rate.title = rate === null ? (is_input ? "" : "It comes as it happens: counted while it is open here or on show") : "Counted while it is open here or on show; until then what it would come at";
+    const [without, title] = this.app.about.value?.mode === "play" ? PLAYED : is_input ? INPUT : SAID;
+    this.rate.textContent = rate === null ? without : `${rate} Hz`;
+    this.rate.title = title[rate === null ? 0 : 1];
   }
 
   close(): void {

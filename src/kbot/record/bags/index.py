@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -38,6 +38,9 @@ class BagIndex:
             if connection.msgdef.format == MessageDefinitionFormat.MSG:
                 self._types.learn(connection.msgtype, connection.msgdef.data)
         self.topics = {connection.topic: connection.msgtype for connection in self._reader.connections}
+        self.counts: Counter[str] = Counter()
+        for connection in self._reader.connections:
+            self.counts[connection.topic] += connection.msgcount
         self.start, self.end = self._reader.start_time, self._reader.end_time
         self.notes = dict(map(read_note, self.between((NOTES_TOPIC,), self.start - 1, self.end)))
 

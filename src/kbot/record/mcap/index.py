@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -58,6 +58,11 @@ class McapIndex:
             if channel.message_encoding in CARRIED and channel.schema_id in summary.schemas
         }
         self.topics = {topic: type_name for topic, type_name, _ in self._channels.values()}
+        counted = summary.statistics.channel_message_counts if summary.statistics else {}
+        self.counts: Counter[str] = Counter()
+        for number, count in counted.items():
+            if number in self._channels:
+                self.counts[self._channels[number][0]] += count
         self.start = min(index.message_start_time for index in in_file)
         self.end = max(index.message_end_time for index in in_file)
         self._opened: OrderedDict[int, list[Entry]] = OrderedDict()

@@ -51,8 +51,7 @@ class Playback:
         self._silent: set[str] = set()
         self._is_paused = True
         self._publishers: dict[str, tuple[Publisher[Any], type]] = {
-            name: (self.bus.advertise(name, kind, latched=name in LATCHED, wanted=self._sayer(name)), kind)
-            for name, kind in run.topics.items()
+            name: (self._advertise(name, kind), kind) for name, kind in run.topics.items()
         }
         self._moves = RecordedMoves(run)
         self._frames = ForeignFrames(self.bus)
@@ -242,6 +241,11 @@ class Playback:
 
     def enter(self, world: str, seed: int) -> NoReturn:
         _refuse()
+
+    def _advertise(self, name: str, kind: type) -> Publisher[Any]:
+        return self.bus.advertise(
+            name, kind, latched=name in LATCHED, wanted=self._sayer(name), rate=self._run.rate(name)
+        )
 
     def _listen(self) -> None:
         for name in {*self._run.of_robot, *self._run.odometry} & self._run.topics.keys():

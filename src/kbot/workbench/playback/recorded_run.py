@@ -89,6 +89,11 @@ class RecordedRun:
     def seconds(self) -> float:
         return (self.index.end - self.index.start) * 1e-9
 
+    def rate(self, topic: str) -> float:
+        """Messages a second, on the average; 0 where it said one or none, or that is not known."""
+        count = self.index.counts.get(topic, 0)
+        return count / self.seconds if count > 1 and self.seconds > 0.0 else 0.0
+
     def seconds_at(self, nanoseconds: int) -> float:
         """The stamps of messages at a time of the recording's clock."""
         return (nanoseconds + self.stamp_offset) * 1e-9

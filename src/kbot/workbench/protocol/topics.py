@@ -11,8 +11,8 @@ from kbot.workbench.protocol.values import Name
 @dataclass(frozen=True, slots=True)
 class TopicView:
     """A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time,
-    counted where a page hears them, otherwise by the word of who says them, or None; an input is what is
-    meant to come from outside."""
+    counted where a page hears them, otherwise by the word of who says them, or None; in a recording the mean
+    of all of it. An input is what is meant to come from outside."""
 
     name: str
     kind: str

@@ -37,5 +37,6 @@ def played_session(
     session.played, session.marks = path, Marks(path)
     session.way = RecordedWay(run, session.shown.robot)
     session.note = " ".join(note for note in (world.note, session.marks.note) if note)
+    session.topics.counts = False
     session.paused = False
     return session

@@ -80,6 +80,9 @@ class TopicRelay:
         self._feed = Feed(bus, now)
         self._known = -1
         """How much of the bus's changes was looked at."""
+        self.counts = True
+        """Whether what is heard is counted; otherwise rates are what the bus says, as in a recording that is
+        gone about in."""
         self.ended: Callable[[str], None] = lambda topic: None
         """Told of each topic that is not heard any more, of which nobody knows what it says."""
 
@@ -164,7 +167,10 @@ class TopicRelay:
 
     def _rate(self, topic: str) -> float | None:
         heard = self._heard.get(topic)
-        rate = (self._bus.rate(topic) or None) if heard is None else heard.rate(self._now())
+        if heard is not None and self.counts:
+            rate: float | None = heard.rate(self._now())
+        else:
+            rate = self._bus.rate(topic) or None
         return None if rate is None else float(f"{rate:.3g}")
 
     def publish(self, topic: str, kind: str, message: dict[str, Any]) -> None:
