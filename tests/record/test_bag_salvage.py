@@ -1,4 +1,4 @@
-"""Bags of ROS 1 that broke off: what is whole in them, and what is said."""
+"""Bags that broke off: what is whole in them, and what is said."""
 
 import os
 import signal
@@ -15,6 +15,7 @@ import kbot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
 from kbot.record.index import open_index
+from kbot.record.reader import is_recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
 
@@ -71,8 +72,9 @@ def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path
     assert newest.message().data == 8
 
 
-def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path) -> None:
-    file = tmp_path / "run.bag"
+@pytest.mark.parametrize(("name", "grown"), [("run.bag", "run.bag"), ("run", "run/run.db3")])
+def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, name: str, grown: str) -> None:
+    file, grows = tmp_path / name, tmp_path / grown
     code = (
         "import kbot, sys, time\nfrom kbot.record import Recorder\nfrom kbot.wire import Feed\n"
         "sim = kbot.Simulation(kbot.load('kbot'))\n"
@@ -82,7 +84,7 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path) ->
     process = subprocess.Popen([sys.executable, "-c", code])
     try:
         end = time.monotonic() + 60.0
-        while not (file.exists() and file.stat().st_size > 40_000):
+        while not (grows.exists() and grows.stat().st_size > 40_000):
             assert time.monotonic() < end
             time.sleep(0.1)
     finally:
@@ -92,6 +94,47 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path) ->
     assert "it was not closed" in found.broken
     assert found.topics["/odom"].count > 10
     assert "kbot" in found.notes
+    copied = copy_recording(str(file), str(tmp_path / "whole.mcap"))
+    assert copied.messages == found.count
+    assert open_index(str(file)).newest("/odom", 500_000_000) is not None
+
+
+def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kbot.record.bags.ros2_salvage.AT_ONCE", 7)
+    folder = tmp_path / "run"
+    sim = Simulation(kbot.load("kbot"))
+    recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder))
+    sim.run(1.0)
+    recorder.flush()
+    entries = Recording(str(folder)).entries()
+    first = next(entries)
+    sim.run(1.0)
+    recorder.close()  # who reads is in no writer's way
+    (folder / "metadata.yaml").unlink()
+    late = list(entries)
+    found = Recording(str(folder)).summary()
+    assert found.broken == "it was not closed, so that it has no metadata.yaml"
+    assert found.topics["/odom"].count == 100
+    assert is_recording(str(folder))
+    times = [entry.nanoseconds for entry in [first, *late] if entry.topic == "/odom"]
+    assert times == [tick * 20_000_000 for tick in range(1, 101)]
+
+
+def test_a_damaged_file_of_a_folder_is_read_to_where_it_is_damaged(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder)):
+        sim.run(2.0)
+    (folder / "metadata.yaml").unlink()
+    data = bytearray((folder / "run.db3").read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 40_000] = b"\xff" * 40_000
+    (folder / "run.db3").write_bytes(data)
+    found = Recording(str(folder)).summary()
+    assert 0 < found.topics["/odom"].count < 100
+    assert "run.db3 cannot be read further: database disk image is malformed" in found.broken
 
 
 def test_garbage_after_what_is_whole_ends_it(whole: bytes, tmp_path: Path) -> None:

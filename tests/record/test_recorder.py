@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -301,15 +302,36 @@ def test_a_bag_that_was_cut_off_is_told_from_one_that_was_never_closed(
         assert said in Recording(str(file)).summary().broken
 
 
-def test_a_folder_without_its_metadata_is_told_what_is_missing(tmp_path: Path, runs: dict[str, Path]) -> None:
-    folder = tmp_path / "run"
-    shutil.copytree(runs["ros2"], folder)
-    (folder / "metadata.yaml").unlink()
-    with pytest.raises(KbotError, match=f"has no metadata.yaml.* ros2 bag reindex {folder}"):
-        Recording(str(folder)).summary()
+def test_a_folder_that_is_no_recording_is_told_what_is_missing(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(KbotError, match=r"empty has no metadata\.yaml, as a folder of rosbag2 has$"):
         Recording(str(tmp_path / "empty")).summary()
+
+
+@pytest.mark.parametrize("mark", ["#", "%", "?"])
+def test_a_folder_that_rosbag2_could_not_find_again_is_not_made(tmp_path: Path, mark: str) -> None:
+    with pytest.raises(KbotError, match=f"cannot be written: SQLite takes no {re.escape(mark)} in the name"):
+        record(tmp_path / f"run {mark}1")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
+def test_what_is_taken_away_while_it_is_recorded_is_told(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "stick"
+    folder.mkdir()
+    sim = Simulation(kbot.load("kbot"))
+    told: list[KbotError] = []
+    recorder = Recorder(
+        sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder / name), on_failure=told.append
+    )
+    sim.run(0.5)
+    shutil.rmtree(folder)
+    sim.run(0.5)
+    recorder.close()
+    assert sim.time == 1.0
+    assert [recorder.failure] == told
+    assert "the recording ended at" in str(told[0])
+    assert str(told[0]).endswith(f"nothing of it can be read: {folder / name} does not exist")
 
 
 def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:

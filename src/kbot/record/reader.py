@@ -137,7 +137,12 @@ def kept(path: str) -> str:
 
 def is_recording(path: str) -> bool:
     """Whether a name is that of a recording, by its suffix or by what is in the folder."""
-    return path.endswith((".mcap", *BAGS)) or Path(path, "metadata.yaml").is_file()
+    folder = Path(path)
+    return (
+        path.endswith((".mcap", *BAGS))
+        or (folder / "metadata.yaml").is_file()
+        or (folder.is_dir() and any(folder.glob("*.db3")))
+    )
 
 
 def _source(path: str) -> Source:

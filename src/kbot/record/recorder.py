@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import platform
 import time
@@ -101,6 +102,7 @@ class Recorder:
         """Let the file have what was said until now, whatever happens next."""
         self._guarded(self._write_down)
         self._guarded(self._writer.flush)
+        self._guarded(self._require_file)
 
     def close(self) -> None:
         """Finish the file: readable whole, with the state that the run ended in."""
@@ -108,6 +110,7 @@ class Recorder:
             try:
                 self._guarded(self._write_down)
             finally:
+                self._guarded(self._require_file)
                 self._guarded(self._finish)
                 self._detach()
 
@@ -179,6 +182,11 @@ class Recorder:
                 refused = refused or KbotError(f"{packet.topic}: a message cannot be recorded: {error}")
         if refused is not None:
             raise refused
+
+    def _require_file(self) -> None:
+        """Raises OSError: what is written would go where nobody finds it."""
+        if not Path(self.path).exists():
+            raise OSError(errno.ENOENT, "it was moved or deleted, or its disk was taken away")
 
     def _note(self, what: str, numbers: dict[str, Any]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})

@@ -14,7 +14,8 @@ from rosbags.rosbag1 import ReaderError as Ros1Error
 from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
-from kbot.record.bags.salvage import salvaged
+from kbot.record.bags.ros1_salvage import salvaged
+from kbot.record.bags.ros2_salvage import salvaged_folder
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
 from kbot.text import KbotError
@@ -28,8 +29,8 @@ UNREADABLE = (
 
 
 class BagSource:
-    """Of a bag of ROS 1 that has no index all is read that is whole. A rosbag2 needs its metadata: one that
-    broke off is to be mended by ROS's own tools first."""
+    """Of a bag of ROS 1 that has no index, and of a folder of SQLite files without metadata, all is read that
+    is whole."""
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
@@ -37,11 +38,11 @@ class BagSource:
         self.kind = "bag of ROS 1" if self._is_ros1 else "rosbag2"
 
     def entries(self, note: Note) -> Iterator[Entry]:
-        """Raises KbotError: it is no such recording, or a rosbag2 without its index."""
+        """Raises KbotError: it is no such recording; BrokenOff after all that is whole."""
         try:
             yield from self._indexed()
         except NoIndex as missing:
-            yield from salvaged(self._path, UNREADABLE)
+            yield from salvaged(self._path, UNREADABLE) if self._is_ros1 else salvaged_folder(self._path)
             raise BrokenOff(str(missing)) from None
 
     def _indexed(self) -> Iterator[Entry]:
@@ -66,11 +67,10 @@ def unread(path: Path, error: Exception) -> KbotError:
             return KbotError(
                 f"{path} cannot be read as rosbag2: {error} (to mend it: ros2 bag reindex {path})"
             )
-        mend = ""
         if list(path.glob("*.db3")):
-            mend = f"; a machine with ROS 2 writes it anew: ros2 bag reindex {path}"
-        elif files := sorted(path.glob("*.mcap")):
-            mend = f"; a file in it can be read: {files[0]}"
+            return NoIndex("it was not closed, so that it has no metadata.yaml")
+        files = sorted(path.glob("*.mcap"))
+        mend = f"; a file in it can be read: {files[0]}" if files else ""
         return KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{mend}")
     missing = _missing_index(path)
     if missing:

@@ -24,12 +24,18 @@ if TYPE_CHECKING:
 COMMIT_PERIOD = 1_000_000_000
 """Nanoseconds of what is recorded after which it is committed: a disk that is full keeps all before."""
 
+_OF_ADDRESSES = frozenset("#%?")
+"""What means something else in a name, where SQLite is given it as an address."""
+
 
 class Ros2Writer:
-    """The metadata comes at the end, so a broken run needs `ros2 bag reindex`."""
+    """The metadata comes at the end: one that broke off is read without it, or after `ros2 bag reindex`."""
 
     def __init__(self, path: str) -> None:
-        """Raises OSError: the folder exists or cannot be made."""
+        """Raises OSError: the folder exists or cannot be made, or its name is none for SQLite."""
+        if not _OF_ADDRESSES.isdisjoint(path):
+            taken = " and ".join(sorted(_OF_ADDRESSES.intersection(path)))
+            raise OSError(errno.EINVAL, f"SQLite takes no {taken} in the name of a rosbag2 folder")
         self._writer = Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3)
         with _disk_of_sqlite():
             self._writer.open()
