@@ -89,6 +89,20 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
         page.goto("about:blank")
 
 
+def test_what_expressions_came_to_stands_beside_them(viewing: str, open_page: OpenPage) -> None:
+    """And where a parameter is dragged, it is what the picture shows."""
+    page = open_page(viewing)
+    page.locator("#links").get_by_role("button", name="base_link").click()
+    line = page.locator(".line").filter(has_text='<box size="${')
+    until(lambda: line.first.count() == 1)
+    hint = line.first.locator(".text")
+    until(lambda: "0.16 " in (hint.get_attribute("data-hint") or ""))
+    assert hint.evaluate("e => getComputedStyle(e, '::after').content").startswith('"= 0.16 ')
+    assert "0.16 " in line.first.locator(".t-expression").first.get_attribute("title")
+    page.get_by_label("base_len", exact=True).fill("0.26")
+    until(lambda: "0.26 " in hint.get_attribute("data-hint"))
+
+
 def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator("[data-parameter=base_len] .name").click()

@@ -188,11 +188,19 @@ export interface Findings {
   type: "findings";
 }
 
-/** The text of one of the description's files; `owners` says which links each line belongs to. */
+/** What an attribute that is written as an expression came to: a value for each macro call that made another one; `more` where there are more than are told. */
+export interface Hint {
+  place: Place;
+  values: readonly string[];
+  more: boolean;
+}
+
+/** The text of one of the description's files; `owners` says which links each line belongs to, `hints` what the expressions in it came to. */
 export interface SourceText {
   file: string;
   text: string;
   owners: readonly (readonly string[])[];
+  hints: readonly Hint[];
   type: "source";
 }
 

@@ -1,7 +1,7 @@
 import type { App, Spot } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
-import type { Finding, SourceText } from "../protocol";
+import type { Finding, Hint, SourceText } from "../protocol";
 import { editNumbers } from "./edit-numbers";
 import { highlight } from "./highlight";
 
@@ -59,19 +59,39 @@ function lines(app: App, text: SourceText, around: number): HTMLElement {
   const all = highlight(text.text);
   const first = all.length > MOST_LINES ? Math.max(0, around - MOST_LINES / 2) : 0;
   const code = h("div", { class: "code", role: "presentation" });
+  const hints = new Map<number, Hint[]>();
+  for (const hint of text.hints) hints.set(hint.place.line, [...(hints.get(hint.place.line) ?? []), hint]);
   all.slice(first, first + MOST_LINES).forEach((pieces, index) => {
     const line = first + index + 1;
     const owners = text.owners[line - 1] ?? [];
+    const told = hints.get(line) ?? [];
+    explain(pieces, told);
     const row = h(
       "div",
       { class: "line", "data-line": line, "data-owners": owners.length ? ` ${owners.join(" ")} ` : null },
       h("span", { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null }, String(line)),
-      h("span", { class: "text" }, ...pieces),
+      h("span", { class: "text", "data-hint": told.length ? told.map(worded).join("  \u00b7  ") : null }, ...pieces),
     );
     if (owners.length) row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
     code.append(row);
   });
   return code;
+}
+
+/** What an expression came to, for each macro call that made another value of it. */
+function worded({ values, more }: Hint): string {
+  return [...values, ...(more ? ["\u2026"] : [])].join(" | ");
+}
+
+/** Says of each expression of a line, to who points at it, what its attribute came to. */
+function explain(pieces: readonly (Node | string)[], hints: readonly Hint[]): void {
+  let column = 1;
+  for (const piece of pieces) {
+    const at = column;
+    column += [...(typeof piece === "string" ? piece : (piece.textContent ?? ""))].length;
+    const hint = hints.find(({ place }) => place.column <= at && at < place.column + place.length);
+    if (hint && piece instanceof HTMLElement && piece.classList.contains("t-expression")) piece.title = worded(hint);
+  }
 }
 
 /** A line that makes several links chooses them in turn. */

@@ -60,12 +60,24 @@ class OpenSource:
 
 
 @dataclass(frozen=True, slots=True)
+class Hint:
+    """What an attribute that is written as an expression came to: a value for each macro call that made
+    another one; `more` where there are more than are told."""
+
+    place: Place
+    values: tuple[str, ...]
+    more: bool
+
+
+@dataclass(frozen=True, slots=True)
 class SourceText:
-    """The text of one of the description's files; `owners` says which links each line belongs to."""
+    """The text of one of the description's files; `owners` says which links each line belongs to, `hints`
+    what the expressions in it came to."""
 
     file: str
     text: str
     owners: tuple[tuple[str, ...], ...]
+    hints: tuple[Hint, ...]
     type: Literal["source"] = "source"
 
 

@@ -15,6 +15,7 @@ from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Findings, SourceText
 from kbot.workbench.source.authoring import Authoring
 from kbot.workbench.source.description import Reading
+from kbot.workbench.source.hints import Hints
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, gravest_first
@@ -46,6 +47,7 @@ class Shown:
         self.is_stale = False
         meshes.refused = self._good.outside
         self._ownership = Ownership(self._good.document)
+        self._hints: Hints | None = None
 
     @property
     def file(self) -> str:
@@ -79,6 +81,7 @@ class Shown:
         did, else nothing."""
         self._latest = reading
         self._ownership = Ownership(reading.document)
+        self._hints = None
         self.is_stale = reading.robot is None or not reading.usable
         if reading.robot is None or self.is_stale:
             return ""
@@ -116,4 +119,6 @@ class Shown:
         if file not in self._latest.files and file not in self._good.files:
             raise KbotError(f"{file} is not part of this description")
         source = read_source(file)
-        return SourceText(file, source.text, self._ownership.lines(source.whole()))
+        if self._hints is None:
+            self._hints = Hints(self._latest.document)
+        return SourceText(file, source.text, self._ownership.lines(source.whole()), self._hints.of(source))

@@ -1,0 +1,83 @@
+"""What expressions came to, told beside them: through macros, includes and properties."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.workbench.protocol import OpenSource, SetParameter, SourceText
+from kbot.workbench.serve import open_session
+from kbot.workbench.session.session import Session
+
+ROBOT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:include filename="wheel.xacro"/>
+<xacro:arg name="length" default="0.3"/>
+<xacro:property name="third" value="${0.1 / 0.3}"/>
+<xacro:property name="radius" value="${third / 2}"/>
+<link name="base"><visual><geometry><box size="$(arg length) 0.2 ${third}"/></geometry></visual></link>
+<xacro:wheel side="left" sign="${1 * 1}"/>
+<xacro:wheel side="right" sign="-1"/>
+</robot>
+"""
+WHEEL = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="wheel" params="side sign">
+<link name="${side}_wheel"/>
+<joint name="${side}" type="fixed"><parent link="base"/><child link="${side}_wheel"/>
+<origin xyz="0 ${sign * radius} 0"/></joint>
+</xacro:macro>
+</robot>
+"""
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Session:
+    (tmp_path / "robot.xacro").write_text(ROBOT)
+    (tmp_path / "wheel.xacro").write_bytes(b"\xef\xbb\xbf" + WHEEL.replace("\n", "\r\n").encode())
+    return open_session(str(tmp_path / "robot.xacro"), simulate=False)
+
+
+def told(session: Session, name: str) -> dict[str, tuple[str, ...]]:
+    """The values of each text that stands where a hint says."""
+    source = session.obey(OpenSource(str(Path(session.shown.file).with_name(name))), 1)[0]
+    assert isinstance(source, SourceText)
+    lines = source.text.split("\n")
+    return {
+        lines[at.line - 1][at.column - 1 : at.column - 1 + at.length]: hint.values
+        for hint in source.hints
+        for at in [hint.place]
+    }
+
+
+def test_each_expression_has_its_value_and_in_a_macro_one_for_each_call(session: Session) -> None:
+    assert told(session, "robot.xacro") == {
+        "${0.1 / 0.3}": ("0.333333",),
+        "${third / 2}": ("0.166667",),
+        "$(arg length) 0.2 ${third}": ("0.3 0.2 0.333333",),
+        "${1 * 1}": ("1",),
+    }
+    assert told(session, "wheel.xacro") == {
+        "${side}_wheel": ("left_wheel", "right_wheel"),
+        "${side}": ("left", "right"),
+        "0 ${sign * radius} 0": ("0 0.166667 0", "0 -0.166667 0"),
+    }
+
+
+def test_values_are_those_on_show_and_of_the_text_on_show(session: Session) -> None:
+    session.obey(SetParameter("arg", "length", 0.5), 1)
+    session.adopt(session.read())
+    assert told(session, "robot.xacro")["$(arg length) 0.2 ${third}"] == ("0.5 0.2 0.333333",)
+    file = Path(session.shown.file)
+    file.write_text("<!-- saved, and not read yet -->" + file.read_text())
+    assert told(session, "robot.xacro") == {}
+
+
+def test_of_many_calls_a_few_values_are_told(tmp_path: Path) -> None:
+    calls = "".join(f'<xacro:one n="{n}"/>' for n in range(9))
+    (tmp_path / "robot.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>'
+        '<xacro:macro name="one" params="n"><link name="l${n}"/><joint name="j${n}" type="fixed">'
+        f'<parent link="base"/><child link="l${{n}}"/></joint></xacro:macro>{calls}</robot>'
+    )
+    session = open_session(str(tmp_path / "robot.xacro"), simulate=False)
+    source = session.obey(OpenSource(session.shown.file), 1)[0]
+    assert isinstance(source, SourceText)
+    assert next((hint.values, hint.more) for hint in source.hints) == (("l0", "l1", "l2", "l3"), True)
