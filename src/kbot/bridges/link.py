@@ -121,11 +121,15 @@ class Link:
 
     def set_parameter(self, name: str, value: Value) -> None:
         """Set a parameter for all who ask; None takes it away."""
+        self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, Value]) -> None:
+        """Set several, which everybody sees at once."""
         with self._lock:
-            if self.parameters.get(name) == value:
+            now = {key: value for key, value in {**self.parameters, **values}.items() if value is not None}
+            if now == self.parameters:
                 return
-            others = {key: old for key, old in self.parameters.items() if key != name}
-            self.parameters = others if value is None else {**others, name: value}
+            self.parameters = now
         for changed in tuple(self._watchers):
             changed()
 

@@ -12,21 +12,22 @@ import struct
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import zenoh
 
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import Batch, later, wait_for
-from kbot.bridges.zenoh.names import entity_token, node_token, topic_key
+from kbot.bridges.zenoh.names import LATCHED, VOLATILE, entity_token, node_token, topic_key, type_key
+from kbot.bridges.zenoh.parameters import parameter_services
+from kbot.bridges.zenoh.services import ServiceServer, served_of
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
-from kbot.wire import Packet, decode_cdr, encode_cdr, ros_name
-from kbot.wire.services import ServiceType
+from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
 
 NODE = "kbot"
 ROUTER_PORT = 7447
-ANSWER_SECONDS = 30.0
 _ATTACHED = struct.Struct("<qqB16s")
 
 OfZenoh = Any
@@ -57,7 +58,8 @@ class ZenohBridge:
         self._incoming: dict[str, list[OfZenoh]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
-        self._services = [self._offer(name, service.type) for name, service in link.services.items()]
+        self._services = ServiceServer(self._session, self.domain, partial(self._token, "SS"), link.tell)
+        self._parameters = parameter_services(link, f"/{NODE}")
         link.watch(self._changed.set)
         self._changed.set()
         self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-zenoh")
@@ -74,6 +76,7 @@ class ZenohBridge:
         self._thread.join(5.0)
         for topic in self._outgoing.values():
             topic.close()
+        self._services.close()
         self._session.close()
 
     def _run(self) -> None:
@@ -83,17 +86,22 @@ class ZenohBridge:
             if self._closed.is_set():
                 return
             self._declare()
+            self._offer()
 
     def _declare(self) -> None:
         topics = self._link.topics
         for name in [n for n, out in self._outgoing.items() if topics.get(n) != out.topic]:
             self._outgoing.pop(name).close()
+        for name in self._incoming.keys() - topics.keys():
+            for declared in self._incoming.pop(name):
+                declared.undeclare()
         for topic in topics.values():
             if topic.is_input and topic.name not in self._incoming:
                 self._incoming[topic.name] = self._hear(topic)
             elif not topic.is_input and topic.name not in self._outgoing:
-                token = self._token("MP", topic.name, topic.type_name, latched=topic.is_latched)
-                key = topic_key(self.domain, topic.name, topic.type_name)
+                kind = _kind(topic.type_name)
+                token = self._token("MP", topic.name, kind, LATCHED if topic.is_latched else VOLATILE)
+                key = topic_key(self.domain, topic.name, kind)
                 self._outgoing[topic.name] = _Outgoing(
                     self._link, topic, self._session, key, token, self._batch
                 )
@@ -101,10 +109,11 @@ class ZenohBridge:
     def _hear(self, topic: Topic) -> list[OfZenoh]:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
         made: list[OfZenoh] = []
-        for kind in kinds:
-            made.append(self._token("MS", topic.name, ros_name(kind)))
-            key = topic_key(self.domain, topic.name, ros_name(kind))
-            made.append(self._session.declare_subscriber(key, self._deliver(topic.name, kind)))
+        for message_type in kinds:
+            kind = _kind(ros_name(message_type))
+            made.append(self._token("MS", topic.name, kind))
+            key = topic_key(self.domain, topic.name, kind)
+            made.append(self._session.declare_subscriber(key, self._deliver(topic.name, message_type)))
         return made
 
     def _deliver(self, topic: str, kind: type) -> Callable[[OfZenoh], None]:
@@ -116,36 +125,13 @@ class ZenohBridge:
 
         return deliver
 
-    def _offer(self, name: str, kind: ServiceType) -> list[OfZenoh]:
-        token = self._token("SS", name, kind.ros2_name)
-        key = topic_key(self.domain, name, kind.ros2_name)
+    def _offer(self) -> None:
+        """Have peers call what the link offers now, and ask for parameters."""
+        of_link = [served_of(self._link, service) for service in self._link.services.values()]
+        self._services.offer([*of_link, *self._parameters])
 
-        def answer(query: OfZenoh) -> None:
-            try:
-                payload = query.payload.to_bytes() if query.payload is not None else b""
-                request = decode_cdr(payload, kind.request, kind.request_name)
-                future = self._link.call(name, request)
-            except KbotError as error:
-                query.reply_err(str(error).encode())
-                return
-            # the library keeps a thread for queries, which is not to wait for the simulation
-            future.add_done_callback(lambda done: reply(query, done))
-
-        def reply(query: OfZenoh, done: OfZenoh) -> None:
-            error = done.exception()
-            if error is not None:
-                query.reply_err(str(error).encode())
-            else:
-                data = encode_cdr(done.result(), kind.response_name)
-                attached = query.attachment.to_bytes() if query.attachment is not None else None
-                query.reply(key, data, attachment=attached)
-            query.drop()
-
-        return [token, self._session.declare_queryable(key, answer, complete=True)]
-
-    def _token(self, kind: str, name: str, type_name: str, *, latched: bool = False) -> OfZenoh:
-        number = next(self._numbers)
-        key = entity_token(self.domain, self._zid, number, kind, NODE, name, type_name, latched=latched)
+    def _token(self, role: str, name: str, kind: str, quality: str = VOLATILE) -> OfZenoh:
+        key = entity_token(self.domain, self._zid, next(self._numbers), role, NODE, name, kind, quality)
         return self._session.liveliness().declare_token(key)
 
 
@@ -232,6 +218,10 @@ def _keep_local(config: OfZenoh) -> None:
     """Look for nobody by multicast; stamps are what those who come late are served by."""
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("timestamping/enabled", "true")
+
+
+def _kind(type_name: str) -> str:
+    return type_key(type_name, ros2_definition(type_name)[1])
 
 
 def _domain() -> int:

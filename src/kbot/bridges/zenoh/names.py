@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from kbot.wire import ros2_definition
-from kbot.wire.services import service_hash
-
-VOLATILE, LATCHED = "::,10:,:,:,,", ":1:,1:,:,:,,"
+VOLATILE, LATCHED, OF_PARAMETERS = "::,10:,:,:,,", ":1:,1:,:,:,,", "::,1000:,:,:,,"
 """Qualities of service: what is left out is as usual, and 1 is transient local."""
 
 
-def topic_key(domain: int, name: str, type_name: str) -> str:
-    """Where messages of a topic, or calls of a service, go."""
-    return f"{domain}/{name.lstrip('/')}/{_dds(type_name)}/{_hash(type_name)}"
+def type_key(name: str, digest: str) -> str:
+    """What stands for a type in keys: `nav_msgs/msg/Odometry` is `nav_msgs::msg::dds_::Odometry_`, and its
+    hash."""
+    package, folder, short = name.split("/")
+    return f"{package}::{folder}::dds_::{short}_/{digest}"
+
+
+def topic_key(domain: int, name: str, kind: str) -> str:
+    """Where messages of a topic, or calls of a service, go; `kind` as `type_key` has it."""
+    return f"{domain}/{name.lstrip('/')}/{kind}"
 
 
 def node_token(domain: int, session: str, node: str) -> str:
@@ -20,26 +24,8 @@ def node_token(domain: int, session: str, node: str) -> str:
 
 
 def entity_token(
-    domain: int,
-    session: str,
-    number: int,
-    kind: str,
-    node: str,
-    name: str,
-    type_name: str,
-    *,
-    latched: bool = False,
+    domain: int, session: str, number: int, role: str, node: str, name: str, kind: str, quality: str
 ) -> str:
-    """That a node publishes (`kind` MP), subscribes (MS) or serves (SS)."""
-    what = f"{name.replace('/', '%')}/{_dds(type_name)}/{_hash(type_name)}/{LATCHED if latched else VOLATILE}"
-    return f"@ros2_lv/{domain}/{session}/0/{number}/{kind}/%/%/{node}/{what}"
-
-
-def _dds(type_name: str) -> str:
-    """`nav_msgs/msg/Odometry` is `nav_msgs::msg::dds_::Odometry_`."""
-    package, folder, name = type_name.split("/")
-    return f"{package}::{folder}::dds_::{name}_"
-
-
-def _hash(type_name: str) -> str:
-    return service_hash(type_name) if "/srv/" in type_name else ros2_definition(type_name)[1]
+    """That a node publishes (`role` MP), subscribes (MS) or serves (SS)."""
+    what = f"{name.replace('/', '%')}/{kind}/{quality}"
+    return f"@ros2_lv/{domain}/{session}/0/{number}/{role}/%/%/{node}/{what}"

@@ -1,0 +1,226 @@
+"""A node's parameters as ROS 2 asks for them: six services over the values that all bridges share.
+
+`/arm/gain` is `arm.gain` of the node. Values keep no type: any may be set to one of another. What ROS 2 has
+no type for, as a list of lists, is not told. https://docs.ros.org/en/jazzy/p/rcl_interfaces/
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import cache
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kbot.bridges.link import Link, Value
+from kbot.bridges.zenoh.names import OF_PARAMETERS
+from kbot.bridges.zenoh.services import Served
+from kbot.text import KbotError
+from kbot.wire.services import hash_of_service
+from kbot.wire.types import ros2_types
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+MOST_AT_ONCE = 1000
+"""Parameters of one call."""
+
+Message = Any
+"""One of rcl_interfaces, as the library has them."""
+
+_SERVICES = {
+    "list_parameters": ("string[] prefixes\nuint64 depth", "rcl_interfaces/ListParametersResult result"),
+    "get_parameters": ("string[] names", "rcl_interfaces/ParameterValue[] values"),
+    "get_parameter_types": ("string[] names", "uint8[] types"),
+    "describe_parameters": ("string[] names", "rcl_interfaces/ParameterDescriptor[] descriptors"),
+    "set_parameters": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult[] results",
+    ),
+    "set_parameters_atomically": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult result",
+    ),
+}
+"""Each with the fields of its request and of its response."""
+
+_FIELDS: tuple[tuple[str, Any], ...] = (
+    ("bool_value", False),
+    ("integer_value", 0),
+    ("double_value", 0.0),
+    ("string_value", ""),
+    ("byte_array_value", np.empty(0, np.uint8)),
+    ("bool_array_value", np.empty(0, np.bool_)),
+    ("integer_array_value", np.empty(0, np.int64)),
+    ("double_array_value", np.empty(0, np.float64)),
+    ("string_array_value", []),
+)
+"""Where a ParameterValue has its value, by its type from 1 on, and what stands there else."""
+
+_NOT_SET, _INTEGER, _DOUBLE, _STRING, _BYTES = 0, 2, 3, 4, 5
+_KINDS = (bool, 1), (int, _INTEGER), (float, _DOUBLE), (str, _STRING)
+"""The first that a value is of gives its type; a list's is that of its items and `_BYTES` further."""
+
+
+def parameter_services(link: Link, node: str) -> list[Served]:
+    """The services of a node, by its full name."""
+    asked = _Parameters(link)
+    return [_served(f"{node}/{name}", name, getattr(asked, name)) for name in _SERVICES]
+
+
+def _served(name: str, service: str, work: Callable[[Message], Message]) -> Served:
+    from rosbags.serde import SerdeError
+
+    store = _types()
+    short = "".join(word.title() for word in service.split("_"))
+    request, response = (f"rcl_interfaces/msg/{short}_{part}" for part in ("Request", "Response"))
+    fields = (dict(store.fielddefs[part][1]) for part in (request, response))
+
+    def call(payload: bytes) -> Future[Message]:
+        try:
+            asked = store.deserialize_cdr(payload, request)
+        except (SerdeError, LookupError, ValueError, MemoryError) as error:
+            raise KbotError(f"{len(payload)} bytes are no {request}: {error}") from None
+        done: Future[Message] = Future()
+        done.set_result(store.types[response](work(asked)))
+        return done
+
+    def encode(message: Message) -> bytes:
+        try:
+            return bytes(store.serialize_cdr(message, response))
+        except (SerdeError, ValueError) as error:  # as of a text that is no Unicode
+            raise KbotError(f"no {response}: {error}") from None
+
+    type_name = f"rcl_interfaces/srv/{short}"
+    return Served(name, type_name, hash_of_service(type_name, *fields), call, encode, OF_PARAMETERS)
+
+
+@cache
+def _types() -> Typestore:
+    """Those of all bridges, and the services' own."""
+    from rosbags.typesys import get_types_from_msg
+
+    store = ros2_types()
+    for service, texts in _SERVICES.items():
+        short = "".join(word.title() for word in service.split("_"))
+        for part, text in zip(("Request", "Response"), texts, strict=True):
+            store.register(get_types_from_msg(text, f"rcl_interfaces/msg/{short}_{part}"))
+    return store
+
+
+class _Parameters:
+    """Each service's work: of its request the one field of its response."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._known: tuple[dict[str, Value], dict[str, str]] = {}, {}
+
+    def list_parameters(self, request: Message) -> Message:
+        """As rclcpp understands prefixes, and a depth, of which 0 is without end."""
+        prefixes = tuple(f"{prefix}." for prefix in _few(request.prefixes)) or ("",)
+        names: list[str] = []
+        for name in self._names():
+            below = [name[len(p) :].count(".") for p in prefixes if f"{name}.".startswith(p)]
+            if below and (not request.depth or min(below) < request.depth):
+                names.append(name)
+        folders = dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name)
+        return SimpleNamespace(names=names, prefixes=list(folders))
+
+    def get_parameters(self, request: Message) -> Message:
+        return [_message(self._value(name)) for name in _few(request.names)]
+
+    def get_parameter_types(self, request: Message) -> Message:
+        return np.array([_type_of(self._value(name)) for name in _few(request.names)], np.uint8)
+
+    def describe_parameters(self, request: Message) -> Message:
+        return [_description(name, _type_of(self._value(name))) for name in _few(request.names)]
+
+    def set_parameters(self, request: Message) -> Message:
+        return [self._set([parameter]) for parameter in _few(request.parameters)]
+
+    def set_parameters_atomically(self, request: Message) -> Message:
+        return self._set(_few(request.parameters))
+
+    def _set(self, parameters: list[Message]) -> Message:
+        """All of them, or none."""
+        try:
+            values = {self._full(p.name): _value_of(p.name, p.value) for p in parameters}
+        except KbotError as error:
+            return SimpleNamespace(successful=False, reason=str(error))
+        self._link.set_parameters(values)
+        return SimpleNamespace(successful=True, reason="")
+
+    def _names(self) -> dict[str, str]:
+        """The full name of each that ROS 2 has a type for."""
+        seen, names = self._known
+        values = self._link.parameters
+        if values is not seen:
+            names = {_dotted(full): full for full, value in values.items() if _type_of(value) != _NOT_SET}
+            self._known = values, names
+        return names
+
+    def _value(self, name: str) -> Value:
+        return self._link.parameters.get(self._names().get(_dotted(name), ""))
+
+    def _full(self, name: str) -> str:
+        dotted = _dotted(name)
+        if not dotted:
+            raise KbotError("a parameter needs a name")
+        return self._names().get(dotted) or f"/{dotted.replace('.', '/')}"
+
+
+def _dotted(name: str) -> str:
+    return name.strip("/").replace("/", ".")
+
+
+def _few(items: list[Message]) -> list[Message]:
+    if len(items) > MOST_AT_ONCE:
+        raise KbotError(f"{len(items)} parameters in one call: at most {MOST_AT_ONCE} are answered for")
+    return items
+
+
+def _type_of(value: Value) -> int:
+    """ROS 2's number for its type; that of what is not set where there is none."""
+    if isinstance(value, list | tuple):
+        kinds = {_type_of(item) for item in value} or {_STRING}
+        kind = _DOUBLE if kinds == {_INTEGER, _DOUBLE} else min(kinds) if len(kinds) == 1 else _NOT_SET
+        return kind + _BYTES if 0 < kind < _BYTES else _NOT_SET
+    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
+        return _NOT_SET
+    return next((number for kind, number in _KINDS if isinstance(value, kind)), _NOT_SET)
+
+
+def _message(value: Value) -> Message:
+    kind = _type_of(value)
+    fields = dict(_FIELDS)
+    if kind != _NOT_SET:
+        name, empty = _FIELDS[kind - 1]
+        fields[name] = np.array(value, empty.dtype) if isinstance(empty, np.ndarray) else value
+    return SimpleNamespace(type=kind, **fields)
+
+
+def _value_of(name: str, message: Message) -> Value:
+    """None where it is to be taken away. Raises KbotError: it is of a type that is not kept."""
+    if message.type == _NOT_SET:
+        return None
+    if message.type == _BYTES or message.type > len(_FIELDS):
+        raise KbotError(
+            f"{name}: a value of type {message.type} is not kept: booleans, numbers, texts and lists of them are"
+        )
+    value = getattr(message, _FIELDS[message.type - 1][0])
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _description(name: str, kind: int) -> Message:
+    return SimpleNamespace(
+        name=name,
+        type=kind,
+        description="",
+        additional_constraints="",
+        read_only=False,
+        dynamic_typing=True,
+        floating_point_range=[],
+        integer_range=[],
+    )

@@ -1,0 +1,226 @@
+"""Services over Zenoh, asked with the bare library: what is sent along, and peers that mean harm."""
+
+import os
+import random
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+
+from kbot.bridges.services import Service
+from kbot.bridges.zenoh.bridge import ZenohBridge
+from kbot.bridges.zenoh.services import LARGEST_REQUEST, MOST_QUERIES
+from kbot.messages import services as srv
+from kbot.text import KbotError
+from kbot.wire import decode_cdr, encode_cdr
+from kbot.wire.services import service_hash, service_type
+
+from .conftest import Running, wait_until
+from .test_zenoh import free_port
+
+MARK = b"\x10" + bytes(range(16))
+"""Of a caller, as rmw_zenoh attaches it: its length and itself."""
+
+
+def key_of(name: str, kind: str) -> str:
+    package, _, short = kind.partition("/")
+    return f"0/{name.lstrip('/')}/{package}::srv::dds_::{short}_/{service_hash(f'{package}/srv/{short}')}"
+
+
+PROPERTIES = key_of("/gazebo/get_world_properties", "gazebo_msgs/GetWorldProperties")
+DELETE = key_of("/gazebo/delete_model", "gazebo_msgs/DeleteModel")
+NOTHING = b"\0\1\0\0\0"
+"""CDR of an empty request."""
+
+
+@pytest.fixture
+def port(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """Where a bridge listens."""
+    found = free_port()
+    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", found)
+    bridge = ZenohBridge(running.link)
+    try:
+        yield found
+    finally:
+        bridge.close()
+
+
+@pytest.fixture
+def session(port: int) -> Iterator[zenoh.Session]:
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    opened = zenoh.open(config)
+    try:
+        wait_until(lambda: ask(opened, PROPERTIES))
+        yield opened
+    finally:
+        opened.close()
+
+
+def ask(session: zenoh.Session, key: str, payload: bytes = NOTHING, **options: object) -> list[zenoh.Reply]:
+    """Every reply, asked for as rmw_zenoh does."""
+    every = zenoh.QueryTarget.ALL_COMPLETE
+    return list(session.get(key, target=every, payload=payload, timeout=20.0, **options))
+
+
+def serves(session: zenoh.Session) -> bool:
+    return any(reply.ok is not None for reply in ask(session, PROPERTIES))
+
+
+def test_an_answer_carries_the_number_and_the_mark_of_its_request(session: zenoh.Session) -> None:
+    before = time.time_ns()
+    sent = struct.pack("<qq", 7, before) + MARK
+    (reply,) = ask(session, PROPERTIES, attachment=sent)
+    found = reply.ok.attachment.to_bytes()
+    assert len(found) == 33
+    number, stamp = struct.unpack("<qq", found[:16])
+    assert (number, found[16:]) == (7, MARK)
+    assert before <= stamp <= time.time_ns()
+    kind = service_type("gazebo_msgs/GetWorldProperties")
+    answer = decode_cdr(reply.ok.payload.to_bytes(), kind.response, kind.response_name)
+    assert answer.success
+    assert str(reply.ok.key_expr) == PROPERTIES
+
+
+def test_a_caller_that_attaches_nothing_or_in_another_way_is_answered(session: zenoh.Session) -> None:
+    (reply,) = ask(session, PROPERTIES)
+    assert reply.ok.attachment is None
+    (reply,) = ask(session, PROPERTIES, attachment=b"\x0fsequence_number")
+    assert reply.ok.attachment.to_bytes() == b"\x0fsequence_number"
+
+
+def test_another_type_or_domain_is_not_answered_at_all(session: zenoh.Session) -> None:
+    assert ask(session, PROPERTIES[:-1] + "x") == []
+    assert ask(session, "1" + PROPERTIES[1:]) == []
+
+
+@pytest.mark.parametrize("payload", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\4\0\0\0gh"])
+def test_half_a_request_is_refused(session: zenoh.Session, running: Running, payload: bytes) -> None:
+    (reply,) = ask(session, DELETE, payload)
+    assert f"{len(payload)} bytes are no gazebo_msgs/msg/DeleteModel_Request" in reply.err.payload.to_string()
+    assert running.goes_on()
+
+
+def test_noise_to_every_service(session: zenoh.Session, running: Running) -> None:
+    noise = random.Random(5)
+    tokens = [str(reply.ok.key_expr).split("/") for reply in session.liveliness().get("@ros2_lv/**")]
+    served = [f"0/{t[9].replace('%', '/').lstrip('/')}/{t[10]}/{t[11]}" for t in tokens if t[5] == "SS"]
+    assert len(served) > 25
+    for key in served:
+        for _ in range(12):
+            ask(session, key, (b"\0\1\0\0", b"\0\0\0\0", b"")[noise.randrange(3)] + noise.randbytes(40))
+    ask(session, key_of("/unpause_physics", "std_srvs/Empty"))
+    assert running.goes_on()
+    assert serves(session)
+
+
+def test_a_request_that_is_too_large(session: zenoh.Session, running: Running) -> None:
+    (reply,) = ask(session, DELETE, bytes(LARGEST_REQUEST + 1))
+    assert "is too large" in reply.err.payload.to_string()
+    assert running.goes_on()
+
+
+def test_a_service_that_says_no(session: zenoh.Session, running: Running) -> None:
+    def refuse(simulation: object, request: object) -> object:
+        raise KbotError("not today")
+
+    offered = running.link.services
+    kind = service_type("std_srvs/Empty")
+    running.link.offer({**offered, "/refusing": Service("/refusing", kind, refuse)})
+    key = key_of("/refusing", "std_srvs/Empty")
+    wait_until(lambda: ask(session, key))
+    (reply,) = ask(session, key)
+    assert reply.err.payload.to_string() == "not today"
+    running.link.offer(offered)
+    wait_until(lambda: not ask(session, key))
+    assert not list(session.liveliness().get("@ros2_lv/*/*/*/*/SS/*/*/*/%refusing/**"))
+    assert serves(session)
+
+
+def test_more_calls_than_can_wait(session: zenoh.Session, running: Running) -> None:
+    """While the simulation does not answer, those above the bound end without an answer; the rest, and those
+    who call later, have theirs."""
+    running.stop()
+    waiting = [start(session) for _ in range(MOST_QUERIES + 40)]
+    wait_until(lambda: any("wait already" in told for told in running.told))
+    answered = [take(running, replies) for replies in waiting]
+    assert MOST_QUERIES <= sum(answered) < len(waiting)
+    assert take(running, start(session))
+
+
+def start(session: zenoh.Session) -> zenoh.Handler:
+    """Ask, and do not wait."""
+    return session.get(PROPERTIES, target=zenoh.QueryTarget.ALL_COMPLETE, payload=NOTHING, timeout=60.0)
+
+
+def take(running: Running, replies: zenoh.Handler) -> bool:
+    """Whether a reply comes before there can be none, while the simulation answers."""
+    while True:
+        running.simulation.run_errands()
+        try:
+            if replies.try_recv() is not None:
+                return True
+        except zenoh.ZError:  # at its end
+            return False
+        time.sleep(0.001)
+
+
+GREEDY = """
+import sys, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"client"')
+config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{sys.argv[1]}"]')
+config.insert_json5("scouting/multicast/enabled", "false")
+session = zenoh.open(config)
+every, payload, kept = zenoh.QueryTarget.ALL_COMPLETE, bytes.fromhex(sys.argv[3]), []
+print("ready", flush=True)
+while True:
+    kept.append(session.get(sys.argv[2], target=every, payload=payload))
+"""
+
+
+def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running, port: int) -> None:
+    """It asks on and on for what is large, and then reads nothing more: time passes, and others are served
+    when it was given up."""
+    running.link.set_parameters({"/large": "x" * 100_000})
+    names = ["large"] * 100
+    text = b"".join(struct.pack("<I", 6) + b"large\0\0\0" for _ in names)
+    request = b"\0\1\0\0" + struct.pack("<I", len(names)) + text
+    kind = "rcl_interfaces::srv::dds_::GetParameters_/RIHS01_"
+    tokens = [str(reply.ok.key_expr) for reply in session.liveliness().get("@ros2_lv/**")]
+    key = next(token for token in tokens if kind in token).split("/")
+    called = f"0/kbot/get_parameters/{key[10]}/{key[11]}"
+    assert ask(session, called, request)[0].ok is not None
+    caller = subprocess.Popen(
+        (sys.executable, "-c", GREEDY, str(port), called, request.hex()), stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert caller.stdout is not None
+        assert caller.stdout.readline() == "ready\n"
+        time.sleep(0.2)
+        os.kill(caller.pid, signal.SIGSTOP)
+        longest = 0.0
+        end = time.monotonic() + 3.0
+        while time.monotonic() < end:
+            before, at = time.monotonic(), running.simulation.time
+            wait_until(lambda at=at: running.simulation.time > at)
+            longest = max(longest, time.monotonic() - before)
+        assert longest < 3.0  # it is given up after 5 s
+        wait_until(lambda: serves(session))
+    finally:
+        caller.kill()
+        caller.wait()
+        assert caller.stdout is not None
+        caller.stdout.close()
+
+
+def test_encoded_as_ros_2_has_it() -> None:
+    """What is empty has a byte."""
+    assert encode_cdr(srv.EmptyRequest(), service_type("std_srvs/Empty").request_name) == NOTHING

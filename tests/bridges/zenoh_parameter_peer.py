@@ -1,0 +1,108 @@
+"""A client of zenoh-ros2-sdk that asks a node for its parameters, as `ros2 param` does; prints what it found
+as JSON. Arguments: its router's port, and as JSON the hash of each service's type."""
+
+import json
+import sys
+
+import numpy as np
+from zenoh_ros2_sdk import ROS2ServiceClient
+from zenoh_ros2_sdk.discovery import get_service_info, get_service_names_and_types
+
+from kbot.wire import ros2_definition
+
+port, hashes = int(sys.argv[1]), json.loads(sys.argv[2])
+place = {"router_ip": "127.0.0.1", "router_port": port}
+opened = []
+
+
+def with_part(field: str, part: str) -> str:
+    """A definition, followed by that of the part it has."""
+    return f"{field}\n{'=' * 80}\nMSG: {part}\n{ros2_definition(part.replace('/', '/msg/'))[0]}"
+
+
+def client(kind: str, request: str, response: str) -> ROS2ServiceClient:
+    name = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in kind).lstrip("_")
+    # the library reckons the hashes of those that have no parts of their own
+    digest = hashes[kind] if "rcl_interfaces" in request + response else None
+    made = ROS2ServiceClient(
+        f"/kbot/{name}", f"rcl_interfaces/srv/{kind}", request, response, type_hash=digest, **place
+    )
+    opened.append(made)
+    return made
+
+
+parameters = with_part("rcl_interfaces/Parameter[] parameters", "rcl_interfaces/Parameter")
+results = with_part("rcl_interfaces/SetParametersResult[] results", "rcl_interfaces/SetParametersResult")
+result = with_part("rcl_interfaces/SetParametersResult result", "rcl_interfaces/SetParametersResult")
+values = with_part("rcl_interfaces/ParameterValue[] values", "rcl_interfaces/ParameterValue")
+listed = with_part("rcl_interfaces/ListParametersResult result", "rcl_interfaces/ListParametersResult")
+described = with_part(
+    "rcl_interfaces/ParameterDescriptor[] descriptors", "rcl_interfaces/ParameterDescriptor"
+)
+
+get = client("GetParameters", "string[] names", values)
+types = client("GetParameterTypes", "string[] names", "uint8[] types")
+list_ = client("ListParameters", "string[] prefixes\nuint64 depth", listed)
+describe = client("DescribeParameters", "string[] names", described)
+set_ = client("SetParameters", parameters, results)
+set_together = client("SetParametersAtomically", parameters, result)
+
+known = get.session_mgr.store.types
+Parameter, Value = known["rcl_interfaces/msg/Parameter"], known["rcl_interfaces/msg/ParameterValue"]
+ONE, MANY = ("bool", "integer", "double", "string"), ("byte", "bool", "integer", "double", "string")
+FIELDS = [f"{kind}_value" for kind in ONE] + [f"{kind}_array_value" for kind in MANY]
+empty = dict(zip(FIELDS, (False, 0, 0.0, "", [], [], [], [], []), strict=True))
+
+
+def parameter(name: str, kind: int, value: object = None) -> object:
+    fields = dict(empty)
+    if kind:
+        fields[FIELDS[kind - 1]] = value
+    for field, dtype in (("byte", "int8"), ("bool", "bool"), ("integer", "int64"), ("double", "float64")):
+        fields[f"{field}_array_value"] = np.array(fields[f"{field}_array_value"], dtype)
+    return Parameter(name=name, value=Value(type=kind, **fields))
+
+
+def plain(value: object) -> object:
+    found = None if value.type == 0 else getattr(value, FIELDS[value.type - 1])
+    return found.tolist() if hasattr(found, "tolist") else found
+
+
+def said(answer: object) -> list[object]:
+    return [answer.successful, answer.reason]
+
+
+NAMES = ["use_sim_time", "robot_description", "arm.gain", "none", "texts", "numbers"]
+found = {
+    "get": [plain(value) for value in get.call(names=NAMES).values],
+    "types": types.call(names=NAMES).types.tolist(),
+    "list": list_.call(prefixes=[], depth=0).result.names,
+    "shallow": list_.call(prefixes=[], depth=1).result.names,
+    "arm": list_.call(prefixes=["arm"], depth=0).result.names,
+    "folders": list_.call(prefixes=[], depth=0).result.prefixes,
+    "describe": [[d.name, d.type, d.dynamic_typing] for d in describe.call(names=["arm.gain"]).descriptors],
+    "set": [
+        said(one)
+        for one in set_.call(
+            parameters=[
+                parameter("arm.gain", 3, 2.5),
+                parameter("new.one", 7, [1, -2]),
+                parameter("bytes", 5, [1]),
+                parameter("numbers", 0),
+            ]
+        ).results
+    ],
+    "none of them": said(
+        set_together.call(parameters=[parameter("arm.gain", 3, 9.0), parameter("", 1, True)]).result
+    ),
+    "all of them": said(
+        set_together.call(parameters=[parameter("first", 1, True), parameter("second", 9, ["b"])]).result
+    ),
+    "afterwards": list_.call(prefixes=[], depth=0).result.names,
+    "services": [name for name, _ in get_service_names_and_types(router_port=port)],
+    "info": get_service_info("/kbot/list_parameters", router_port=port).service_types,
+}
+sys.stdout.write(json.dumps(found))
+for entity in opened:
+    entity.close()
+get.session_mgr.session.close()
