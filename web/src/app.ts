@@ -51,6 +51,8 @@ export class App {
   readonly displayFile = new Signal<Omit<DisplayFile, "setup" | "type"> | null>(null);
   /** A view that a file asks for. */
   readonly asked = new Signal<LookingFrom | null>(null);
+  /** Whether the browser draws the picture, never could, or lost what it draws with. */
+  readonly drawn = new Signal<"drawn" | "never" | "lost">("drawn");
   /** From where one looks now. */
   lookingFrom: () => LookingFrom | null = () => null;
   readonly travel = new TimeTravel(this.state, this.topics, (message) => this.send(message));

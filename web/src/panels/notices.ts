@@ -5,8 +5,13 @@ import { icon } from "../icons";
 import { recordedTo } from "../time/words";
 
 const SHOWN_FOR = 5000;
+const UNDRAWN = {
+  drawn: "",
+  never: "This browser cannot draw the robot: it has no WebGL 2. All else works. Allow hardware acceleration in its settings.",
+  lost: "The browser took away what the robot is drawn with. It is drawn again when that comes back, or when the page is loaded anew.",
+} as const;
 
-/** What lies over the picture: a broken description, a lost connection, a refused request. */
+/** What lies over the picture: no picture at all, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
   const broken = h("div", { class: "notice error", role: "alert", hidden: true });
   const lost = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), "The server does not answer. What you see is from before; connecting again…");
@@ -28,7 +33,14 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
   app.connection.link.watch((link) => {
     lost.hidden = link !== "lost";
     full.hidden = link !== "full";
-    picture.classList.toggle("lost", link === "lost" || link === "full");
+    const isLost = link === "lost" || link === "full";
+    picture.classList.toggle("lost", isLost);
+    document.documentElement.dataset["link"] = isLost ? "lost" : "live";
+  });
+  const undrawn = h("div", { class: "notice warning", role: "alert", hidden: true });
+  app.drawn.watch((now) => {
+    undrawn.hidden = now === "drawn";
+    undrawn.replaceChildren(icon("warning"), UNDRAWN[now]);
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
   const hide = (): void => void (refused.hidden = true);
@@ -54,5 +66,5 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     const close = h("button", { type: "button", class: "icon-button", title: "Close", "aria-label": "Close this notice", onclick: hide }, icon("close"));
     say(recordedTo(now), ...(now.address === "" ? [] : [get]), close);
   });
-  return h("div", { class: "notices" }, broken, lost, full, refused);
+  return h("div", { class: "notices" }, undrawn, broken, lost, full, refused);
 }

@@ -18,7 +18,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
   const savePicture = async (): Promise<void> => {
     if (!width.reportValidity() || !height.reportValidity()) return;
     const blob = await view().png({ width: width.valueAsNumber, height: height.valueAsNumber, transparent: transparent.checked });
-    if (blob === null) complain("the picture is too large to be drawn here");
+    if (blob === null) complain(view().stage.draws ? "the picture is too large to be drawn here" : "this browser cannot draw the picture");
     else download(blob, `${name()}.png`);
   };
   const saveFromServer = async (ending: "html" | "glb"): Promise<void> => {
@@ -43,7 +43,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
       view().invalidate();
     }
   });
-  film.hidden = !("MediaRecorder" in window);
+  app.drawn.watch((now) => (film.hidden = now === "never" || !("MediaRecorder" in window)));
 
   const menu = h(
     "details",

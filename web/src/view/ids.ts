@@ -1,6 +1,7 @@
-import { Color, InstancedMesh, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Color, InstancedMesh, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderTarget } from "three";
 
 import type { Batch } from "./batches";
+import type { Renderer } from "./renderer";
 import type { Camera } from "./stage";
 
 const NOTHING = 0;
@@ -19,7 +20,7 @@ export class IdBuffer {
   private readonly materials = new Map<number, MeshBasicMaterial>();
   private readonly pixel = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
 
-  constructor(private readonly renderer: WebGLRenderer) {
+  constructor(private readonly renderer: Renderer) {
     this.scene.background = new Color(0);
     this.scene.matrixWorldAutoUpdate = false;
   }

@@ -9,8 +9,9 @@ export interface Wanted {
   transparent: boolean;
 }
 
-/** A PNG of exactly this size, seen as the stage is seen now; `ground` is left out where it is transparent. */
+/** A PNG of exactly this size, seen as the stage is seen now; `ground` is left out where it is transparent. None where the browser draws none. */
 export async function takePicture(stage: Stage, ground: readonly Object3D[], { width, height, transparent }: Wanted): Promise<Blob | null> {
+  if (!stage.draws) return null;
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
   renderer.setPixelRatio(1);
   renderer.setSize(width, height, false);

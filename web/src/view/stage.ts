@@ -13,23 +13,17 @@ import {
   TOUCH,
   Vector2,
   Vector3,
-  WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { Theme } from "../options";
 import { Lights } from "./lights";
+import { startDrawing, type Renderer } from "./renderer";
 import { TILT, type Side } from "./sides";
 
 const FIELD_OF_VIEW = 32;
 /** How far from straight up one sees from below, in rad. */
 const LOWEST = MathUtils.degToRad(178);
-
-declare global {
-  interface Window {
-    canvas?: HTMLCanvasElement;
-  }
-}
 
 export type Camera = PerspectiveCamera | OrthographicCamera;
 
@@ -37,9 +31,11 @@ export type Camera = PerspectiveCamera | OrthographicCamera;
 export class Stage {
   readonly scene = new Scene();
   camera: Camera;
-  readonly renderer: WebGLRenderer;
+  readonly renderer: Renderer;
   readonly controls: OrbitControls;
   readonly isSoftware: boolean;
+  /** Whether the browser can draw at all; where it cannot there is everything but the picture. */
+  readonly draws: boolean;
   readonly hasShadows: boolean;
   /** Width and height of the picture in CSS pixels, known without asking for the layout. */
   readonly size = new Vector2();
@@ -59,8 +55,7 @@ export class Stage {
     this.perspective.up.set(0, 0, 1);
     this.orthographic.up.set(0, 0, 1);
     this.camera = this.perspective;
-    this.renderer = new WebGLRenderer({ ...earlyCanvas(), antialias: true, powerPreference: "high-performance" });
-    this.isSoftware = isSoftware(this.renderer);
+    ({ renderer: this.renderer, isSoftware: this.isSoftware, draws: this.draws } = startDrawing());
     const asked = new URLSearchParams(location.search).get("shadows");
     this.hasShadows = asked === null ? !this.isSoftware : asked === "on";
     this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(devicePixelRatio, 2));
@@ -94,9 +89,10 @@ export class Stage {
     this.after.push(action);
   }
 
-  /** Runs once something is on the screen. */
+  /** Runs once something is on the screen, or at once where nothing will be. */
   onFirstFrame(action: () => void): void {
-    this.first.push(action);
+    if (this.draws) this.first.push(action);
+    else action();
   }
 
   /** Something changed: draw at the next chance. The first picture does not wait for it, so that the page
@@ -229,7 +225,7 @@ export class Stage {
     if (!this.isOrthographic && (this.distance < near * 20 || this.distance > near * 500)) this.fitCamera();
     this.controls.update();
     for (const action of this.before) action();
-    if (this.frames === 0) this.drawFirst();
+    if (this.frames === 0 && this.draws) this.drawFirst();
     else this.renderer.render(this.scene, this.camera);
     this.frames += 1;
     for (const action of this.after.splice(0)) action();
@@ -277,18 +273,4 @@ function whenSeen(action: () => void): void {
     action();
   });
   observer.observe({ type: "paint", buffered: true });
-}
-
-/** The canvas whose context the page's own HTML has asked for already, where it has: used once. */
-function earlyCanvas(): { canvas?: HTMLCanvasElement } {
-  const { canvas } = window;
-  delete window.canvas;
-  return canvas === undefined ? {} : { canvas };
-}
-
-function isSoftware(renderer: WebGLRenderer): boolean {
-  const gl = renderer.getContext();
-  const info = gl.getExtension("WEBGL_debug_renderer_info");
-  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

@@ -59,6 +59,7 @@ export class View implements Picture {
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
+    this.tellWhetherDrawn();
     this.looking = new Looking(app, this.stage, this);
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
@@ -67,6 +68,17 @@ export class View implements Picture {
     app.displays.globals.watch(() => this.showGlobals());
     app.asked.watch((view) => view !== null && this.placed && this.looking.fromFile(view));
     app.selected.watch((name) => this.robot?.select(name));
+  }
+
+  private tellWhetherDrawn(): void {
+    const { drawn } = this.app;
+    const { draws, renderer } = this.stage;
+    if (!draws) drawn.set("never");
+    renderer.domElement.addEventListener("webglcontextlost", () => drawn.set("lost"));
+    renderer.domElement.addEventListener("webglcontextrestored", () => {
+      drawn.set("drawn");
+      this.stage.invalidate();
+    });
   }
 
   /** Name of the link at a point of the picture, in CSS pixels from its top left; empty when none. */
