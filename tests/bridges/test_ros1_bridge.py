@@ -5,6 +5,7 @@ import random
 import socket
 import struct
 import time
+import xmlrpc.client
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
@@ -82,6 +83,22 @@ def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
     assert call(bridge.master, "getParam", ME, "/use_sim_time") is True
     with pytest.raises(RpcFailed, match=r"\[/nothing\] is not set"):
         call(bridge.master, "getParam", ME, "nothing")
+
+
+def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Bridge) -> None:
+    """They stay where they are, and what comes after them is told all the same."""
+    strange = {"/huge": 1 << 40, "/nothing": {"a": None}, "/numbered": {1: 2}, "/control": "a\0b"}
+    for name, value in strange.items():
+        running.link.set_parameter(name, value)
+        wait_until(lambda name=name: any(f"parameter {name} is not" in told for told in running.told))
+    running.link.set_parameter("/after", 3)
+    wait_until(lambda: call(bridge.master, "hasParam", ME, "/after"))
+    assert not any(call(bridge.master, "hasParam", ME, name) for name in strange)
+    for name, value in (("/bytes", xmlrpc.client.Binary(b"a")), ("/dates", [xmlrpc.client.DateTime(0)])):
+        call(bridge.master, "setParam", ME, name, value)
+    call(bridge.master, "setParam", ME, "/plain", [1, "a"])
+    wait_until(lambda: running.link.parameters.get("/plain") == [1, "a"])
+    assert not {"/bytes", "/dates"} & set(running.link.parameters)
 
 
 class Publisher:

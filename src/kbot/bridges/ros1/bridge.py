@@ -9,9 +9,9 @@ from urllib.parse import urlsplit
 
 from kbot.bridges.link import Link, Value
 from kbot.bridges.ros1.master import Master
-from kbot.bridges.ros1.parameters import flat_parameters
+from kbot.bridges.ros1.parameters import flat_parameters, is_plain
 from kbot.bridges.ros1.publisher import Outgoing
-from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
+from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call, why_not_sent
 from kbot.bridges.ros1.subscriber import Incoming
 from kbot.bridges.ros1.tcpros_server import TcprosServer
 from kbot.text import KbotError
@@ -180,7 +180,10 @@ class Ros1Bridge:
         for name, value in parameters.items():
             if name not in self._given or self._given[name] != value:
                 self._given[name] = value
-                call(self.master, "setParam", self._node, name, value)
+                if why_not := why_not_sent(value):
+                    self._link.tell(f"ROS 1: parameter {name} is not on the master: {why_not}")
+                else:
+                    call(self.master, "setParam", self._node, name, value)
         for name in self._given.keys() - parameters.keys():
             del self._given[name]
             self._quietly("deleteParam", name)
@@ -232,8 +235,9 @@ class Ros1Bridge:
             self._given.pop(f"/{name.strip('/')}", None)
             self._link.set_parameter(f"/{name.strip('/')}", None)
         for key, found in flat_parameters(f"/{name.strip('/')}", value):
-            self._given[key] = found
-            self._link.set_parameter(key, found)
+            if is_plain(found):  # dates and bytes stay at the master
+                self._given[key] = found
+                self._link.set_parameter(key, found)
         return 1, "", 0
 
     def _publisher_update(self, caller: str, topic: str, uris: list[str]) -> Reply:

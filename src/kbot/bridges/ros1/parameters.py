@@ -91,6 +91,13 @@ def flat_parameters(name: str, value: Value) -> Iterator[tuple[str, Value]]:
         yield from flat_parameters(f"{name.rstrip('/')}/{key}", inner)
 
 
+def is_plain(value: Value) -> bool:
+    """Whether it is of numbers, texts and truths, which every bridge knows."""
+    if isinstance(value, list):
+        return all(map(is_plain, value))
+    return isinstance(value, bool | int | float | str)
+
+
 def parts(name: str) -> list[str]:
     """A name's parts; none for the root."""
     return [part for part in name.split("/") if part]

@@ -104,6 +104,17 @@ class RpcFailed(Exception):
     """The other side does not answer, or answers that it cannot."""
 
 
+def why_not_sent(value: Foreign) -> str:
+    """Why XML-RPC cannot carry a value, as it can no number beyond 32 bits; empty where it can."""
+    try:
+        xmlrpc.client.loads(xmlrpc.client.dumps((value,)))
+    except (OverflowError, TypeError, ValueError) as error:
+        return str(error)
+    except ExpatError:
+        return "it has characters that XML has not"
+    return ""
+
+
 def call(uri: str, method: str, *arguments: Foreign) -> Foreign:
     """Call a master or node; its answer's value.
 

@@ -206,9 +206,8 @@ def _value_of(name: str, message: Message) -> Value:
     if message.type == _NOT_SET:
         return None
     if message.type == _BYTES or message.type > len(_FIELDS):
-        raise KbotError(
-            f"{name}: a value of type {message.type} is not kept: booleans, numbers, texts and lists of them are"
-        )
+        kept = "booleans, numbers, texts and lists of them are"
+        raise KbotError(f"{name}: a value of type {message.type} is not kept: {kept}")
     value = getattr(message, _FIELDS[message.type - 1][0])
     return value.tolist() if isinstance(value, np.ndarray) else value
 
