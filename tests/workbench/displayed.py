@@ -1,14 +1,14 @@
 """A page with displays, and what is at a place of the world in its picture."""
 
-import queue
-import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from kbot.messages import Header, Point, Pose, Quaternion
+from kbot.workbench.protocol import State
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
@@ -16,6 +16,7 @@ from .conftest import until
 from .pictures import screenshot
 
 OpenPage = Callable[..., Any]
+Answer = TypeVar("Answer")
 
 WORLD = Header(frame_id="world")
 FROM_ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
@@ -24,58 +25,49 @@ ASIDE = "document.querySelectorAll('.toolbar, .tools').forEach((e) => (e.style.d
 """Takes away what lies over a small picture."""
 
 
+def asked(session: Session, question: Callable[[], Answer], changes: bool = False) -> Answer:
+    """Ask between two steps, where the simulation runs: a served session is for that thread alone. Pages
+    are told where it `changes` something."""
+    answer: Future[Answer] = Future()
+    advance = session.advance
+
+    def ask_first(wall_seconds: float) -> bool:
+        session.advance = advance  # it was for one step
+        try:
+            answer.set_result(question())
+        except Exception as error:  # noqa: BLE001 - raised where it was asked
+            answer.set_exception(error)
+        return advance(wall_seconds) or changes
+
+    session.advance = ask_first
+    return answer.result(60.0)
+
+
+def state_of(session: Session) -> State:
+    """How things stand in a session that is served."""
+    return asked(session, session.state)
+
+
 class Speaker:
     """Publishes where the simulation runs, between two steps: a bus is for that thread alone."""
 
     def __init__(self, session: Session) -> None:
-        self._bus = session.topics.bus
-        self._waiting: queue.SimpleQueue[tuple[str, object, threading.Event]] = queue.SimpleQueue()
-        session._motion._sim.errands.append(self._say)
+        self._session, self._bus = session, session.topics.bus
 
     def publish(self, topic: str, message: object) -> None:
-        said = threading.Event()
-        self._waiting.put((topic, message, said))
-        assert said.wait(60.0), "nobody runs the simulation's errands"
-
-    def _say(self) -> bool:
-        if self._waiting.empty():
-            return False
-        topic, message, said = self._waiting.get()
-        self._bus.publish(topic, message)
-        said.set()
-        return True
+        asked(self._session, lambda: self._bus.publish(topic, message), changes=True)
 
 
 def hear(session: Session, topic: str, kind: type) -> list[Any]:
     """What is said on a topic from now on; subscribed to where the simulation runs."""
     heard: list[Any] = []
-    subscribed = threading.Event()
-
-    def subscribe() -> bool:
-        if subscribed.is_set():
-            return False
-        session.topics.bus.subscribe(topic, kind, heard.append)
-        subscribed.set()
-        return True
-
-    session._motion._sim.errands.append(subscribe)
-    assert subscribed.wait(60.0), "nobody runs the simulation's errands"
+    asked(session, lambda: session.topics.bus.subscribe(topic, kind, heard.append))
     return heard
 
 
 def do(session: Session, what: Callable[[Any], None]) -> None:
     """Act on what moves the robot, between two steps of it."""
-    done = threading.Event()
-
-    def once() -> bool:
-        if done.is_set():
-            return False
-        what(session._motion)
-        done.set()
-        return True
-
-    session._motion._sim.errands.append(once)
-    assert done.wait(60.0), "nobody runs the simulation's errands"
+    asked(session, lambda: what(session._motion), changes=True)
 
 
 class Show:

@@ -12,6 +12,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
+from .displayed import state_of
 from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
 
 FROM_ABOVE = "kbot.look([0.3, -0.001, 2.4], [0.3, 0, 0])"
@@ -34,7 +35,7 @@ def test_held_keys_drive_the_robot_across_the_picture(
     page.evaluate(FROM_ABOVE)
     before = middle(blue(screenshot(page)))
     page.keyboard.down("w")
-    until(lambda: driving[1].state().odometry[0] > 0.12)  # it is not to drive out of the picture
+    until(lambda: state_of(driving[1]).odometry[0] > 0.12)  # it is not to drive out of the picture
     page.keyboard.up("w")
     until(lambda: reading(page, "x") > 0.12 and standing(page))
     after = middle(blue(screenshot(page)))
@@ -87,12 +88,12 @@ def test_what_is_held_when_the_connection_is_lost_does_not_drive_again_by_itself
             page.keyboard.down("w")  # its repetition
         elif held == "pad":
             page.mouse.move(*from_middle_of_pad(page, 58))
-        begun = session.state().time
-        until(lambda: session.state().time > begun + 0.5)
-        assert session.state().odometry[0] == pytest.approx(0.0, abs=1e-3)
+        begun = state_of(session).time
+        until(lambda: state_of(session).time > begun + 0.5)
+        assert state_of(session).odometry[0] == pytest.approx(0.0, abs=1e-3)
         let_go(page, held)
         hold(page, held)
-        until(lambda: session.state().odometry[0] > 0.02)
+        until(lambda: state_of(session).odometry[0] > 0.02)
     page.close()
 
 
@@ -102,16 +103,16 @@ def test_a_key_that_is_held_when_the_computer_falls_asleep_does_not_drive_when_i
     address, session = driving
     page = open_page(address)
     page.keyboard.down("w")
-    until(lambda: session.state().command[0] > 0.05)
+    until(lambda: state_of(session).command[0] > 0.05)
     page.evaluate("() => { const now = Date.now; Date.now = () => now() + 60_000; }")
-    until(lambda: session.state().command == (0.0, 0.0))
+    until(lambda: state_of(session).command == (0.0, 0.0))
     page.keyboard.down("w")  # the key's repetition
-    begun = session.state().time
-    until(lambda: session.state().time > begun + 0.3)
-    assert session.state().command == (0.0, 0.0)
+    begun = state_of(session).time
+    until(lambda: state_of(session).time > begun + 0.3)
+    assert state_of(session).command == (0.0, 0.0)
     page.keyboard.up("w")
     page.keyboard.down("w")
-    until(lambda: session.state().command[0] > 0.05)
+    until(lambda: state_of(session).command[0] > 0.05)
 
 
 def test_a_page_that_is_closed_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -184,10 +185,10 @@ def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: 
     page.mouse.move(at["x"], at["y"])
     page.mouse.down()
     page.mouse.move(at["x"], at["y"] - 200)
-    until(lambda: session.state().poses[2] > 0.3)  # it is lifted
+    until(lambda: state_of(session).poses[2] > 0.3)  # it is lifted
     page.mouse.up()
     page.keyboard.up("Shift")
-    until(lambda: session.state().poses[2] < 0.15)  # and falls, on its wheels or not
+    until(lambda: state_of(session).poses[2] < 0.15)  # and falls, on its wheels or not
 
 
 def reading(page: Any, name: str) -> float:

@@ -8,6 +8,7 @@ import pytest
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import state_of
 
 OpenPage = Callable[..., Any]
 
@@ -22,9 +23,9 @@ def test_space_stops_wherever_the_focus_is(
     page.locator(place).first.focus()
     pressed = page.get_attribute("[data-option=grid]", "aria-pressed")
     page.evaluate("dispatchEvent(new KeyboardEvent('keydown', { code: 'KeyW', key: 'w' }))")
-    until(lambda: session.state().command[0] > 0.05)
+    until(lambda: state_of(session).command[0] > 0.05)
     page.keyboard.press("Space")
-    until(lambda: session.state().command == (0.0, 0.0))
+    until(lambda: state_of(session).command == (0.0, 0.0))
     assert page.get_attribute("[data-option=grid]", "aria-pressed") == pressed
 
 
@@ -33,9 +34,9 @@ def test_arrows_drive_after_a_click_in_the_tree(driving: tuple[str, Session], op
     page = open_page(address)
     page.locator("#links button[data-link=base_link]").click()
     page.keyboard.down("ArrowUp")
-    until(lambda: session.state().command[0] > 0.05)
+    until(lambda: state_of(session).command[0] > 0.05)
     page.keyboard.up("ArrowUp")
-    until(lambda: session.state().command == (0.0, 0.0))
+    until(lambda: state_of(session).command == (0.0, 0.0))
 
 
 def test_arrows_walk_the_tree_for_those_who_came_by_keys(viewing: str, open_page: OpenPage) -> None:
@@ -67,7 +68,7 @@ def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
     speed.focus()
     for _ in range(2):
         page.keyboard.press("ArrowDown")
-    until(lambda: session.state().speed == 5.0)
+    until(lambda: state_of(session).speed == 5.0)
 
 
 def test_a_slider_that_was_dragged_leaves_the_keys_with_the_robot(
@@ -84,7 +85,7 @@ def test_a_slider_that_was_dragged_leaves_the_keys_with_the_robot(
     until(lambda: page.evaluate("document.activeElement === document.body"))
     limited = limit.input_value()
     page.keyboard.down("ArrowUp")
-    until(lambda: session.state().command[0] > 0.05)
+    until(lambda: state_of(session).command[0] > 0.05)
     page.keyboard.up("ArrowUp")
     assert limit.input_value() == limited
 

@@ -14,6 +14,7 @@ from kbot.workbench.serving.plotting import Asked, Plotting
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import asked, state_of
 from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, played, plot, shown, table
 
 __all__ = ["page", "played"]
@@ -32,7 +33,7 @@ def test_quick_keys_in_the_plot_add_up(page: Any) -> None:
     until(lambda: at_line(page) == pytest.approx((low + high) / 2, abs=0.02))
     until(
         lambda: (
-            page.session.state().at - page.evaluate("kbot.time") == pytest.approx((high - low) / 2, abs=0.2)
+            state_of(page.session).at - page.evaluate("kbot.time") == pytest.approx((high - low) / 2, abs=0.2)
         )
     )
 
@@ -43,7 +44,7 @@ def test_two_clicks_leave_what_is_now_running(page: Any) -> None:
     until(lambda: page.inner_text(".rate") != "paused")
     box = plot(page)
     page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 20)
-    time = page.session.state().time
+    time = state_of(page.session).time
     until(lambda: page.evaluate("kbot.time") > time + 0.5)
     assert not is_past(page)
 
@@ -74,12 +75,12 @@ def test_a_step_goes_from_where_a_recording_has_come_to(played: Session, open_pa
         slider = page.get_by_role("slider", name="Moment on show")
         box = slider.bounding_box()
         page.mouse.click(box["x"] + box["width"] * 0.2, box["y"] + box["height"] / 2)
-        until(lambda: 1.6 < played.timeline().at < 5.0)
+        until(lambda: 1.6 < asked(played, played.timeline).at < 5.0)
         played.paused = True
-        at = played.timeline().at
+        at = asked(played, played.timeline).at
         until(lambda: slider.evaluate("s => s.valueAsNumber") == pytest.approx(at, abs=0.01))
         page.keyboard.press("ArrowRight")
-        until(lambda: played.timeline().at == pytest.approx(at + 0.1, abs=0.02))
+        until(lambda: asked(played, played.timeline).at == pytest.approx(at + 0.1, abs=0.02))
         page.goto("about:blank")
 
 

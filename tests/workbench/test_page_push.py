@@ -10,6 +10,7 @@ import pytest
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import asked, state_of
 from .pictures import blue, middle, screenshot
 from .test_page_tools import at, drag, from_above, pose, show_what_is, tool
 
@@ -70,7 +71,7 @@ def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_pag
     from_above(page, ABOVE)
     page.keyboard.press("b")
     page.mouse.click(*at(page, 0.4, 0.0))
-    until(lambda: len(session.state().bodies) == 7 and abs(session.state().bodies[2]) < 1e-3)
+    until(lambda: len(state_of(session).bodies) == 7 and abs(state_of(session).bodies[2]) < 1e-3)
     page.keyboard.press("n")
     page.locator(".hint").get_by_label("Push or kick").select_option("kick")
     show_what_is(page, session)
@@ -79,7 +80,7 @@ def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_pag
     page.locator(".hint").get_by_label("Push or kick").select_option("push")
     strength(page).fill("60")
     drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
-    until(lambda: session.state().bodies[1] > 0.03)
+    until(lambda: state_of(session).bodies[1] > 0.03)
 
 
 def test_a_push_is_aimed_by_keys_alone(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -94,7 +95,7 @@ def test_a_push_is_aimed_by_keys_alone(driving: tuple[str, Session], open_page: 
         page.keyboard.press("ArrowLeft")
     page.keyboard.press("Enter")
     until(lambda: pose(session)[0] < -0.03)
-    assert session.state().command == (0.0, 0.0)  # the arrows did not drive
+    assert state_of(session).command == (0.0, 0.0)  # the arrows did not drive
 
 
 def test_faults_are_listed_with_the_time_that_is_left_and_ended(
@@ -120,14 +121,14 @@ def test_faults_are_listed_with_the_time_that_is_left_and_ended(
     first = until(left)
     until(lambda: 0 < left() < first)
     session.paused = True
-    (fault,) = session.state().faults
+    (fault,) = state_of(session).faults
     assert fault.stop is not None
     assert fault.stop - fault.start == pytest.approx(600.0)
-    until(lambda: left() == pytest.approx(fault.stop - session.state().time, abs=0.11))
+    until(lambda: left() == pytest.approx(fault.stop - state_of(session).time, abs=0.11))
     assert page.get_by_role("button", name="World and faults: 1 acting").count() == 1
     row.get_by_role("button", name="End: base_link carries 0.5 kg").click()
     until(lambda: not opened.get_by_role("group", name="Going wrong").is_visible())
-    assert session.state().faults == ()
+    assert state_of(session).faults == ()
     assert page.get_by_role("button", name="World and faults", exact=True).count() == 1
 
 
@@ -140,10 +141,10 @@ def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open
     seed.fill("7")
     revision = page.evaluate("kbot.revision")
     opened.get_by_role("button", name="Start", exact=True).click()
-    until(lambda: session.about().seed == 7 and page.evaluate("kbot.revision") > revision)
+    until(lambda: asked(session, session.about).seed == 7 and page.evaluate("kbot.revision") > revision)
     page.get_by_role("combobox", name="World").select_option("boxes")
-    until(lambda: session.about().world == "boxes")
-    assert session.about().seed == 7
+    until(lambda: asked(session, session.about).world == "boxes")
+    assert asked(session, session.about).seed == 7
     menu(page)
     until(lambda: seed.input_value() == "7")
     assert tool(page, "Interact").get_attribute("aria-pressed") == "true"

@@ -16,6 +16,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import asked, do, state_of
 from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture
 
 OpenPage = Callable[..., Any]
@@ -49,37 +50,37 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     until(lambda: session.paused)
     page.keyboard.press("r")
     until(lambda: page.evaluate("kbot.time") == 0.0)  # a reset is not looked into from here
-    began = session.state().at
+    began = state_of(session).at
     page.get_by_role("button", name="Record", exact=True).click()
     until(lambda: page.locator(".recording .name").count())
     page.keyboard.press("p")
     until(lambda: not session.paused)
     assert not page.get_by_role("button", name="Resume from here").is_visible()
     page.keyboard.down("w")
-    until(lambda: session.state().odometry[0] > 0.6)
+    until(lambda: state_of(session).odometry[0] > 0.6)
     page.keyboard.up("w")
-    until(lambda: session.state().twist[0] == 0.0)
+    until(lambda: state_of(session).twist[0] == 0.0)
     page.keyboard.press("y")
     page.keyboard.press("p")  # the line stands still under the hand
     until(lambda: page.inner_text(".rate") == "paused")
-    until(lambda: float(slider(page).evaluate("s => s.max")) == pytest.approx(session.state().at, abs=2e-3))
+    until(lambda: float(slider(page).evaluate("s => s.max")) == pytest.approx(state_of(session).at, abs=2e-3))
     low, high = (float(slider(page).evaluate(f"s => s.{end}")) for end in ("min", "max"))
     press(page, (began + 1.3 - low) / (high - low))
     until(lambda: is_past(page) and shown_x(page) < 0.55)
     page.keyboard.press("p")
     until(lambda: page.get_by_role("button", name="Pause").is_visible())
     page.get_by_role("button", name="Resume from here").click()
-    until(lambda: not is_past(page) and session.state().odometry[0] < 0.6)
-    until(lambda: session.state().command == (0.0, 0.0))
+    until(lambda: not is_past(page) and state_of(session).odometry[0] < 0.6)
+    until(lambda: state_of(session).command == (0.0, 0.0))
     told = page.get_by_role("log").get_by_text("The simulation goes on from")
     until(lambda: told.count() == 1)
     assert "the recording holds both ways" in told.inner_text()
     until(lambda: "goes on from" in other.locator(".log").text_content())  # whoever else looks is told too
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()
-    file = session.recording.view().file
+    file = asked(session, session.recording.view).file
     page.get_by_role("button", name="End the recording").click()
-    until(lambda: session.recording.view() is None)
+    until(lambda: asked(session, session.recording.view) is None)
     assert replay(file).is_same
     other.close()
 
@@ -89,17 +90,10 @@ def test_what_was_dropped_since_is_gone_from_the_picture(
 ) -> None:
     address, session = driving
     page = open_page(address)
-    until(lambda: session.state().at > 2.0)
-    simulation = session._motion._sim
-
-    def drop() -> bool:  # where the simulation runs
-        simulation.errands.remove(drop)
-        session._motion.act(Spawn("box", 1.0, 1.0, 0.3, 0.0, 0.1, 0.1, 0.1))
-        return True
-
-    simulation.errands.append(drop)
+    until(lambda: state_of(session).at > 2.0)
+    do(session, lambda motion: motion.act(Spawn("box", 1.0, 1.0, 0.3, 0.0, 0.1, 0.1, 0.1)))
     until(lambda: len(session.scene.bodies) > 0)
-    until(lambda: session.state().at > 3.5)
+    until(lambda: state_of(session).at > 3.5)
     press(page, 0.0)
     until(lambda: is_past(page))
     page.get_by_role("button", name="Resume from here").focus()
@@ -129,7 +123,7 @@ def test_a_recording_is_shown_in_its_world(recorded: str, open_page: OpenPage) -
         assert page.locator(".crumbs").inner_text().strip() != ""
         without = pixels(page)
         press(page, 0.75)
-        until(lambda: session.timeline().at > 2.5)
+        until(lambda: asked(session, session.timeline).at > 2.5)
         until(lambda: pixels(page) != without)
         assert {body.name for body in session.scene.bodies} >= {"crate", "box_0"}
         page.close()
@@ -150,9 +144,9 @@ def test_a_damaged_part_is_told_of_in_the_page(
     session.paused = True
     with serving(session) as address:
         page = open_page(address)
-        press(page, (start + 0.1) / session.timeline().end)
+        press(page, (start + 0.1) / asked(session, session.timeline).end)
         words = page.locator(".notices").get_by_text(f"is damaged from {start:.2f} s to {end:.2f} s")
         until(words.count)
-        assert session.timeline().at == pytest.approx(start, abs=0.01)
+        assert asked(session, session.timeline).at == pytest.approx(start, abs=0.01)
         until(lambda: float(slider(page).evaluate("s => s.value")) == pytest.approx(start, abs=0.05))
         page.close()

@@ -8,6 +8,7 @@ import numpy as np
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import state_of
 
 OpenPage = Callable[..., Any]
 
@@ -130,7 +131,7 @@ def test_the_view_is_turned_moved_and_brought_closer_by_keys(
     page.keyboard.press("Control+ArrowUp")
     # a twentieth of the picture's height, which is two
     until(lambda: np.allclose(clip(page)[:2, 3] - place, (0, -0.1), atol=2e-3))
-    assert driving[1].state().command == (0.0, 0.0)  # and the robot was not driven
+    assert state_of(driving[1]).command == (0.0, 0.0)  # and the robot was not driven
 
 
 def settled(page: Any) -> str:

@@ -12,6 +12,7 @@ from kbot.workbench.serving import server
 from kbot.workbench.serving.hub import Hub
 
 from .conftest import READY, until
+from .displayed import state_of
 
 LINK = "document.querySelector('.status').dataset.link"
 IS_PAST = "document.documentElement.dataset.time === 'past'"
@@ -76,13 +77,13 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
         plotter.keyboard.press("l")
         listener.keyboard.press("y")
         driver.keyboard.down("w")
-        until(lambda: session.state().odometry[0] > 0.1)
+        until(lambda: state_of(session).odometry[0] > 0.1)
         driver.keyboard.up("w")
         looks_back.evaluate(HALF_WAY_BACK)
         until(lambda: looks_back.evaluate(IS_PAST))
         other.keyboard.press("p")
         until(lambda: session.paused)
-        now = session.state().time
+        now = state_of(session).time
         live = [driver, plotter, listener, other, again]
         each(live, "kbot.time", now)
         assert len({str(tab.evaluate("[...kbot.poses()]")) for tab in live}) == 1
@@ -97,7 +98,7 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
         each(everyone, LINK, "live")
         driver.keyboard.press("p")
         until(lambda: anew.paused)
-        now = anew.state().time
+        now = state_of(anew).time
         each(everyone, "kbot.time", now)
         until(plotter.locator("#plots canvas").is_visible)
         until(listener.get_by_role("list", name="Topics", exact=True).is_visible)

@@ -14,7 +14,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import do
+from .displayed import asked, do, state_of
 from .pictures import pixels_per_metre, screenshot
 
 OpenPage = Callable[..., Any]
@@ -27,12 +27,12 @@ def page(driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path) -> A
     session.recording.folder = str(tmp_path)
     session.paused = True  # so that the line begins when the page comes
     page = open_page(address)
-    page.session, page.start = session, session.state().time
+    page.session, page.start = session, state_of(session).time
     session.paused = False
     page.keyboard.down("w")
-    until(lambda: session.state().odometry[0] > 0.3)
+    until(lambda: state_of(session).odometry[0] > 0.3)
     page.keyboard.up("w")
-    until(lambda: session.state().command == (0.0, 0.0) and session.state().twist[0] < 1e-3)
+    until(lambda: state_of(session).command == (0.0, 0.0) and state_of(session).twist[0] < 1e-3)
     until(lambda: page.evaluate("kbot.time") > page.start + 2.0)
     return page
 
@@ -71,20 +71,20 @@ def settled(page: Any) -> float:
 
 
 def test_the_robot_stands_where_it_stood(page: Any) -> None:
-    now = page.session.state().odometry[0]
+    now = state_of(page.session).odometry[0]
     until(lambda: shown_x(page) == pytest.approx(now, abs=0.01))
     drag(page, 0.05)
     then = settled(page)
     assert shown_x(page) < 0.1
-    assert then < page.session.state().time - 1
+    assert then < state_of(page.session).time - 1
     assert page.get_by_role("status").filter(has_text="live").count() == 1  # the connection is
     assert "ago" in slider(page).get_attribute("aria-valuetext")
     until(lambda: page.get_by_label("Simulated time in seconds").inner_text() == f"{then:.2f} s")
     reading = float(page.inner_text("[data-reading=x]").replace("\u2212", "-"))  # written with the time
     assert reading == pytest.approx(shown_x(page), abs=2e-3)
     page.session.paused = False
-    before = page.session.state().time
-    until(lambda: page.session.state().time > before + 0.5)
+    before = state_of(page.session).time
+    until(lambda: state_of(page.session).time > before + 0.5)
     assert page.evaluate("kbot.time") == then  # the simulation went on, and the picture did not
     page.get_by_role("button", name="Live").click()
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
@@ -121,9 +121,9 @@ def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
     """Driven from x=0 to 0.3, put to y=0.4, and driven on: nothing is drawn between the two ways."""
     do(page.session, lambda motion: motion._sim.set_pose(0.3, 0.4, 0.0))
     page.keyboard.down("w")
-    until(lambda: page.session.state().poses[0] > 0.6)
+    until(lambda: state_of(page.session).poses[0] > 0.6)
     page.keyboard.up("w")
-    until(lambda: page.session.state().command == (0.0, 0.0) and page.session.state().twist[0] < 1e-3)
+    until(lambda: state_of(page.session).command == (0.0, 0.0) and state_of(page.session).twist[0] < 1e-3)
     shown = page if which == "the page that saw it" else open_page(driving[0])
     shown.keyboard.press("8")  # the view does not follow
     shown.evaluate("kbot.look([0.3, 0.199, 1.6], [0.3, 0.2, 0])")
@@ -157,7 +157,7 @@ def test_a_new_tab_shows_the_whole_trail(
 
 def test_time_goes_back_by_keys(page: Any) -> None:
     slider(page).focus()
-    now = page.session.state().time
+    now = state_of(page.session).time
     for _ in range(6):
         page.keyboard.press("PageDown")
     assert settled(page) < now - 1.0
@@ -177,7 +177,7 @@ def test_the_line_says_the_time_that_the_clock_shows(page: Any) -> None:
     until(lambda: page.evaluate("kbot.time") < 1.0)  # a reset is not looked into from here
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
-    state = page.session.state()
+    state = state_of(page.session)
     assert state.at > state.time + 1.0  # along the line time went on
     clock = page.get_by_label("Simulated time in seconds")
     until(lambda: clock.inner_text() == f"{state.time:.2f} s")
@@ -193,11 +193,11 @@ def test_the_line_says_the_time_that_the_clock_shows(page: Any) -> None:
 def test_one_step_back_leaves_what_is_now(page: Any) -> None:
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
-    until(lambda: float(slider(page).evaluate("s => s.max")) == round(page.session.state().at, 3))
+    until(lambda: float(slider(page).evaluate("s => s.max")) == round(state_of(page.session).at, 3))
     slider(page).focus()
     page.keyboard.press("ArrowLeft")
     until(lambda: is_past(page))
-    now = page.session.state().time
+    now = state_of(page.session).time
     until(lambda: now - 0.3 < page.evaluate("kbot.time") < now - 0.05)
     until(lambda: "0.1 seconds ago" in slider(page).get_attribute("aria-valuetext"))
     page.keyboard.press("ArrowRight")
@@ -211,11 +211,11 @@ def test_who_went_back_by_pointer_goes_on_by_keys(page: Any) -> None:
         page.keyboard.press("ArrowLeft")
     until(lambda: then - 0.6 < page.evaluate("kbot.time") < then - 0.1)
     assert is_past(page)
-    assert page.session.state().command == (0.0, 0.0)  # the arrows drive where what is now is on show
+    assert state_of(page.session).command == (0.0, 0.0)  # the arrows drive where what is now is on show
     page.keyboard.press("Escape")
     until(lambda: not is_past(page))
     page.keyboard.down("ArrowLeft")
-    until(lambda: page.session.state().command[1] > 0)
+    until(lambda: state_of(page.session).command[1] > 0)
     page.keyboard.up("ArrowLeft")
 
 
@@ -301,18 +301,18 @@ def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
     assert {"/robot_description", "/odom", "/joint_states", "/tf"} <= summary.topics.keys()
     played = played_session(str(tmp_path / name))
     played.obey(Seek(1e6), 1)
-    assert played.state().poses[0] == pytest.approx(page.session.state().odometry[0], abs=0.05)
+    assert played.state().poses[0] == pytest.approx(state_of(page.session).odometry[0], abs=0.05)
 
 
 def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> None:
     page.get_by_role("button", name="Record", exact=True).click()
     until(lambda: page.locator(".recording .name").count())
     page.keyboard.down("w")
-    until(lambda: page.session.state().odometry[0] > 0.8)
+    until(lambda: state_of(page.session).odometry[0] > 0.8)
     page.keyboard.up("w")
-    path = page.session.recording.view().file
+    path = asked(page.session, page.session.recording.view).file
     page.get_by_role("button", name="End the recording").click()
-    until(lambda: page.session.recording.view() is None)
+    until(lambda: asked(page.session, page.session.recording.view) is None)
     session = played_session(path)
     with serving(session) as address:
         player = open_page(address)
@@ -329,7 +329,7 @@ def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> N
         until(lambda: shown_x(player) < 0.45)
         assert " of " in slider(player).get_attribute("aria-valuetext")
         player.get_by_role("button", name="Loop").click()
-        until(lambda: session.timeline().loop)
+        until(lambda: asked(session, session.timeline).loop)
         assert player.get_by_role("button", name="Record", exact=True).count() == 0
         player.get_by_label("Speed", exact=True).select_option("10")
         player.get_by_role("button", name="Go on").click()

@@ -8,6 +8,7 @@ import pytest
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import state_of
 from .test_page_access import axe
 
 OpenPage = Callable[..., Any]
@@ -25,7 +26,7 @@ def test_axe_finds_nothing_while_one_looks_back(
         color_scheme=theme,
         reduced_motion="reduce",
     )
-    until(lambda: driving[1].state().at > 2.0)
+    until(lambda: state_of(driving[1]).at > 2.0)
     page.keyboard.press("y")
     page.keyboard.press("l")  # a narrow page has room for one of them
     until(lambda: page.locator("#plots canvas").count() == 1)

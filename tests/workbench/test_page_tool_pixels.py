@@ -8,6 +8,7 @@ import numpy as np
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import state_of
 from .pictures import blue, middle, screenshot
 from .test_page_tools import at, drag, from_above, show_what_is, tool
 
@@ -47,7 +48,7 @@ def test_a_thing_is_seen_where_it_is_moved_to(driving: tuple[str, Session], open
         return bool(np.abs(screenshot(page).astype(int)[near] - empty[near]).max() < 40)
 
     until(lambda: not looks_empty(0.5, 0.0) and looks_empty(0.5, 0.6))
-    until(lambda: abs(session.state().bodies[2]) < 1e-3)
+    until(lambda: abs(state_of(session).bodies[2]) < 1e-3)
     page.keyboard.press("v")
     show_what_is(page, session)
     drag(page, at(page, 0.5, 0.0, 0.3), at(page, 0.5, 0.6, 0.3))

@@ -14,7 +14,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import hear
+from .displayed import hear, state_of
 from .pictures import blue, middle, screenshot
 
 OpenPage = Callable[..., Any]
@@ -60,7 +60,7 @@ def tool(page: Any, name: str) -> Any:
 
 def pose(session: Session) -> tuple[float, float, float]:
     """Where the robot's root is, and its heading."""
-    x, y, _, _, _, qz, qw = session.state().poses[:7]
+    x, y, _, _, _, qz, qw = state_of(session).poses[:7]
     return x, y, 2 * float(np.arctan2(qz, qw))
 
 
@@ -98,7 +98,7 @@ def test_a_goal_is_given_up(maze: tuple[str, Session], open_page: OpenPage) -> N
     until(lambda: page.locator(".goal").inner_text().startswith("Driving"))
     page.locator(".goal").get_by_role("button", name="Cancel").click()
     until(lambda: "Goal cancelled: cancelled by its sender" in page.locator(".goal").inner_text())
-    until(lambda: maze[1].state().command == (0.0, 0.0))
+    until(lambda: state_of(maze[1]).command == (0.0, 0.0))
 
 
 def test_a_pose_estimate_puts_the_robot_there_by_touch(
@@ -136,7 +136,7 @@ def test_a_clicked_point_is_that_of_the_surface(maze: tuple[str, Session], open_
 
 def show_what_is(page: Any, session: Session) -> None:
     """Wait until the picture is of what happened until now."""
-    now = session.state().time
+    now = state_of(session).time
     until(lambda: page.evaluate("kbot.time") >= round(now, 6))
     page.evaluate("kbot.drawn()")
 
@@ -145,7 +145,7 @@ def top_of_plate(session: Session) -> float:
     (plate,) = (link for link in session.scene.links if link.name == "base_link")
     index = [link.name for link in session.scene.links].index("base_link")
     shape = plate.visuals[0]
-    return session.state().poses[index * 7 + 2] + shape.position[2] + shape.size[2] / 2
+    return state_of(session).poses[index * 7 + 2] + shape.position[2] + shape.size[2] / 2
 
 
 def test_distances_and_an_angle_are_measured_and_drawn(
@@ -204,12 +204,12 @@ def test_a_thing_is_dropped_chosen_moved_and_deleted(
     page.mouse.click(*at(page, 0.4, 0.4))
     for tab in (page, other):
         until(lambda tab=tab: tab.evaluate("kbot.revision") == revision + 1)
-    until(lambda: abs(session.state().bodies[2]) < 1e-3)  # it fell to the ground
-    assert session.state().bodies[:2] == pytest.approx((0.4, 0.4), abs=0.02)
+    until(lambda: abs(state_of(session).bodies[2]) < 1e-3)  # it fell to the ground
+    assert state_of(session).bodies[:2] == pytest.approx((0.4, 0.4), abs=0.02)
     page.keyboard.press("v")
     show_what_is(page, session)
     drag(page, at(page, 0.4, 0.4, 0.2), at(page, 0.7, 0.4, 0.2))
-    until(lambda: abs(session.state().bodies[0] - 0.7) < 0.03)
+    until(lambda: abs(state_of(session).bodies[0] - 0.7) < 0.03)
     drag(page, at(page, 0.0, 0.0, 0.02), at(page, 0.3, 0.0, 0.02))
     until(lambda: abs(pose(session)[0] - 0.3) < 0.03)
     page.keyboard.press("Escape")
@@ -217,7 +217,7 @@ def test_a_thing_is_dropped_chosen_moved_and_deleted(
     page.mouse.click(*at(page, 0.7, 0.4, 0.2))
     until(lambda: page.locator(".chosen").inner_text().startswith("crate_1"))
     page.keyboard.press("Delete")
-    until(lambda: not session.state().bodies and not page.locator(".chosen").is_visible())
+    until(lambda: not state_of(session).bodies and not page.locator(".chosen").is_visible())
 
 
 def test_one_more_robot_is_seen_and_taken_away(driving: tuple[str, Session], open_page: OpenPage) -> None:

@@ -11,7 +11,7 @@ from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import Speaker
+from .displayed import Speaker, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -42,7 +42,7 @@ def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
     until(lambda: shown(row, "pose.pose.position.x") > 0.1)
     page.keyboard.up("w")
     until(lambda: abs(shown(row, "twist.twist.linear.x")) < 1e-3)
-    until(lambda: abs(shown(row, "pose.pose.position.x") - driving[1].state().odometry[0]) < 1e-3)
+    until(lambda: abs(shown(row, "pose.pose.position.x") - state_of(driving[1]).odometry[0]) < 1e-3)
 
 
 ENDS_SEEN = """fields => [...fields.querySelectorAll("bdi")].every((name) => {
@@ -78,9 +78,9 @@ def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: 
         field.drag_to(page.locator("#plots .plot"))
     until(lambda: page.get_by_role("button", name="/odom twist.twist.linear.x").count() == 1)
     page.keyboard.down("w")
-    until(lambda: driving[1].state().twist[0] > 0.1)
+    until(lambda: state_of(driving[1]).twist[0] > 0.1)
     page.keyboard.up("w")
-    until(lambda: driving[1].state().twist[0] == 0.0)
+    until(lambda: state_of(driving[1]).twist[0] == 0.0)
     with page.expect_download() as saved:
         page.get_by_role("button", name="Save the plot").click()
         page.get_by_role("button", name="Save as CSV").click()
@@ -169,6 +169,6 @@ def test_a_fault_of_the_menu_happens(driving: tuple[str, Session], open_page: Op
     page.keyboard.press("Escape")
     until(lambda: not page.locator("#world-menu").is_visible())
     page.keyboard.down("w")
-    until(lambda: abs(session.state().positions[1]) > 0.5)  # the right wheel turns
+    until(lambda: abs(state_of(session).positions[1]) > 0.5)  # the right wheel turns
     page.keyboard.up("w")
-    assert abs(session.state().positions[0]) < 0.1
+    assert abs(state_of(session).positions[0]) < 0.1

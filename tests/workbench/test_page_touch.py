@@ -10,7 +10,7 @@ from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import hear
+from .displayed import hear, state_of
 from .test_page_tools import at, from_above, tool
 
 OpenPage = Callable[..., Any]
@@ -120,10 +120,10 @@ def test_the_pad_drives_while_it_is_touched(phone: tuple[Any, Fingers, Session])
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     fingers.down((x, y))
     fingers.move((x, y - box["height"] * 0.4))
-    until(lambda: session.state().command[0] > 0)
-    assert session.state().command[1] == 0
+    until(lambda: state_of(session).command[0] > 0)
+    assert state_of(session).command[1] == 0
     fingers.move((x - box["width"] * 0.4, y))
-    until(lambda: session.state().command[1] > 0 and session.state().command[0] == 0)  # to the left
+    until(lambda: state_of(session).command[1] > 0 and state_of(session).command[0] == 0)  # to the left
     fingers.up()
-    until(lambda: session.state().command == (0.0, 0.0))
+    until(lambda: state_of(session).command == (0.0, 0.0))
     assert page.evaluate("scrollY") == 0

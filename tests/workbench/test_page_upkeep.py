@@ -13,6 +13,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import state_of
 from .pictures import decode_png
 
 OpenPage = Callable[..., Any]
@@ -56,7 +57,7 @@ def test_a_recording_begins_with_its_page_and_keys_work_on_its_line(
     assert player.paused
     with serving(player) as address:
         page = open_page(address)
-        until(lambda: player.state().at > 0.1)
+        until(lambda: state_of(player).at > 0.1)
         page.keyboard.press("Tab")
         line = page.get_by_role("slider", name="Moment on show")
         line.focus()
@@ -67,7 +68,7 @@ def test_a_recording_begins_with_its_page_and_keys_work_on_its_line(
         page.keyboard.press("Space")
         until(lambda: page.get_by_role("button", name="Go on").is_visible())
         page.keyboard.press("Home")
-        until(lambda: player.state().at < 0.05)
+        until(lambda: state_of(player).at < 0.05)
         page.keyboard.press("k")
         until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
         page.keyboard.press("l")
@@ -86,7 +87,7 @@ def test_a_new_display_and_its_lamp_agree_with_the_count(viewing: str, open_page
     assert lamp.get_attribute("data-level") == "ok"
 
 
-def test_parameters_of_a_broken_file_are_not_known(open_page: OpenPage, viewing: str, xacro: Path) -> None:
+def test_parameters_of_a_broken_file_are_not_known(viewing: str, open_page: OpenPage, xacro: Path) -> None:
     page = open_page(viewing)
     text = xacro.read_text()
     xacro.write_text(text.replace("</robot>", ""))
@@ -98,7 +99,7 @@ def test_parameters_of_a_broken_file_are_not_known(open_page: OpenPage, viewing:
 def test_a_reached_goal_is_said_once(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address, viewport={"width": 1200, "height": 900})
-    until(lambda: session.state().time > 1.0)
+    until(lambda: state_of(session).time > 1.0)
     page.keyboard.press("y")
     page.keyboard.press("g")
     page.locator(".picture canvas").focus()
@@ -110,8 +111,8 @@ def test_a_reached_goal_is_said_once(driving: tuple[str, Session], open_page: Op
     second = open_page(address, viewport={"width": 1200, "height": 900})
     second.keyboard.press("y")
     until(lambda: "Connected." in second.get_by_role("log").inner_text())
-    at = session.state().time
-    until(lambda: session.state().time > at + 1.0)
+    at = state_of(session).time
+    until(lambda: state_of(session).time > at + 1.0)
     assert "Goal reached" not in second.get_by_role("log").inner_text()
     assert not second.locator(".goal").is_visible()
 

@@ -9,7 +9,7 @@ from kbot.workbench.protocol import MoveModel
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import do
+from .displayed import do, state_of
 from .pictures import blue, id_image, screenshot
 
 OpenPage = Callable[..., Any]
@@ -79,7 +79,7 @@ def test_an_address_opens_the_same_view_of_a_robot_that_has_moved(
     assert "frame" not in page.url
     still = page.url
     do(session, lambda motion: motion.act(MoveModel("kbot", 1.0, 0.5, 0.0, 0.0)))
-    until(lambda: np.allclose(session.state().poses[:2], (1.0, 0.5), atol=0.01))
+    until(lambda: np.allclose(state_of(session).poses[:2], (1.0, 0.5), atol=0.01))
     # the same part of the picture: a metre before and half a metre beside
     expected = start @ np.array([[1, 0, 0, -1.0], [0, 1, 0, -0.5], [0, 0, 1, 0], [0, 0, 0, 1]])
     followed, stays = open_page(along), open_page(still)
@@ -89,8 +89,8 @@ def test_an_address_opens_the_same_view_of_a_robot_that_has_moved(
 
 def test_a_view_is_told_from_any_frame(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0] + "#eye=1,0.5,0.5&at=0,0,0&frame=left_wheel")
-    time = driving[1].state().time
-    until(lambda: driving[1].state().time > time + 0.2)  # and stays there
+    time = state_of(driving[1]).time
+    until(lambda: state_of(driving[1]).time > time + 0.2)  # and stays there
     seen, size = page.evaluate("kbot.where('left_wheel')"), page.locator(".centre").bounding_box()
     middle = size["x"] + size["width"] / 2, size["y"] + size["height"] / 2
     assert np.allclose((seen["x"], seen["y"]), middle, atol=25)  # the timeline lies over its foot

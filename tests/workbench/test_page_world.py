@@ -14,7 +14,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import do
+from .displayed import do, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -89,7 +89,7 @@ def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
 ) -> None:
     address, session = island
     page = open_page(address)
-    until(lambda: session.state().time > 1.0)  # it has settled
+    until(lambda: state_of(session).time > 1.0)  # it has settled
     start = page.evaluate("kbot.camera().clipFromWorld")
     lamp = page.locator(".display[data-display=World] .lamp")
     assert lamp.get_attribute("aria-label") == "fine"
@@ -106,7 +106,7 @@ def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
         return list(page.evaluate("kbot.camera().clipFromWorld"))
 
     stays = seen()
-    until(lambda: session.state().fallen[-1].z < -20.0)
+    until(lambda: state_of(session).fallen[-1].z < -20.0)
     assert np.allclose(seen(), stays, atol=1e-6)  # nothing is followed into the void
     page.get_by_label("Reset", exact=True).click()
     until(lambda: robot.get_attribute("aria-label") == "fine" == lamp.get_attribute("aria-label"))
@@ -118,7 +118,7 @@ def test_a_page_that_comes_after_the_robot_fell_looks_at_the_world(
 ) -> None:
     address, session = island
     do(session, lambda motion: motion.act(MoveModel("kbot", 3.0, 0.0, 0.0, 0.0)))
-    until(lambda: session.state().fallen and session.state().fallen[0].z < -20.0)
+    until(lambda: state_of(session).fallen and state_of(session).fallen[0].z < -20.0)
     page = open_page(address)
 
     def seen(*place: float) -> np.ndarray:
@@ -128,7 +128,7 @@ def test_a_page_that_comes_after_the_robot_fell_looks_at_the_world(
     assert np.abs(seen(0.0, 0.0, 0.0)).max() < 0.1  # its middle, in that of the picture
     assert np.ptp([seen(-0.2, 0.0, 0.0), seen(0.2, 0.0, 0.0)], axis=0).max() > 0.3  # and near
     page.get_by_label("Reset", exact=True).click()
-    until(lambda: not session.state().fallen)
+    until(lambda: not state_of(session).fallen)
     until(lambda: np.abs(seen(*page.evaluate("kbot.poses().slice(0, 3)"))).max() < 0.3)
 
 
@@ -145,7 +145,7 @@ def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
     until(lambda: [body.name for body in session.scene.bodies] == ["floor"])
     page.get_by_role("button", name="World and faults").click()
     page.locator("#world-menu").get_by_role("button", name="Start", exact=True).click()
-    until(lambda: session.state().time < 1.0)
+    until(lambda: state_of(session).time < 1.0)
     other = tmp_path / "other.sdf"
     other.write_text(ISLAND)
     with pytest.raises(KbotError, match="no world"):
