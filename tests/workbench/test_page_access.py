@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
+from kbot.workbench.protocol import Refused, Told
 from kbot.workbench.session.session import Session
 
 from .conftest import until
+from .displayed import asked, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -112,6 +114,66 @@ def test_a_phone_shows_one_panel_at_a_time(driving: tuple[str, Session], open_pa
     until(lambda: page.locator("dialog.help").is_visible())
     page.keyboard.press("Escape")
     until(lambda: page.locator("dialog.help").is_hidden())
+
+
+HEARD = """() => {
+  window.heard = [];
+  const live = "output, [role=status], [role=alert], [role=log], [aria-live]";
+  new MutationObserver((changes) => {
+    for (const { target } of changes) {
+      const region = (target.nodeType === 1 ? target : target.parentElement)?.closest(live);
+      if (!region || region.ariaLive === "off" || !region.checkVisibility()) continue;
+      heard.push(region.ariaLabel ?? region.className);
+    }
+  }).observe(document.body, { subtree: true, childList: true, characterData: true });
+}"""
+"""Writes down what a screen reader would say by itself."""
+
+
+def test_numbers_that_run_are_not_told_one_after_the_other(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page = open_page(driving[0])
+    slider = page.get_by_role("slider", name="left_wheel_joint")
+    first = slider.get_attribute("aria-valuetext")
+    assert first.endswith(" degrees")
+    page.evaluate(HEARD)
+    page.keyboard.down("w")
+    until(lambda: state_of(driving[1]).odometry[0] > 0.2)
+    page.keyboard.up("w")
+    until(lambda: state_of(driving[1]).twist[0] == 0.0)
+    assert page.get_by_label("x in m", exact=True).inner_text() != "0.000"
+    assert slider.get_attribute("aria-valuetext") != first
+    assert page.evaluate("heard") == []
+    page.keyboard.press("k")  # what happens once is told
+    until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
+    asked(driving[1], lambda: driving[1].announce(Told("Well done.")))
+    until(lambda: page.evaluate("heard") != [])
+
+
+OVERLAPS = """([one, other]) => {
+  const [a, b] = [one, other].map((what) => document.querySelector(what).getBoundingClientRect());
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+}"""
+
+
+@pytest.mark.parametrize("size", [(360, 740), (390, 844), (640, 400)], ids=["small", "phone", "zoomed"])
+def test_tools_and_notices_leave_each_other_room(
+    driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    width, height = size
+    page = open_page(driving[0], viewport={"width": width, "height": height})
+    until(lambda: page.locator(".timeline").is_visible())
+    reason = "this cannot be done, and the reason takes a line or two to tell"
+    asked(driving[1], lambda: driving[1].announce(Refused(reason)))
+    until(lambda: page.locator(".notice.info").is_visible())
+    for one, other in (
+        (".tools", ".looks"),
+        (".notice.info", ".looks"),
+        (".notice.info", ".transport"),
+        (".notice.info", ".timeline"),
+    ):
+        assert not page.evaluate(OVERLAPS, [one, other]), (one, other)
 
 
 COVERED = """() => [...document.querySelectorAll("button, select, summary, input:not([type=range]), .pad")]

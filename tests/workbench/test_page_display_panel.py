@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -11,6 +12,8 @@ from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import open_session, serving
 
 from .conftest import until, wait_for_page
+from .displayed import ASIDE
+from .pictures import pixels_per_metre, screenshot
 from .test_display_files import RVIZ1
 from .test_page_access import AXE
 
@@ -138,3 +141,26 @@ def test_settings_are_kept_as_a_copy_and_opened_again(
     broken.write_text("displays:\n- kind: Gird\n")
     page.get_by_label("A file of displays").set_input_files(broken)
     until(lambda: "broken.kbot.yaml:2: no display of kind" in page.inner_text(".notices"))
+
+
+SPECK = "<visual><geometry><sphere radius='1e-4'/></geometry></visual>"
+
+
+@pytest.mark.parametrize("shape", ["", SPECK], ids=["bare", "speck"])
+def test_a_robot_without_shapes_is_told_of_and_casts_no_shadow(
+    tmp_path: Path, open_page: OpenPage, shape: str
+) -> None:
+    (tmp_path / "r.urdf").write_text(f"<robot name='r'><link name='a'>{shape}</link></robot>")
+    with serving(open_session(str(tmp_path / "r.urdf"), simulate=False)) as address:
+        page = open_page(address)
+        lamp = page.locator(".display[data-display=RobotModel] .lamp")
+        until(lambda: ("no link has a visual" in lamp.get_attribute("aria-label")) == (shape == ""))
+        for name in ("Grid", "RobotModel", "TF"):
+            page.get_by_label(f"Show {name}", exact=True).uncheck()
+        page.evaluate("kbot.look([0, -0.001, 0.4], [0, 0, 0])")
+        page.evaluate(ASIDE)
+        ground = screenshot(page).astype(int)
+        row, column = (size // 2 for size in ground.shape[:2])
+        beneath, beside = ground[row, column + 3], ground[row, column + int(0.1 * pixels_per_metre(page))]
+        assert (np.abs(beneath - beside).max() <= 1) == (shape == "")
+        page.goto("about:blank")

@@ -54,11 +54,19 @@ STATES_BETWEEN_CLEARINGS = 721
 """The plots' last minute grows by these, 3600 and a fifth, before the oldest are forgotten."""
 
 
+def inks(page: Any) -> set[str]:
+    """Colours of the numbers that tell how the robot is now."""
+    numbers = page.locator(".transport .time, #drive .reading output, #drive .meter output")
+    assert numbers.count() == 6
+    return {one.evaluate("e => getComputedStyle(e).color") for one in numbers.all()}
+
+
 def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 960, "height": 560})
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
         wait_for_page(page)
+        live = inks(page)
         page.evaluate("kbot.look([0.3, 0.4, 0.5], [0, 0, 0])")
         page.keyboard.press("4")
         page.locator("#links [data-link=left_wheel]").click()
@@ -66,11 +74,13 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
         camera = page.evaluate("kbot.camera()")
     until(lambda: page.get_by_text("The server does not answer.").is_visible())
     assert page.inner_text(".status") == "connection lost"
+    assert inks(page).isdisjoint(live)  # numbers from before look so
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
         until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.2")
         assert page.get_by_text("The server does not answer.").is_hidden()
+        assert inks(page) == live
         now = page.evaluate("kbot.camera()")["clipFromWorld"]
         assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)
         assert page.locator("[data-option=frames]").get_attribute("aria-pressed") == "true"

@@ -34,6 +34,11 @@ export function panel(id: string, title: string, head: Child[], ...body: Child[]
   );
 }
 
+/** A number that changes by itself: it is there to be read, and not told at each change to who hears the page. */
+export function readout(label: string, props: Props = {}): HTMLOutputElement {
+  return h("output", { "aria-label": label, "aria-live": "off", ...props });
+}
+
 /** A button that is on or off. */
 export function toggle(label: string, title: string, on: boolean, change: (on: boolean) => void, ...content: Child[]): HTMLButtonElement {
   const button = h("button", { class: "toggle", type: "button", title, "aria-label": label, "aria-pressed": String(on) }, ...(content.length ? content : [label]));

@@ -1,10 +1,11 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 
+import type { Scene } from "../protocol";
 import { NOTHING, type Parts } from "../view/robot";
 import type { Make } from "./display";
 import { fallenStatus } from "./fallen";
 import { PoseShapes } from "./pose-shapes";
-import type { Values } from "./set";
+import type { Status, Values } from "./set";
 
 const X = new Vector3(1, 0, 0);
 const JOINTS = "#2dd4bf";
@@ -37,7 +38,7 @@ export const robotModel: Make = (picture) => {
       picture.robot?.show(parts);
     },
     rebuild: () => picture.robot?.show(parts),
-    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")),
+    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")) ?? bareStatus(picture.app.scene.value),
     frame() {
       const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
       const matrices = joints.flatMap((joint) => {
@@ -54,3 +55,8 @@ export const robotModel: Make = (picture) => {
     },
   };
 };
+
+/** What is said of a robot that has no shapes; null of one that has. */
+function bareStatus(scene: Scene | null): Status | null {
+  return scene?.links.some(({ visuals }) => visuals.length > 0) === false ? { level: "warn", reason: "no link has a visual: there is nothing to see of it" } : null;
+}

@@ -1,4 +1,4 @@
-import { h } from "../dom";
+import { h, readout } from "../dom";
 import type { State } from "../protocol";
 
 const SECOND = 1000;
@@ -6,7 +6,7 @@ const SECOND = 1000;
 /** A slider over recorded moments, and a button that plays them as fast as they were. */
 export function scrub(states: readonly State[], show: (index: number) => void): HTMLElement {
   const last = states.length - 1;
-  const told = h("output", {});
+  const told = readout("Simulated time");
   const slider = h("input", { type: "range", min: 0, max: last, step: 1, value: last, "aria-label": "Moment", oninput: () => put(slider.valueAsNumber) });
   const play = h("button", { type: "button", "aria-pressed": "false", onclick: () => run(play.getAttribute("aria-pressed") !== "true") }, "Play");
   let playing = 0;
@@ -14,6 +14,7 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
     slider.value = String(index);
     slider.style.setProperty("--at", String(index / last));
     told.textContent = `${(states[index]?.time ?? 0).toFixed(2)} s`;
+    slider.setAttribute("aria-valuetext", told.textContent);
     show(index);
   };
   const run = (on: boolean): void => {

@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
-import { h, panel, write } from "../dom";
+import { h, panel, readout, write } from "../dom";
 import { letGo } from "../focus";
 
 /** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
@@ -100,7 +100,7 @@ interface Meter {
 }
 
 function meter(label: string, unit: string, digits: number): Meter {
-  const value = h("output", { class: "number" });
+  const value = readout(`${label} in ${unit}`, { class: "number" });
   const bar = h("span", { class: "bar" });
   const asked = h("span", { class: "asked" });
   const element = h("div", { class: "meter" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit), h("span", { class: "track" }, bar, asked));
@@ -117,7 +117,7 @@ function meter(label: string, unit: string, digits: number): Meter {
 }
 
 function reading(label: string, unit: string, digits: number): { element: HTMLElement; set: (value: number) => void } {
-  const value = h("output", { class: "number", "data-reading": label });
+  const value = readout(`${label} in ${unit}`, { class: "number", "data-reading": label });
   return {
     element: h("span", { class: "reading" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit)),
     set: (now) => {

@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h, panel, toggle } from "../dom";
+import { h, panel, readout, toggle } from "../dom";
 import { held } from "../held";
 import type { JointView, State } from "../protocol";
 
@@ -103,7 +103,9 @@ function row(app: App, joint: JointView, index: number): Row {
   const speed = joint.control === "velocity" ? speedSlider(app, joint, factor, digits, unit) : null;
   const element = h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, unit), follows, slider, limits, speed);
   const show = (position: number): void => {
+    const before = shown;
     shown = (position * factor).toFixed(digits);
+    if (shown !== before) slider.setAttribute("aria-valuetext", `${shown} ${words}`);
     if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
   const isHeld = held(slider, () => app.state.value !== null && update([result], app.state.value));
@@ -113,10 +115,11 @@ function row(app: App, joint: JointView, index: number): Row {
 
 /** How fast a joint is to go, up to its limit; a double click stops it. */
 function speedSlider(app: App, joint: JointView, factor: number, digits: number, unit: string): HTMLElement {
-  const told = h("output", {});
+  const told = readout("Speed");
   const slider = h("input", { type: "range", min: -joint.speed, max: joint.speed, step: "any", value: 0, "aria-label": `${joint.name} speed` });
   const tell = (): void => {
     told.textContent = `${(slider.valueAsNumber * factor).toFixed(digits)} ${unit}/s`;
+    slider.setAttribute("aria-valuetext", told.textContent);
     slider.style.setProperty("--at", String((slider.valueAsNumber + joint.speed) / (2 * joint.speed)));
   };
   const send = (): void => {

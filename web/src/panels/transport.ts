@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h, write } from "../dom";
+import { h, readout, write } from "../dom";
 import { letGo } from "../focus";
 import { icon } from "../icons";
 
@@ -10,7 +10,7 @@ export function transport(app: App): HTMLElement {
   const pause = h("button", { type: "button", class: "icon-button", onclick: () => app.send({ type: "pause", paused: !app.state.value?.paused }) });
   const step = h("button", { type: "button", class: "icon-button", title: "A tenth of a second (.)", "aria-label": "Step", onclick: () => app.send({ type: "advance", seconds: 0.1 }) }, icon("step"));
   const reset = h("button", { type: "button", class: "icon-button", title: "Start again (R)", "aria-label": "Reset", onclick: () => app.send({ type: "reset" }) }, icon("reset"));
-  const time = h("output", { class: "time", "aria-label": "Simulated time in seconds" });
+  const time = readout("Simulated time in seconds", { class: "time" });
   const speed = h("select", { "aria-label": "Speed", title: "Simulated seconds per second" }, ...SPEEDS.map((factor) => h("option", { value: factor }, `${factor}×`)));
   speed.addEventListener("change", () => {
     app.send({ type: "set_speed", factor: Number(speed.value) });

@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { baseName, h, toggle } from "../dom";
+import { baseName, h, readout, toggle } from "../dom";
 import { takesKeys } from "../focus";
 import { held } from "../held";
 import { icon } from "../icons";
@@ -37,7 +37,7 @@ export function timelineBar(app: App): HTMLElement {
     event.preventDefault();
     travel.step(STEPS[event.key]!);
   });
-  const where = h("output", { class: "where", "aria-label": "How long ago" });
+  const where = readout("How long ago", { class: "where" });
   const live = h("button", { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() }, "Live");
   const resume = h("button", { type: "button", class: "live resume", title: "Resume from here: let the simulation go on from the moment on show", "aria-label": "Resume from here", hidden: true, onclick: () => travel.resume() }, icon("branch"), h("span", {}, "Resume from here"));
   const record = h("button", { type: "button", class: "icon-button record", onclick: () => travel.toggleRecording() }, icon("record"));

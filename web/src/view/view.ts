@@ -188,7 +188,8 @@ export class View implements Picture {
     const radius = this.app.scene.value?.radius ?? 1;
     this.stage.lights.shineAround(this.centre(), radius * 1.5);
     const { x, y } = this.root;
-    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, isGone ? 0 : PALETTES[this.app.theme.value].shadow);
+    const isCast = !isGone && this.robot.scene.links.some(({ visuals }) => visuals.length > 0);
+    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, isCast ? PALETTES[this.app.theme.value].shadow : 0);
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
     this.drawn = state;
   }
