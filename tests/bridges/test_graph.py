@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import socket
 import time
 from collections.abc import Iterator
@@ -115,6 +116,22 @@ def test_topics(graph: GraphServer, capsys: Said) -> None:
     info = told(capsys, "topic", "info", "/cmd_vel").splitlines()
     assert info[:3] == ["Type: geometry_msgs/msg/Twist", "Publisher count: 0", "Subscription count: 1"]
     assert "did you mean '/odom'" in told(capsys, "topic", "info", "/odmo", status=2)
+    topics = told(capsys, "topic", "list").splitlines()
+    assert told(capsys, "topic", "list", "-c") == f"{len(topics)}\n"
+    said, _, heard = told(capsys, "topic", "list", "-v").partition("Subscribed topics:\n")
+    assert " * /odom [nav_msgs/msg/Odometry]" in said.splitlines()
+    assert " * /cmd_vel [geometry_msgs/msg/Twist]" in heard.splitlines()
+    assert said.count(" * ") + heard.count(" * ") == len(topics)
+    for wanted in ("nav_msgs/msg/Odometry", "nav_msgs/Odometry"):
+        assert told(capsys, "topic", "find", wanted) == "/odom\n"
+    assert "did you mean 'nav_msgs/msg/Odometry'" in told(
+        capsys, "topic", "find", "nav_msgs/Odomtry", status=2
+    )
+    verbose = told(capsys, "topic", "info", "-v", "/cmd_vel").splitlines()
+    assert verbose[2:] == [
+        *("Subscription count: 1", "", "Node name: kbot", "Node namespace: /"),
+        *("Topic type: geometry_msgs/msg/Twist", "Endpoint type: SUBSCRIPTION", ""),
+    ]
 
 
 def test_echo(graph: GraphServer, capsys: Said) -> None:
@@ -128,6 +145,35 @@ def test_echo(graph: GraphServer, capsys: Said) -> None:
     assert told(capsys, "topic", "echo", "/joint_states", "--once", "--field", "name") != ""
     wrong = told(capsys, "topic", "echo", "/odom", "--once", "--field", "pose.psoe", status=2)
     assert "there is no 'psoe': did you mean 'pose'" in wrong
+
+
+def test_echo_in_other_styles(graph: GraphServer, capsys: Said) -> None:
+    def echo(*options: str) -> str:
+        return told(capsys, "topic", "echo", "--once", "/odom", "nav_msgs/msg/Odometry", *options)
+
+    short = yaml.safe_load(echo("--no-arr", "--no-str").removesuffix("---\n"))
+    assert short["pose"]["covariance"] == "<36 numbers>"
+    assert short["child_frame_id"] == f"<{len('base_footprint')} characters>"
+    line, end, rest = echo("--flow-style").split("\n")
+    assert (end, rest) == ("---", "")
+    assert len(yaml.safe_load(line)["twist"]["covariance"]) == 36
+    values = echo("--csv").rstrip("\n").split(",")
+    # stamp, two frames, and twice a covariance: beside a pose of 7, and beside a twist of 6
+    assert len(values) == 2 + 2 + (7 + 36) + (6 + 36)
+    assert values[2:4] == ["odom", "base_footprint"]
+    wrong = told(capsys, "topic", "echo", "/odom", "nav_msgs/msg/Path", status=2)
+    assert "/odom carries nav_msgs/msg/Odometry, not nav_msgs/msg/Path" in wrong
+
+
+def test_measures(graph: GraphServer, capsys: Said) -> None:
+    """In CDR a clock is the 4 bytes of the header and two integers of 4."""
+    rate, sizes = told(capsys, "topic", "bw", "/clock", "-n", "1").splitlines()
+    assert re.fullmatch(r"\d+(\.\d\d K)? ?B/s from \d+ messages", rate)
+    assert sizes == "\tMessage size mean: 12 B min: 12 B max: 12 B"
+    late, spread = told(capsys, "topic", "delay", "/odom", "-n", "1").splitlines()
+    assert late == "average delay: 0.000"
+    assert "window: " in spread
+    assert "/tf has no header, and so no stamp" in told(capsys, "topic", "delay", "/tf", status=2)
 
 
 def test_hz_is_the_control_rate(graph: GraphServer, capsys: Said) -> None:
@@ -153,7 +199,12 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     info = told(capsys, "node", "info", "kbot").splitlines()
     assert "    /cmd_vel: geometry_msgs/msg/Twist" in info[: info.index("  Publishers:")]
     assert "    /gazebo/pause_physics: std_srvs/srv/Empty" in info
-    assert "/spawn_entity [gazebo_msgs/srv/SpawnEntity]" in told(capsys, "service", "list", "-t")
+    services = told(capsys, "service", "list", "-t").splitlines()
+    assert "/spawn_entity [gazebo_msgs/srv/SpawnEntity]" in services
+    assert told(capsys, "service", "list", "-c") == f"{len(services)}\n"
+    found = told(capsys, "service", "find", "gazebo_msgs/srv/SpawnEntity").splitlines()
+    assert "/spawn_entity" in found
+    assert told(capsys, "node", "list", "-c") == "1\n"
     kind = told(capsys, "service", "type", "/gazebo/delete_model")
     assert (
         kind == "gazebo_msgs/srv/DeleteModel\nstring model_name\n---\nbool success\nstring status_message\n"
@@ -194,6 +245,28 @@ def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys
     assert running.link.parameters["/copy/arm/gain"] == 2.5
     told(capsys, "param", "delete", "/arm/gain")
     assert "there is no parameter /arm/gain" in told(capsys, "param", "get", "/arm/gain", status=2)
+
+
+def test_parameters_in_the_words_of_ros_2(
+    running: Running, graph: GraphServer, tmp_path: Path, capsys: Said
+) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text("/arm:\n  ros__parameters:\n    gain: 2.5\n/**:\n  ros__parameters:\n    slow: true\n")
+    told(capsys, "param", "load", "/arm", str(file))
+    assert running.link.parameters["/arm/gain"] == 2.5
+    assert running.link.parameters["/slow"] is True
+    assert told(capsys, "param", "get", "/arm", "gain") == "2.5\n"
+    assert told(capsys, "param", "get", "arm", "slow") == "true\n"  # the one that all share
+    assert told(capsys, "param", "list", "/arm") == "/arm/gain\n"
+    assert told(capsys, "param", "list", "/kbot") == told(capsys, "param", "list")
+    assert "no parameters beneath /leg/" in told(capsys, "param", "list", "/leg", status=2)
+    assert yaml.safe_load(told(capsys, "param", "dump", "/arm")) == {"arm": {"gain": 2.5}}
+    told(capsys, "param", "set", "/arm", "names", "[a, b]")
+    described = told(capsys, "param", "describe", "/arm", "names")
+    assert described == "Parameter name: /arm/names\n  Type: string array\n"
+    told(capsys, "param", "delete", "/arm", "gain")
+    assert "/arm/gain" not in running.link.parameters
+    assert "one NODE and one NAME" in told(capsys, "param", "get", "a", "b", "c", status=2)
 
 
 def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:

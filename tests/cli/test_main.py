@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.cli.main import VERBS, group, run
+from kbot.cli.main import ELSEWHERE, VERBS, group, run
 from kbot.xacro.packages import SHIPPED
 
 KBOT = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
@@ -64,6 +64,14 @@ def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
 def test_an_unknown_verb_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["chek"]) == 2
     assert "did you mean 'check'?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ELSEWHERE)
+def test_a_verb_of_ros_2_that_is_not_there_says_what_is(
+    verb: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([verb, "list"]) == 2
+    assert f"no such verb: {verb}; {ELSEWHERE[verb]}" in capsys.readouterr().err
 
 
 def test_a_file_in_a_verb_s_place_says_how_to_view_it(

@@ -30,14 +30,25 @@ VERBS = {
     "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
     "launch": ("kbot.cli.launch.command:command", "Carry out a ROS launch file, without ROS."),
     "new": ("kbot.cli.new:command", "Make a robot package to start from."),
-    "topic": ("kbot.cli.graph.topic:command", "Topics of a running KBot: list, echo, hz, pub."),
+    "topic": ("kbot.cli.graph.topic:command", "Topics of a running KBot: list, echo, hz, bw, pub."),
     "node": ("kbot.cli.graph.node:command", "Nodes of a running KBot: list, info."),
-    "service": ("kbot.cli.graph.service:command", "Services of a running KBot: list, type, call."),
+    "service": ("kbot.cli.graph.service:command", "Services of a running KBot: list, type, find, call."),
     "param": ("kbot.cli.graph.param:command", "Parameters of a running KBot: list, get, set, dump, load."),
     "tf": ("kbot.cli.graph.tf:command", "Frames of a running KBot: tree, echo."),
     "bag": ("kbot.cli.bag.command:command", "Look into recordings, cut and convert them, run them again."),
     "rule": ("kbot.cli.rule:command", "What a code of kbot check means, and how to mend it."),
 }
+
+
+ELSEWHERE = {
+    "record": "a run is recorded by kbot sim ROBOT --record FILE",
+    "play": "a recording is played by kbot bag play FILE",
+    "run": "a node of your own in Python runs as python FILE beside a running KBot, or in kbot launch",
+    "action": "an action is its topics, as ROS 1 has it: kbot topic list",
+    "interface": "kbot topic type NAME and kbot service type NAME tell the types",
+    "pkg": "kbot new NAME makes a package",
+}
+"""Verbs of `ros2` that KBot lacks, and what is there in their place."""
 
 
 class Verbs(click.Group):
@@ -65,7 +76,7 @@ class Verbs(click.Group):
         word = args[0]
         if word in VERBS:
             return super().resolve_command(ctx, args)
-        hint: str = did_you_mean(word, VERBS)
+        hint: str = ELSEWHERE.get(word) or did_you_mean(word, VERBS)
         if word == "kbot" or Path(word).is_file():
             hint = f"to look at it: kbot view {word}"
         raise click.UsageError(f"no such verb: {word}" + (f"; {hint}" if hint else ""), ctx)

@@ -111,6 +111,11 @@ class GraphClient:
         types = (name.replace("/", "/msg/") for name in found["types"])
         return dict(sorted(zip(found["topics"], types, strict=True)))
 
+    def subscribed(self) -> set[str]:
+        """Names of the topics that are heard there."""
+        nodes = self.call("/rosapi/nodes")["nodes"]
+        return {name for node in nodes for name in self.call("/rosapi/node_details", node=node)["subscribing"]}
+
     def type_of(self, topic: str) -> str:
         """Raises KbotError: there is no such topic."""
         from kbot.text.suggest import did_you_mean

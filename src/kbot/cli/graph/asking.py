@@ -39,18 +39,37 @@ def json_option(function: _Function) -> _Function:
 
 
 def listing_options(function: _Function) -> _Function:
-    """Those of a list of names with types: `show_types: bool`, `as_json: bool`, `at: str`."""
+    """Those of a list of names with types: `show_types: bool`, `count: bool`, `as_json: bool`, `at: str`."""
     types = click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
-    return types(json_option(at_option(function)))
+    return types(count_option(json_option(at_option(function))))
 
 
-def print_listing(types: Mapping[str, str], show_types: bool, as_json: bool) -> None:
+def count_option(function: _Function) -> _Function:
+    """`--count`, as `count: bool`."""
+    return click.option("-c", "--count", is_flag=True, help="Only how many there are.")(function)
+
+
+def print_listing(types: Mapping[str, str], show_types: bool, as_json: bool, count: bool) -> None:
     """Names, as `listing_options` asks for them."""
+    if count:
+        click.echo(len(types))
+        return
     if as_json:
         print_json(types)
         return
     for name, kind in types.items():
         click.echo(f"{name} [{kind}]" if show_types else name)
+
+
+def print_of_type(types: Mapping[str, str], wanted: str) -> None:
+    """The names of a type, as either ROS writes it. Raises KbotError: there is none."""
+    from kbot.text.suggest import did_you_mean
+
+    names = [name for name, kind in types.items() if wanted in (kind, re.sub("/(msg|srv)/", "/", kind))]
+    if not names:
+        hint = did_you_mean(wanted, set(types.values()))
+        fail(f"nothing here is of the type {wanted}" + (f": {hint}" if hint else ""))
+    click.echo("\n".join(names))
 
 
 def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:
@@ -134,11 +153,17 @@ def _check(value: object, what: str, above: list[object], number: Iterator[int])
         fail(f"{what}: {value} is {article} {kind}, which no message holds: quote it if it is text")
 
 
-def to_yaml(value: object, *, full: bool = True) -> str:
-    """As `ros2 topic echo` prints it; long lists are cut short unless `full`."""
+def to_yaml(value: object, *, full: bool = True, flow: bool = False) -> str:
+    """As `ros2 topic echo` prints it; long lists are cut short unless `full`, `flow` is all on one line."""
     import yaml
 
-    text: str = yaml.safe_dump(value if full else _shortened(value), sort_keys=False, allow_unicode=True)
+    text: str = yaml.safe_dump(
+        value if full else _shortened(value),
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=flow,
+        width=float("inf") if flow else None,
+    )
     return text.removesuffix("...\n").rstrip("\n")
 
 

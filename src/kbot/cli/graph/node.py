@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, json_option
+from kbot.cli.graph.asking import ask, at_option, count_option, full_name, json_option
 from kbot.cli.output import fail, print_json
 
 
@@ -15,13 +15,16 @@ def command() -> None:
 
 
 @command.command("list", epilog=examples("kbot node list"))
+@count_option
 @json_option
 @at_option
-def list_(as_json: bool, at: str) -> None:
+def list_(count: bool, as_json: bool, at: str) -> None:
     """Print the names of the nodes."""
     with ask(at) as graph:
         nodes = graph.call("/rosapi/nodes")["nodes"]
-    if as_json:
+    if count:
+        click.echo(len(nodes))
+    elif as_json:
         print_json(nodes)
     else:
         click.echo("\n".join(nodes))

@@ -16,6 +16,24 @@ from kbot.text.files import write_text
 if TYPE_CHECKING:
     from kbot.bridges.graph.client import GraphClient
 
+_ROS2_PARAMETERS, _EVERY_NODE = "ros__parameters", "**"
+"""What stands between a node and its parameters in files of ROS 2, and instead of a node."""
+
+
+def _name_argument(function: click.decorators.FC) -> click.decorators.FC:
+    """`NAME`, or `NODE NAME` as ROS 2 has it, as `name: tuple[str, ...]`."""
+    return click.argument("name", nargs=-1, required=True, metavar="[NODE] NAME", callback=_two_at_most)(
+        function
+    )
+
+
+def _two_at_most(
+    context: click.Context, parameter: click.Parameter, words: tuple[str, ...]
+) -> tuple[str, ...]:
+    if len(words) > 2:
+        raise click.UsageError(f"one NODE and one NAME are taken, not {' '.join(words)}", context)
+    return words
+
 
 @click.group(
     "param",
@@ -30,56 +48,68 @@ def command() -> None:
 
 
 @command.command("list", epilog=examples("kbot param list"))
+@click.argument("node", metavar="[NODE]", default="")
 @at_option
-def list_(at: str) -> None:
-    """Print the names of the parameters."""
+def list_(node: str, at: str) -> None:
+    """Print the names of the parameters; with NODE those beneath its name, and KBot's own are all."""
     with ask(at) as graph:
-        for name in sorted(graph.call("/rosapi/get_param_names")["names"]):
-            click.echo(name)
+        click.echo("\n".join(_names(graph, node)))
 
 
-@command.command("get", epilog=examples("kbot param get /use_sim_time"))
-@click.argument("name")
+@command.command("get", epilog=examples("kbot param get /use_sim_time", "kbot param get /kbot use_sim_time"))
+@_name_argument
 @json_option
 @at_option
-def get(name: str, as_json: bool, at: str) -> None:
+def get(name: tuple[str, ...], as_json: bool, at: str) -> None:
     """Print a parameter's value: a text as it stands, else YAML."""
     with ask(at) as graph:
-        value = json.loads(graph.call("/rosapi/get_param", name=full_name(name))["value"])
+        value = _get(graph, _found(graph, *name))
     if as_json:
         print_json(value)
     else:
         click.echo(value if isinstance(value, str) else to_yaml(value))
 
 
+@command.command("describe", epilog=examples("kbot param describe /use_sim_time"))
+@_name_argument
+@at_option
+def describe(name: tuple[str, ...], at: str) -> None:
+    """Print a parameter's type."""
+    with ask(at) as graph:
+        full = _found(graph, *name)
+        kind = _kind(_get(graph, full))
+    click.echo(f"Parameter name: {full}\n  Type: {kind}")
+
+
 @command.command("set", epilog=examples("kbot param set /speed 0.5", "kbot param set /names '[a, b]'"))
-@click.argument("name")
+@_name_argument
 @click.argument("value")
 @at_option
-def set_(name: str, value: str, at: str) -> None:
+def set_(name: tuple[str, ...], value: str, at: str) -> None:
     """Set a parameter to a value in YAML."""
     with ask(at) as graph:
-        _set(graph, full_name(name), read_word(value, "VALUE", "0.5 or '[a, b]'"))
+        _set(graph, _found(graph, *name), read_word(value, "VALUE", "0.5 or '[a, b]'"))
 
 
 @command.command("delete", epilog=examples("kbot param delete /speed"))
-@click.argument("name")
+@_name_argument
 @at_option
-def delete(name: str, at: str) -> None:
+def delete(name: tuple[str, ...], at: str) -> None:
     """Take a parameter away."""
     with ask(at) as graph:
-        graph.call("/rosapi/get_param", name=full_name(name))  # says which is meant, where there is none
-        graph.call("/rosapi/delete_param", name=full_name(name))
+        full = _found(graph, *name)
+        _get(graph, full)  # says which is meant, where there is none
+        graph.call("/rosapi/delete_param", name=full)
 
 
 @command.command("dump", epilog=examples("kbot param dump -o params.yaml"))
+@click.argument("node", metavar="[NODE]", default="")
 @click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
 @at_option
-def dump(output: str | None, at: str) -> None:
-    """Print all parameters as YAML, as `rosparam dump` does."""
+def dump(node: str, output: str | None, at: str) -> None:
+    """Print all parameters as YAML, as `rosparam dump` does; with NODE those beneath its name."""
     with ask(at) as graph:
-        names = sorted(graph.call("/rosapi/get_param_names")["names"])
-        values = {n: json.loads(graph.call("/rosapi/get_param", name=n)["value"]) for n in names}
+        values = {name: _get(graph, name) for name in _names(graph, node)}
     tree: dict[str, Any] = {}
     for name, value in values.items():
         *folders, last = name.strip("/").split("/")
@@ -94,11 +124,15 @@ def dump(output: str | None, at: str) -> None:
 
 
 @command.command("load", epilog=examples("kbot param load params.yaml", "kbot param load gains.yaml /arm"))
-@click.argument("file")
-@click.argument("namespace", default="/")
+@click.argument("words", nargs=-1, required=True, metavar="FILE [NAMESPACE]")
 @at_option
-def load(file: str, namespace: str, at: str) -> None:
-    """Set the parameters of a YAML file, under a namespace."""
+def load(words: tuple[str, ...], at: str) -> None:
+    """Set the parameters of a YAML file, under a namespace; also one of ROS 2's, `NODE FILE`."""
+    if len(words) > 2:
+        raise click.UsageError(f"one FILE and one NAMESPACE are taken, not {len(words)} words")
+    file, namespace = words if len(words) == 2 else (words[0], "/")
+    if not Path(file).is_file() and Path(namespace).is_file():
+        file, namespace = namespace, file
     try:
         text = Path(file).read_text(encoding="utf-8")
     except UnicodeDecodeError:
@@ -106,17 +140,52 @@ def load(file: str, namespace: str, at: str) -> None:
     values = read_yaml(text, file, "gain: 0.5")
     if not isinstance(values, dict):
         fail(f"{file} is to hold parameters by name")
+    prefix = full_name(namespace).rstrip("/")
+    nodes = {f"/{str(name).strip('/')}" for name in values} if _ROS2_PARAMETERS in text else set()
     with ask(at) as graph:
-        _load(graph, full_name(namespace).rstrip("/"), values)
+        _load(graph, "" if prefix in nodes else prefix, values)
 
 
 def _load(graph: GraphClient, prefix: str, values: dict[str, Any]) -> None:
     for name, value in values.items():
-        full = f"{prefix}/{str(name).strip('/')}"
+        inner = str(name).strip("/")
+        full = prefix if inner in (_ROS2_PARAMETERS, _EVERY_NODE) else f"{prefix}/{inner}"
         if isinstance(value, dict):
             _load(graph, full, value)
         else:
             _set(graph, full, value)
+
+
+def _names(graph: GraphClient, node: str) -> list[str]:
+    """The names of all parameters, or of those beneath a name. Raises KbotError: there are none."""
+    names = sorted(graph.call("/rosapi/get_param_names")["names"])
+    if not node or full_name(node) in graph.call("/rosapi/nodes")["nodes"]:
+        return names
+    beneath = full_name(node).rstrip("/") + "/"
+    found = [name for name in names if name.startswith(beneath)]
+    return found or fail(f"there are no parameters beneath {beneath}: see kbot param list")
+
+
+def _found(graph: GraphClient, *words: str) -> str:
+    """The full name of `NAME`, or of ROS 2's `NODE NAME`: the node's own, else the one that all share."""
+    if len(words) == 1:
+        return full_name(words[0])
+    node, name = words
+    own, shared = f"{full_name(node)}{full_name(name)}", full_name(name)
+    names = graph.call("/rosapi/get_param_names")["names"]
+    return shared if shared in names and own not in names else own
+
+
+def _get(graph: GraphClient, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
+    return json.loads(graph.call("/rosapi/get_param", name=name)["value"])
+
+
+def _kind(value: object) -> str:
+    """In the words of `ros2 param describe`."""
+    if isinstance(value, list):
+        kinds = {_kind(item) for item in value}
+        return f"{kinds.pop()} array" if len(kinds) == 1 else "list"
+    return {bool: "boolean", int: "integer", float: "double", str: "string"}.get(type(value), "dictionary")
 
 
 def _set(graph: GraphClient, name: str, value: Any) -> None:  # noqa: ANN401 - what a parameter can hold

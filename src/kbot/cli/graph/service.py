@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from kbot.cli.arguments import examples
@@ -12,11 +14,15 @@ from kbot.cli.graph.asking import (
     json_option,
     listing_options,
     print_listing,
+    print_of_type,
     read_values,
     to_yaml,
 )
 from kbot.cli.output import fail, print_json
 from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from kbot.bridges.graph.client import GraphClient
 
 _OUTCOME = ("success", "status_message", "message")
 
@@ -35,14 +41,28 @@ def command() -> None:
 
 @command.command("list", epilog=examples("kbot service list -t"))
 @listing_options
-def list_(show_types: bool, as_json: bool, at: str) -> None:
+def list_(show_types: bool, count: bool, as_json: bool, at: str) -> None:
     """Print the names of the services."""
     with ask(at) as graph:
-        names = sorted(graph.call("/rosapi/services")["services"])
-        names = [name for name in names if not name.startswith("/rosapi/")]
-        typed = show_types or as_json
-        types = {n: graph.call("/rosapi/service_type", service=n)["type"] if typed else "" for n in names}
-    print_listing({name: kind.replace("/", "/srv/") for name, kind in types.items()}, show_types, as_json)
+        types = _types(graph, typed=show_types or as_json)
+    print_listing(types, show_types, as_json, count)
+
+
+@command.command("find", epilog=examples("kbot service find std_srvs/srv/Empty"))
+@click.argument("type_name", metavar="TYPE")
+@at_option
+def find(type_name: str, at: str) -> None:
+    """Print the services of a type."""
+    with ask(at) as graph:
+        print_of_type(_types(graph, typed=True), type_name)
+
+
+def _types(graph: GraphClient, *, typed: bool) -> dict[str, str]:
+    """The services and, where they are asked for, their types as ROS 2 writes them."""
+    names = sorted(graph.call("/rosapi/services")["services"])
+    names = [name for name in names if not name.startswith("/rosapi/")]
+    types = {n: graph.call("/rosapi/service_type", service=n)["type"] if typed else "" for n in names}
+    return {name: kind.replace("/", "/srv/") for name, kind in types.items()}
 
 
 @command.command("type", epilog=examples("kbot service type /gazebo/spawn_urdf_model"))

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-import statistics
 import time
-from collections import deque
 from typing import Any
 
 import click
@@ -19,14 +17,14 @@ from kbot.cli.graph.asking import (
     json_option,
     listing_options,
     print_listing,
+    print_of_type,
     read_values,
     to_line,
-    to_yaml,
 )
+from kbot.cli.graph.measures import bw, delay, hz
+from kbot.cli.graph.printing import Style, style_options
 from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
-
-REPORT_SECONDS = 1.0
 
 
 @click.group(
@@ -42,13 +40,24 @@ def command() -> None:
     """Topics of a running KBot, with the words of `ros2 topic`."""
 
 
+for _measure in (hz, bw, delay):
+    command.add_command(_measure)
+
+
 @command.command("list", epilog=examples("kbot topic list -t"))
 @listing_options
-def list_(show_types: bool, as_json: bool, at: str) -> None:
+@click.option("-v", "--verbose", is_flag=True, help="What is said and what is heard, each with its type.")
+def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) -> None:
     """Print the names of the topics."""
     with ask(at) as graph:
         topics = graph.topics()
-    print_listing(topics, show_types, as_json)
+        heard = graph.subscribed() if verbose else set()
+    if not verbose or as_json or count:
+        print_listing(topics, show_types, as_json, count)
+        return
+    said = {name: kind for name, kind in topics.items() if name not in heard}
+    for title, part in (("Published", said), ("Subscribed", {name: topics[name] for name in sorted(heard)})):
+        click.echo("\n".join([f"{title} topics:", *(f" * {name} [{kind}]" for name, kind in part.items())]))
 
 
 @command.command("type", epilog=examples("kbot topic type /odom"))
@@ -60,11 +69,21 @@ def type_(topic: str, at: str) -> None:
         click.echo(graph.type_of(full_name(topic)))
 
 
+@command.command("find", epilog=examples("kbot topic find nav_msgs/msg/Odometry"))
+@click.argument("type_name", metavar="TYPE")
+@at_option
+def find(type_name: str, at: str) -> None:
+    """Print the topics of a type."""
+    with ask(at) as graph:
+        print_of_type(graph.topics(), type_name)
+
+
 @command.command("info", epilog=examples("kbot topic info /cmd_vel"))
 @click.argument("topic")
+@click.option("-v", "--verbose", is_flag=True, help="Of each node its name, its namespace and its end.")
 @json_option
 @at_option
-def info(topic: str, as_json: bool, at: str) -> None:
+def info(topic: str, verbose: bool, as_json: bool, at: str) -> None:
     """Print a topic's type, and who speaks and listens."""
     with ask(at) as graph:
         name = full_name(topic)
@@ -75,54 +94,50 @@ def info(topic: str, as_json: bool, at: str) -> None:
         print_json({"topic": name, "type": kind, "publishers": publishers, "subscribers": subscribers})
         return
     click.echo(f"Type: {kind}")
-    click.echo("\n".join([f"Publisher count: {len(publishers)}", *(f"  {node}" for node in publishers)]))
-    click.echo("\n".join([f"Subscription count: {len(subscribers)}", *(f"  {node}" for node in subscribers)]))
+    for title, end, nodes in (
+        ("Publisher", "PUBLISHER", publishers),
+        ("Subscription", "SUBSCRIPTION", subscribers),
+    ):
+        lines = [f"  {node}" for node in nodes]
+        if verbose:
+            lines = [line for node in nodes for line in _end(node, kind, end)]
+        click.echo("\n".join([f"{title} count: {len(nodes)}", *lines]))
+
+
+def _end(node: str, kind: str, end: str) -> list[str]:
+    """One end of a topic, in the words of `ros2 topic info -v`."""
+    namespace, _, name = node.rpartition("/")
+    return [
+        "",
+        f"Node name: {name}",
+        f"Node namespace: {namespace or '/'}",
+        f"Topic type: {kind}",
+        f"Endpoint type: {end}",
+        "",
+    ]
 
 
 @command.command("echo", epilog=examples("kbot topic echo /odom --once", "kbot topic echo /scan -n 5 --json"))
 @click.argument("topic")
+@click.argument("type_name", metavar="[TYPE]", default="")
 @click.option("--once", is_flag=True, help="Print one message and end.")
 @click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print so many messages and end.")
 @click.option("--field", metavar="A.B", help="Print only this part; [2] takes one of a list.")
-@click.option("-f", "--full-length", is_flag=True, help="Print long lists and texts whole.")
-@json_option
+@style_options
 @at_option
 def echo(
-    topic: str, once: bool, count: int | None, field: str | None, full_length: bool, as_json: bool, at: str
+    topic: str, type_name: str, once: bool, count: int | None, field: str | None, style: Style, at: str
 ) -> None:
     """Print messages as they come, until Ctrl-C."""
     with ask(at) as graph:
-        messages = graph.listen(full_name(topic))
+        name = full_name(topic)
+        if type_name:
+            known = graph.type_of(name)
+            if type_name not in (known, known.replace("/msg/", "/")):
+                fail(f"{name} carries {known}, not {type_name}")
+        messages = graph.listen(name)
         for _, message in itertools.islice(messages, 1 if once else count):
-            value = _part(message, field) if field else message
-            click.echo(to_line(value) if as_json else to_yaml(value, full=full_length) + "\n---")
-
-
-@command.command("hz", epilog=examples("kbot topic hz /odom", "kbot topic hz /scan --window 50 -n 3"))
-@click.argument("topic")
-@click.option("-w", "--window", type=click.IntRange(2), default=1000, show_default=True, metavar="N")
-@click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Report so many times and end.")
-@at_option
-def hz(topic: str, window: int, count: int | None, at: str) -> None:
-    """Print how often a topic is said, by the wall's clock, once a second until Ctrl-C."""
-    with ask(at) as graph:
-        gaps: deque[float] = deque(maxlen=window)
-        before, reported, reports = 0.0, time.monotonic(), 0
-        for _ in graph.listen(full_name(topic)):
-            now = time.monotonic()
-            if before:
-                gaps.append(now - before)
-            before = now
-            if gaps and now - reported >= REPORT_SECONDS:
-                reported, reports = now, reports + 1
-                mean = statistics.fmean(gaps)
-                click.echo(
-                    f"average rate: {1.0 / mean:.3f}\n"
-                    f"\tmin: {min(gaps):.3f}s max: {max(gaps):.3f}s "
-                    f"std dev: {statistics.pstdev(gaps):.5f}s window: {len(gaps) + 1}"
-                )
-                if reports == count:
-                    return
+            click.echo(style.text(_part(message, field) if field else message))
 
 
 @command.command(
@@ -137,6 +152,7 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
 @click.option("-1", "--once", is_flag=True, help="Say it once.")
 @click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Say it so many times.")
 @click.option("-r", "--rate", type=Within(0.01, 1000.0), default=1.0, show_default=True, metavar="HZ")
+@click.option("-w", "--wait-matching-subscriptions", type=int, expose_value=False, hidden=True)
 @at_option
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
     """Say something on a topic that is heard, until Ctrl-C. VALUES are YAML; what is left out is zero."""
