@@ -9,7 +9,7 @@ import pytest
 from kbot.messages import navigation, sensing
 from kbot.messages import types as msg
 from kbot.text import KbotError
-from kbot.wire.plain import from_plain, to_plain
+from kbot.wire.plain import from_plain, to_json, to_plain
 
 
 def test_fields_by_name_and_back() -> None:
@@ -33,6 +33,18 @@ def test_what_is_left_out_keeps_its_default_and_whole_numbers_are_numbers() -> N
 def test_what_json_lacks_is_null_there_and_nan_here() -> None:
     assert to_plain(msg.Vector3(math.inf, math.nan)) == {"x": None, "y": None, "z": 0.0}
     assert math.isnan(from_plain({"x": None}, msg.Vector3).x)
+
+
+def test_json_is_that_of_the_plain_values() -> None:
+    """Numbers that JSON lacks are null, or as Python's json and the page spell them where exact ones are
+    asked for; halves of surrogate pairs, which are no Unicode, are escaped."""
+    scan = sensing.LaserScan(range_max=math.inf, ranges=np.array([0.1, math.nan, -math.inf], np.float32))
+    for message in (scan, msg.String("null \ud800"), msg.Odometry(), sensing.Image(data=b"abc")):
+        for ros1 in (False, True):
+            assert json.loads(to_json(message, ros1=ros1)) == to_plain(message, ros1=ros1)
+            exact = json.loads(to_json(message, ros1=ros1, exact=True))
+            assert repr(exact) == repr(json.loads(json.dumps(to_plain(message, ros1=ros1, exact=True))))
+    assert '"range_max": Infinity' in to_json(scan, exact=True)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from functools import cache
 from typing import get_origin, get_type_hints
@@ -13,10 +12,8 @@ from kbot.messages.bus import Bus, Subscription
 from kbot.text import KbotError
 from kbot.wire.encoding import encode_cdr, encode_ros1
 from kbot.wire.names import ros_name
-from kbot.wire.plain import to_plain
+from kbot.wire.plain import to_json
 from kbot.wire.types import ros1_definition, ros2_definition
-
-_finite_json = json.JSONEncoder(check_circular=False, allow_nan=False).encode
 
 
 class Packet:
@@ -57,17 +54,12 @@ class Packet:
         return self._ros1
 
     def json(self, *, ros1: bool = False, exact: bool = False) -> str:
-        """As `to_plain` spells it."""
+        """As `to_json` spells it."""
         key = ros1, exact
         if self._json is None:
             self._json = {}
         if key not in self._json:
-            # what carries arrays, as a scan does, often has some where there is nothing
-            plain = to_plain(self.message, ros1=ros1, exact=exact or not self.is_large)
-            try:
-                self._json[key] = _finite_json(plain)
-            except ValueError:  # there are numbers that JSON lacks
-                self._json[key] = json.dumps(to_plain(self.message, ros1=ros1, exact=exact))
+            self._json[key] = to_json(self.message, ros1=ros1, exact=exact)
         return self._json[key]
 
     @property

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import json
 import math
 from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from kbot.messages.types import Time
@@ -26,6 +28,17 @@ def to_plain(message: object, *, ros1: bool = False, exact: bool = False) -> Pla
     `ros1`, times are spelled `secs` and `nsecs`."""
     kind: type = type(message)
     return _reader(kind, ros1, exact)(message)
+
+
+def to_json(message: object, *, ros1: bool = False, exact: bool = False) -> str:
+    """`to_plain` as JSON; `exact` numbers that JSON lacks are spelled NaN and Infinity."""
+    plain = to_plain(message, ros1=ros1, exact=True)
+    try:
+        text = orjson.dumps(plain, option=orjson.OPT_SERIALIZE_NUMPY).decode()
+    except TypeError:  # a text that is no Unicode
+        return json.dumps(to_plain(message, ros1=ros1, exact=exact))
+    # null stands for numbers that JSON lacks
+    return json.dumps(plain) if exact and "null" in text else text
 
 
 @cache
