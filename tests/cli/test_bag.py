@@ -14,9 +14,13 @@ import pytest
 from mcap.writer import Writer
 
 import kbot
+from kbot.cli.bag.words import ELSEWHERE
 from kbot.cli.main import run
+from kbot.messages import Bus
+from kbot.messages.sensing import Image
 from kbot.record import Recorder, Recording
 from kbot.record.player import Player
+from kbot.record.writer import open_writer
 from kbot.sim import Simulation
 from kbot.wire import Feed
 
@@ -82,6 +86,15 @@ def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_pat
     assert "kbot.end" not in found.notes
     assert run(["bag", "cut", recording, str(tmp_path / "all.mcap"), "--start", "1.9"]) == 0
     assert "/robot_description" in Recording(str(tmp_path / "all.mcap")).summary().topics
+    assert run(["bag", "cut", recording, str(tmp_path / "named.mcap"), "--topic", "odom"]) == 0
+    assert list(Recording(str(tmp_path / "named.mcap")).summary().topics) == ["/odom"]
+
+
+def test_a_part_is_not_done_again(recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    part = str(tmp_path / "part.mcap")
+    assert run(["bag", "cut", recording, part, "--start", "1"]) == 0
+    assert run(["bag", "replay", part]) == 2
+    assert "is a part of a recording: only one that is whole" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["run.bag", "folder"])
@@ -117,6 +130,28 @@ def test_export_names_joints(recording: str, tmp_path: Path) -> None:
     assert "velocity.right_wheel_joint" in header
 
 
+def test_export_has_bytes_in_one_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A picture of 2 by 1 pixels: six numbers of a byte each."""
+    path = str(tmp_path / "pictures.mcap")
+    bus, writer = Bus(), open_writer(path)
+    publisher = bus.advertise("/image", Image)
+    Feed(bus, lambda: 5).open("/image", writer.write)
+    publisher.publish(Image(height=1, width=2, encoding="rgb8", step=6, data=bytes([255, 0, 0, 0, 0, 255])))
+    writer.close()
+    assert run(["bag", "export", path, "--topic", "image"]) == 0
+    (row,) = csv.DictReader(io.StringIO(capsys.readouterr().out))
+    assert row["data"] == "/wAAAAD/"
+    assert (row["width"], row["encoding"]) == ("2", "rgb8")
+
+
+@pytest.mark.parametrize("word", ELSEWHERE)
+def test_a_word_of_rosbag_that_is_not_there_says_what_is(
+    word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["bag", word, "run.bag"]) == 2
+    assert f"no such command: {word}; {ELSEWHERE[word]}" in capsys.readouterr().err
+
+
 def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bag", "replay", recording]) == 0
     same, left_out = capsys.readouterr().out.splitlines()
@@ -149,6 +184,12 @@ def test_play_tells_of_what_is_not_whole(
         ),
         (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
         (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
+        (["cut", "RUN", "out.mcap", "--start", "3"], "ends at 2 s: nothing is left of it from 3.0 s on"),
+        (["cut", "tiny.mcap", "out.mcap", "--end", "0"], "begins at 7e-09 s: nothing of it is before 0.0 s"),
+        (["play", "RUN", "--remap", "/odom"], "--remap /odom: a remap is written OLD:=NEW"),
+        (["play", "RUN", "--remap", "/odmo:=/a"], "has no topic /odmo: did you mean"),
+        (["play", "RUN", "--remap", "/odom:=/tf"], "/tf carries "),
+        (["play", "RUN", "--exclude-topics"], "--exclude-topics is followed by names of topics"),
         (["cut", "RUN", "out.mcap", "--start", "1e308"], "1e+308 is not in the range"),
         (["cut", "RUN", "out.mcap", "--end", "nan"], "nan is not in the range"),
         (["play", "RUN", "--start", "inf"], "inf is not in the range"),
@@ -242,7 +283,13 @@ def test_play_takes_the_words_of_rosbag_and_ros2_bag(
     monkeypatch.setattr("kbot.cli.bag.play.play", lambda player, options, **how: played.append((player, how)))
     assert run(["bag", "play", "--topics", "/odom", "/tf", "-l", recording, "--clock", "-d", "2"]) == 0
     assert run(["bag", "play", recording, "--start-offset", "0.5", "--playback-duration", "1", "-p"]) == 0
-    (first, how), (second, _) = played
+    words = ["-m", "/odom:=/a", "--exclude-topics", "/tf", "joint_states", "--clock", "40", "-u", "1"]
+    assert run(["bag", "play", recording, *words]) == 0
+    assert run(["bag", "play", recording, "/odom:=a", "tf:=/b"]) == 0
+    (first, how), (second, _), (third, _), (fourth, _) = played
+    assert third.length == 1.0
+    assert {"/a"} == {*third.bus.topics} - {"/kbot/poses"}
+    assert {"/a", "/b", "/joint_states"} == {*fourth.bus.topics} - {"/kbot/poses"}
     assert ({*first.bus.topics}, how) == ({"/odom", "/tf"}, {"rate": 1.0, "delay": 2.0, "loop": True})
     assert (second.length, second.paused, first.paused) == (1.0, True, False)
     assert second.seconds == pytest.approx(0.5)

@@ -37,6 +37,8 @@ def companion_options(function: _Function) -> _Function:
     ) -> object:
         if record_topics and record is None:
             fail("--record-topic goes with --record FILE")
+        if record == "":
+            fail("--record is given no name: which file is to be written?")
         options = dataclasses.replace(options, record=record or "", topics=record_topics)
         return function(*args, options=options, **others)
 

@@ -6,8 +6,11 @@ import csv
 import dataclasses
 import io
 import math
+from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from kbot.record.reader import Recording
 from kbot.text import KbotError
@@ -20,7 +23,7 @@ TIME = "time"
 @dataclass(frozen=True)
 class Table:
     """A topic's messages. The first column is `time` in seconds; a list's entries are numbered, those of
-    joint states named by joint."""
+    joint states named by joint; bytes, as of images, are Base64 in one column."""
 
     topic: str
     columns: tuple[str, ...]
@@ -30,7 +33,7 @@ class Table:
     def of(cls, path: str, topic: str) -> Table:
         """Raises KbotError: no such recording or topic, or its messages cannot be read."""
         recording = Recording(path)
-        recording.require_topics((topic,))
+        (topic,) = recording.require_topics((topic,))
         rows: list[dict[str, Cell]] = []
         columns: dict[str, None] = {TIME: None}
         for entry in recording.entries():
@@ -121,7 +124,10 @@ def _cells(value: object, name: str) -> Iterator[tuple[str, Cell]]:
 
 
 def _list(values: object, name: str, labels: list[str] | None) -> Iterator[tuple[str, Cell]]:
-    items = values.tolist() if hasattr(values, "tolist") else values
+    if isinstance(values, np.ndarray) and values.dtype == np.uint8:
+        yield name, b64encode(values.tobytes()).decode()
+        return
+    items = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(items, list):
         yield name, items if isinstance(items, int | float | str) else str(items)
         return

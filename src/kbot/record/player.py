@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher, TFMessage
+from kbot.messages.bus import absolute
 from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
 from kbot.nodes.static_transform_publisher import say_static
 from kbot.record.entry import Entry
@@ -28,19 +29,26 @@ class Player:
         self,
         *paths: str,
         topics: tuple[str, ...] = (),
+        left_out: tuple[str, ...] = (),
+        remaps: Mapping[str, str] | None = None,
         start: float = 0.0,
         seconds: float | None = None,
     ) -> None:
         """One or more recordings as one, from `start` seconds after the first message on, for so many
-        `seconds` of it, None for all; `topics` empty means all.
+        `seconds` of it, None for all. Of `topics`, empty for all, those `left_out` are not said; `remaps` has
+        the names that others are said on, by those of the recording.
 
         Raises:
-            KbotError: no such recording or topic, or nothing is left of it from the start on.
+            KbotError: no such recording or topic, nothing is left of it from the start on, or two topics of
+                different types would be said on one.
         """
         self._recording = Recordings(paths)
         path = self.path = self._recording.path
         self.summary: Summary = self._recording.summary()
-        require_topics(path, self.summary, topics)
+        topics = require_topics(path, self.summary, topics)
+        left_out = require_topics(path, self.summary, left_out)
+        renamed = require_topics(path, self.summary, tuple(remaps or {}))
+        said_on = dict(zip(renamed, map(absolute, (remaps or {}).values()), strict=True))
         if self.summary.start is None or self.summary.end is None:
             raise KbotError(f"{path} holds no messages")
         self._first = self.summary.start + round(start * 1e9)
@@ -59,12 +67,13 @@ class Player:
         self._publishers: dict[str, tuple[Publisher[Any], type]] = {}
         for name, topic in self.summary.topics.items():
             kind = known_type(topic.type_name)
-            if name in NOT_SAID or (topics and name not in topics):
+            if name in NOT_SAID or (topics and name not in topics) or name in left_out:
                 continue
             if kind is None:
                 self.unknown.append(name)
             else:
-                self._publishers[name] = self.bus.advertise(name, kind, latched=name in LATCHED), kind
+                target = said_on.get(name, name)
+                self._publishers[name] = self.bus.advertise(target, kind, latched=name in LATCHED), kind
         self.rewind()
 
     @property
@@ -106,7 +115,7 @@ class Player:
             if entry.nanoseconds > self.clock.nanoseconds:
                 self.clock.advance_to(entry.nanoseconds)
             publisher, kind = self._publishers[entry.topic]
-            if entry.topic == TF_STATIC and kind is TFMessage:
+            if publisher.topic == TF_STATIC and kind is TFMessage:
                 say_static(self.bus, decode_cdr(entry.cdr, TFMessage))
             elif publisher.is_heard:
                 publisher.publish(decode_cdr(entry.cdr, kind))

@@ -76,9 +76,9 @@ class Recording:
             found.broken = str(error)
         return found
 
-    def require_topics(self, topics: tuple[str, ...]) -> None:
-        """Raises KbotError: one of them is not in the recording."""
-        require_topics(self.path, self.summary(), topics)
+    def require_topics(self, topics: tuple[str, ...]) -> tuple[str, ...]:
+        """Their names in the recording. Raises KbotError: one of them is not in it."""
+        return require_topics(self.path, self.summary(), topics)
 
 
 class Recordings:
@@ -116,12 +116,16 @@ class Recordings:
         )
 
 
-def require_topics(path: str, summary: Summary, topics: tuple[str, ...]) -> None:
-    """Raises KbotError: one of them is not in what a file holds."""
+def require_topics(path: str, summary: Summary, topics: tuple[str, ...]) -> tuple[str, ...]:
+    """Their names in what a file holds: `odom` is `/odom` too. Raises KbotError: one of them is not in it."""
+    found = []
     for topic in topics:
-        if topic not in summary.topics:
+        name = next((name for name in (topic, f"/{topic}") if name in summary.topics), None)
+        if name is None:
             hint = did_you_mean(topic, summary.topics)
             raise KbotError(f"{path} has no topic {topic}" + (f": {hint}" if hint else ""))
+        found.append(name)
+    return tuple(found)
 
 
 def kept(path: str) -> str:

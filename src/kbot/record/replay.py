@@ -92,6 +92,8 @@ def _is_made_again(topic: str) -> bool:
 def _simulation(path: str, recording: Recording, summary: Summary, packages: Packages | None) -> Simulation:
     facts = summary.notes.get("kbot")
     text = next((read_text(e) for e in recording.entries() if e.topic == DESCRIPTION_TOPIC), None)
+    if "kbot.cut" in summary.notes:
+        raise KbotError(f"{path} is a part of a recording: only one that is whole can be done again")
     if facts is None or text is None:
         raise KbotError(f"{path} is no recording by KBot: its robot and world are not in it")
     if facts["first_step"] != "0":

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, package_path_option
+from kbot.cli.bag.words import Bag, Play, read_remaps
 from kbot.cli.companions import bridge_options
 from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
@@ -23,6 +24,7 @@ SECONDS = Within(0.0, 9.2e9)
 
 @click.group(
     "bag",
+    cls=Bag,
     epilog=examples(
         "kbot bag info run.mcap",
         "kbot bag cut run.mcap part.mcap --start 2 --end 5 --topic /odom",
@@ -170,30 +172,13 @@ def _plot(table: Table, size: str) -> str:
     return plot_svg(table.times, curves, width, height)
 
 
-class _Play(click.Command):
-    """Takes `--topics A B …` as rosbag and ros2 bag do, up to the next option."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        words: list[str] = []
-        several = False
-        for word, after in zip(args, [*args[1:], "-"], strict=True):
-            if word.startswith("-"):
-                several = word == "--topics"
-                if several and after.startswith("-"):
-                    raise click.UsageError("--topics is followed by names of topics", ctx)
-                words += [] if several else [word]
-            else:
-                words += ["--topic", word] if several else [word]
-        return super().parse_args(ctx, words)
-
-
 @command.command(
     "play",
-    cls=_Play,
+    cls=Play,
     epilog=examples(
         "kbot bag play run.mcap --foxglove",
         "kbot bag play run.bag --bridges auto -r 2 -s 10 -u 5 --loop",
-        "kbot bag play run.bag --ros1 --pause --topics /scan /tf",
+        "kbot bag play run.bag --ros1 --pause --topics /scan /tf --remap /scan:=/base_scan",
         "kbot bag play robot.bag camera.bag --ros1  several, as one",
         "kbot bag play run.mcap                     then: kbot topic echo /odom",
     ),
@@ -238,6 +223,8 @@ class _Play(click.Command):
     "--clock", "tells_time", is_flag=True, help="As it always does: /clock is the recording's time."
 )
 @_topics
+@click.option("--exclude-topic", "left_out", multiple=True, metavar="NAME", help="Not this; may be repeated.")
+@click.option("--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Say OLD on NEW; may be repeated.")
 @bridge_options
 def play(
     recordings: tuple[str, ...],
@@ -249,18 +236,27 @@ def play(
     paused: bool,
     tells_time: bool,
     topics: tuple[str, ...],
+    left_out: tuple[str, ...],
+    remaps: tuple[str, ...],
     options: CompanionOptions,
 ) -> None:
     """Say recordings again, several as one, with /clock, to peers on bridges and to `kbot topic`.
 
-    Options are those of `rosbag play` and `ros2 bag play`; `--topics A B` is `--topic A --topic B`. In a
-    terminal Space pauses it and goes on, and s lets a tenth of a second pass. Exit status 0: it came to its
-    end, or Ctrl-C ended it.
+    Options are those of `rosbag play` and `ros2 bag play`: `--topics A B` is `--topic A --topic B`, and so
+    it is with `--exclude-topics`, `--remap` and `-m`; `A:=B` remaps too. In a terminal Space pauses it and
+    goes on, and s lets a tenth of a second pass. Exit status 0: it came to its end, or Ctrl-C ended it.
     """
     from kbot.cli.bag.play import play as say_again
     from kbot.record.player import Player
 
-    player = Player(*recordings, topics=topics, start=start, seconds=seconds)
+    player = Player(
+        *recordings,
+        topics=topics,
+        left_out=left_out,
+        remaps=read_remaps(remaps),
+        start=start,
+        seconds=seconds,
+    )
     if loop and player.length == 0.0:
         fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
     player.paused = paused
