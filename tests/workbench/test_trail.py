@@ -9,7 +9,7 @@ import pytest
 
 import kbot
 from kbot.kinematics.transform import Transform
-from kbot.messages import Header, String, TFMessage
+from kbot.messages import Header, Odometry, String, TFMessage, Twist, TwistWithCovariance
 from kbot.messages.navigation import PoseWithCovarianceStamped
 from kbot.messages.types import Time, TransformStamped, Vector3
 from kbot.messages.types import Transform as TransformMessage
@@ -130,6 +130,35 @@ def test_in_a_recording_of_others_what_is_too_far_was_not_driven(tmp_path: Path)
     first, second = pieces_of(played_session(path))
     assert (len(first), len(second)) == (30, 30)
     assert second[0] == (30.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "late", "jump", "pieces"), [(1.0, 0.0, True, 2), (0.0, 0.0, True, 1), (1.0, 0.8, False, 1)]
+)
+def test_in_a_recording_of_others_what_is_farther_than_its_odometry_tells_was_not_driven(
+    tmp_path: Path, speed: float, late: float, jump: bool, pieces: int
+) -> None:
+    """A robot that drives 1 m/s is half a metre aside within 0.1 s; where its odometry tells no speed, or
+    what was said comes late and at once, nobody knows."""
+
+    def said(at: float) -> list[tuple[str, float, object]]:
+        heard = max(at, 3.0 + late) if at >= 3.0 else at
+        header = Header(Time.from_nanoseconds(round(at * 1e9)), "odom")
+        moved = TransformStamped(
+            header, "base", TransformMessage(Vector3(at, 0.5 if jump and at >= 3.0 else 0.0))
+        )
+        twist = TwistWithCovariance(Twist(Vector3(speed)))
+        return [("/odom", heard, Odometry(header, "base", twist=twist)), ("/tf", heard, TFMessage((moved,)))]
+
+    path = write(
+        tmp_path / "real.mcap",
+        ("/robot_description", 0.0, String('<robot name="one"><link name="base"/></robot>')),
+        *(one for t in range(60) for one in said(0.1 * t)),
+    )
+    found = pieces_of(played_session(path))
+    assert len(found) == pieces
+    if pieces == 2:
+        assert found[1][0] == (3.0, 0.5)
 
 
 def pieces_of(session: Session) -> list[list[tuple[float, float]]]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
 
 from kbot.kinematics.transform import Transform
-from kbot.messages import TFMessage
+from kbot.messages import Odometry, TFMessage
 from kbot.model import Robot
 from kbot.record.entry import Entry
 from kbot.record.formats import read_fields
@@ -27,6 +28,8 @@ PIECE = 1.0
 """Seconds that are read at once."""
 FASTEST = 30.0
 """m/s that a robot drives at the most: what is further was not driven."""
+QUICKEST, ASIDE = 5.0, 0.1
+"""m/s² that it gains at the most, and m by which what it was told to drive may be wrong."""
 PUTS = frozenset({"place", "reset", "reset_world", "restore", "set_model_state", "set_pose"})
 """What is done to a simulation, by its journal, that puts a robot elsewhere."""
 
@@ -37,6 +40,19 @@ def world_from_root(run: RecordedRun, robot: Robot, told: Told, truth: Transform
         return truth
     top, pose = told.top_from(robot.root)
     return pose if top in (WORLD, MAP) else run.start @ pose
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the robot was at a time of the recording's clock and one of the messages' stamps, in
+    nanoseconds; how fast by its odometry, in m/s, nan where none was heard yet. With `put` it was put there,
+    as is told."""
+
+    at: int
+    stamp: int
+    xy: tuple[float, float]
+    speed: float
+    put: bool
 
 
 class RecordedWay:
@@ -54,36 +70,52 @@ class RecordedWay:
 
 
 def _found(run: RecordedRun, robot: Robot, spacing: float) -> Finding:
+    places = []
+    for piece in _places(run, robot):
+        places += piece
+        yield
+    # a simulation of KBot's tells what was done to it, and pushes go unnoticed by its odometry
+    told_speeds = not run.facts and any(place.speed > 0.0 for place in places)
+    way, before = Way(0, 0.0), None
+    for place in places:
+        is_jump = before is not None and (place.put or _was_put(before, place, told_speeds))
+        way.add((place.at - run.index.start) * 1e-9, *place.xy, spacing, is_jump)
+        before = place
+    return way.points
+
+
+def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
+    """Those that are told in each piece of the recording."""
     index = run.index
-    topics = [POSES_TOPIC] if POSES_TOPIC in run.topics else _transforms(run)
-    told, way = Told(robot), Way(0, 0.0)
-    name = _name(run, robot)
-    last, before, put = index.start, (math.nan, math.nan), -1
+    moves = [POSES_TOPIC] if POSES_TOPIC in run.topics else _transforms(run)
+    topics, name = [COMMANDS_TOPIC, *moves, *run.odometry], _name(run, robot)
+    told, speed = Told(robot), math.nan
     for message in run.statics:
         told.hear(message)
     every = max(round(FINEST * 1e9), (index.end - index.start) // MOST_PLACES)
-    due, after = index.start, index.start - 1
+    last, put, due, due_speed, after = index.start, -1, index.start, index.start, index.start - 1
     while after < index.end:
-        until = min(after + round(PIECE * 1e9), index.end)
-        for entry in index.between([COMMANDS_TOPIC, *topics], after, until):
+        until, found = min(after + round(PIECE * 1e9), index.end), []
+        for entry in index.between(topics, after, until):
+            now = entry.nanoseconds
             if entry.topic == COMMANDS_TOPIC:
-                put = entry.nanoseconds if _puts(entry, name) else put
-                continue
-            if entry.topic == POSES_TOPIC and entry.nanoseconds < due:
-                continue
-            message = run.read(entry)
-            told.hear(message)
-            if entry.nanoseconds >= due:
-                due = entry.nanoseconds + every
+                put = now if _puts(entry, name) else put
+            elif entry.topic in run.odometry:
+                if now >= due_speed:
+                    due_speed, speed = now + every, _speed(run.read(entry))
+            elif now >= due or entry.topic != POSES_TOPIC:
+                message = run.read(entry)
+                told.hear(message)
+                if now < due:
+                    continue
+                due = now + every
                 truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None
                 x, y, _ = world_from_root(run, robot, told, truth).translation
                 # what was done at the moment of a place may have come before it or after
-                is_jump = put >= last or _is_too_far(before, (x, y), (entry.nanoseconds - last) * 1e-9)
-                way.add((entry.nanoseconds - index.start) * 1e-9, float(x), float(y), spacing, is_jump)
-                last, before = entry.nanoseconds, (x, y)
+                found.append(Place(now, _stamp(message), (float(x), float(y)), speed, put >= last))
+                last = now
         after = until
-        yield
-    return way.points
+        yield found
 
 
 def _name(run: RecordedRun, robot: Robot) -> str:
@@ -101,8 +133,30 @@ def _puts(entry: Entry, robot: str) -> bool:
     return note.get("do") in PUTS and note.get("robot", note.get("model", robot)) == robot
 
 
-def _is_too_far(before: tuple[float, float], now: tuple[float, float], seconds: float) -> bool:
-    return math.dist(before, now) > FASTEST * seconds
+def _was_put(before: Place, now: Place, told_speeds: bool) -> bool:
+    """Whether it cannot have driven from one place to the next: faster than any robot or, where odometry
+    tells speeds, than it was. Messages that were late by their stamps tell of a longer time."""
+    away, seconds = math.dist(before.xy, now.xy), (now.at - before.at) * 1e-9
+    if away > FASTEST * seconds:
+        return True
+    speed = max(before.speed, now.speed)
+    if not told_speeds or math.isnan(speed):
+        return False
+    driving = max(seconds, (now.stamp - before.stamp) * 1e-9)
+    return away > speed * driving + QUICKEST * seconds**2 + ASIDE
+
+
+def _speed(odometry: object) -> float:
+    """m/s over the ground, nan where it is none."""
+    if not isinstance(odometry, Odometry):
+        return math.nan
+    linear = odometry.twist.twist.linear
+    speed = math.hypot(linear.x, linear.y)
+    return speed if math.isfinite(speed) else math.nan
+
+
+def _stamp(message: TFMessage) -> int:
+    return max((one.header.stamp.nanoseconds for one in message.transforms), default=0)
 
 
 def _transforms(run: RecordedRun) -> list[str]:
