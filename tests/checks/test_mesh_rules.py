@@ -132,3 +132,24 @@ def test_a_centre_of_mass_is_held_against_the_extents_of_the_mesh(tmp_path: Path
     assert found.code == "I110"
     # the brick ends at 25 mm, and 5 % of its longest side is let pass: 100 - 25 - 10
     assert "65 mm outside" in found.message
+
+
+def test_what_is_there_and_is_no_file_is_said(tmp_path: Path) -> None:
+    (tmp_path / "folder.stl").mkdir()
+    (tmp_path / "turn.stl").symlink_to(tmp_path / "turn.stl")
+    for name in ("folder.stl", "turn.stl"):
+        (found,) = check(robot(name), tmp_path)
+        assert (found.code, found.message) == ("G101", f"part: {tmp_path / name} is no file that can be read")
+
+
+def test_a_second_slash_after_the_package_is_one(tmp_path: Path) -> None:
+    (tmp_path / "package.xml").write_text("<package><name>robot</name></package>")
+    write(brick(), tmp_path / "brick.stl")
+    assert check(robot("package://robot//brick.stl"), tmp_path) == []
+    (found,) = check(robot("package://robot//etc/passwd.stl"), tmp_path)
+    assert found.message.endswith("is not there")
+
+
+def test_an_empty_name_is_said(tmp_path: Path) -> None:
+    (found,) = check(robot(" "), tmp_path)
+    assert (found.code, found.message) == ("G101", "part: the visual's mesh names no file")

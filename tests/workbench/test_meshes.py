@@ -172,6 +172,7 @@ def own(tmp_path: Path) -> Path:
         "package://robot/%2e%2e/%2e%2e/far/away/secret.stl",
         "file://{own}/meshes/../../../far/away/secret.stl",
         "package://robot/meshes/linked.stl",
+        "https://127.0.0.1:9/secret.stl",
     ],
 )
 def test_a_mesh_from_elsewhere_is_not_sent_to_the_page(own: Path, elsewhere: Path, mesh: str) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -87,11 +88,26 @@ def load_mesh(path: str) -> MeshData:
         check_regular(path, stamp)
     except OSError as error:
         raise KbotError(f"the mesh {path} cannot be read: {error.strerror}") from None
-    return _load(path, stamp.st_mtime_ns, stamp.st_size)
+    kept, version = _kept(path), (stamp.st_mtime_ns, stamp.st_size)
+    if kept.data is None or kept.version != version:
+        kept.data, kept.version = _load(path), version
+    return kept.data
+
+
+@dataclass(slots=True)
+class _Kept:
+    """The newest version of a file: those before it may be large."""
+
+    version: tuple[int, int] = (0, 0)
+    data: MeshData | None = None
 
 
 @lru_cache(maxsize=256)
-def _load(path: str, _modified: int, _size: int) -> MeshData:
+def _kept(_path: str) -> _Kept:
+    return _Kept()
+
+
+def _load(path: str) -> MeshData:
     import trimesh
 
     from kbot.model._mesh_files import PackageFiles
@@ -173,4 +189,14 @@ def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN4
     if color is None:
         return None
     r, g, b, a = (float(c) / 255.0 for c in color)
-    return r, g, b, a
+    return r, g, b, a * _opacity(getattr(material, "kwargs", {}))
+
+
+def _opacity(words: Mapping[str, list[str]]) -> float:
+    """What a material of OBJ's says by `d`, or by `Tr`, which is the rest."""
+    with suppress(ValueError, IndexError):
+        if "d" in words:
+            return min(1.0, max(0.0, float(words["d"][-1])))
+        if "tr" in words:
+            return min(1.0, max(0.0, 1.0 - float(words["tr"][-1])))
+    return 1.0

@@ -88,7 +88,12 @@ class Packages:
         return tuple(f for f in folders if f != taken) if taken in folders else ()
 
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
-        """The path a mesh's or texture's URI names, or None when there is no such file.
+        """The path a mesh's or texture's URI names, or None when there is no such file; see `expected`."""
+        path = self.expected(uri, beside)
+        return path if path is not None and os.path.exists(path) else None
+
+    def expected(self, uri: str, beside: str | None = None) -> str | None:
+        """The path a URI names, whether or not there is such a file; None where it names no path here.
 
         `package://NAME/…`, `model://NAME/…`, `file://…`, an absolute path, or a path relative to
         the folder of `beside` (or of the file around which packages are searched).
@@ -101,7 +106,7 @@ class Packages:
         if separator and scheme in ("package", "model"):
             name, _, inner = rest.partition("/")
             try:
-                path = os.path.join(self.find(name), inner)
+                path = os.path.join(self.find(name), inner.lstrip("/"))
             except PackageNotFound:
                 return None
         elif separator and scheme == "file":
@@ -112,7 +117,7 @@ class Packages:
             anchor = os.fspath(beside or self.around or ".")
             folder = anchor if os.path.isdir(anchor) else os.path.dirname(anchor)
             path = os.path.join(folder, uri)
-        return str(Path(path)) if os.path.exists(path) else None
+        return str(Path(path))
 
     def names(self) -> list[str]:
         """Every package name that can be found, sorted."""

@@ -47,15 +47,21 @@ def mesh_missing(context: Context) -> Found:
                 said.add(mesh.uri)
                 yield Finding(mesh.origin, f"{link.name}: {why}")
             continue
-        if mesh.uri in said or not mesh.uri.strip():
+        if mesh.uri in said:
             continue
         said.add(mesh.uri)
+        if not mesh.uri.strip():
+            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh names no file")
+            continue
         try:
             expected = _expected(context, mesh.uri)
         except KbotError as error:
             yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}")
             continue
-        if expected and context.folders.but_for_case(expected) is None:
+        found = context.folders.but_for_case(expected) if expected else ""
+        if found == expected != "":
+            yield Finding(mesh.origin, f"{link.name}: {expected} is no file that can be read")
+        if found is None:
             folder, name = os.path.split(expected)
             hint = did_you_mean(name, context.folders.names(folder))
             message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there"
@@ -73,7 +79,7 @@ def _expected(context: Context, uri: str) -> str:
         return ""
     if mark and scheme in ("package", "model"):
         name, _, inner = rest.partition("/")
-        return os.path.join(context.packages.find(name), inner)
+        return os.path.join(context.packages.find(name), inner.lstrip("/"))
     return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)
 
 
@@ -91,7 +97,7 @@ def mesh_case(context: Context) -> Found:
     """
     said: set[str] = set()
     for link, shape, mesh in _meshes(context):
-        if mesh.uri in said:
+        if mesh.uri in said or not mesh.uri.strip():
             continue
         said.add(mesh.uri)
         try:
@@ -99,7 +105,7 @@ def mesh_case(context: Context) -> Found:
         except KbotError:
             continue
         folder, name = os.path.split(expected)
-        if not expected or name in context.folders.names(folder):
+        if not name or name in context.folders.names(folder):
             continue
         found = os.path.basename(context.folders.but_for_case(expected) or "")
         if found.lower() == name.lower():

@@ -32,10 +32,10 @@ class MeshRoots:
         self._known: dict[str, bool] = {}
 
     def allow(self, mesh: Mesh) -> bool:
-        """Whether the file that a mesh names lies within."""
+        """Whether the file that a mesh names lies within, or is not there at all."""
         path = mesh.path
         if path is None:
-            return True
+            return not mesh.uri.startswith(("http://", "https://"))
         if path not in self._known:
             self._known[path] = self._lies_within(Path(path).resolve(), mesh.uri)
         return self._known[path]
@@ -50,9 +50,9 @@ def confine(robot: Robot, roots: MeshRoots) -> Confined:
     outside: dict[str, Diagnostic] = {}
     for link in robot.links.values():
         for mesh in [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]:
-            if not isinstance(mesh, Mesh) or mesh.path is None or mesh.path in outside or roots.allow(mesh):
+            if not isinstance(mesh, Mesh) or (mesh.path or mesh.uri) in outside or roots.allow(mesh):
                 continue
-            outside[mesh.path] = Diagnostic(
+            outside[mesh.path or mesh.uri] = Diagnostic(
                 "F008",
                 Severity.ERROR,
                 f"{link.name}: the mesh {mesh.uri} lies outside the description's own folders and"

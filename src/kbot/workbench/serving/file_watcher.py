@@ -38,9 +38,13 @@ class Watcher:
         for _ in range(8):
             await asyncio.sleep(POLL_SECONDS / 2)
             before, now = now, _signature(self._files)
-            if before == now and None not in now:
+            if before == now and not self._misses(now):
                 break
         self._seen = now
+
+    def _misses(self, now: Signature) -> bool:
+        """Whether a file is gone that was there."""
+        return any(there is None and was is not None for there, was in zip(now, self._seen, strict=True))
 
 
 def _signature(files: tuple[str, ...]) -> Signature:

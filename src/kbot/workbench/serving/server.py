@@ -256,7 +256,7 @@ class Server:
     async def _follow_files(self) -> None:
         """Show the description anew each time one of its files changes."""
         shown = self.session.shown
-        watcher = Watcher(shown.files, shown.began)
+        watcher = Watcher(shown.watched, shown.began)
         while True:
             try:
                 await watcher.changed()
@@ -265,7 +265,7 @@ class Server:
                 await asyncio.sleep(AFTER_FAULT_SECONDS)
                 continue
             await self._read_anew()
-            watcher.watch(shown.files, shown.began)
+            watcher.watch(shown.watched, shown.began)
 
     async def _follow_page(self) -> None:
         """Show the description anew when a page changed it; of many changes at once the last is shown."""

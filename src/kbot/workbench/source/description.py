@@ -6,18 +6,19 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kbot.model import Robot
+from kbot.model import Mesh, Robot
 from kbot.text import DescriptionError, Diagnostic, Element
 from kbot.workbench.source.overrides import Overrides
+from kbot.xacro.packages import Packages
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
     """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
 
-    `files` are all that it was read from, the description itself first; `outside` the mesh files that it
-    names and that are not for the page. `began` is the wall time, in ns, from which on a change of a file
-    may not be in it.
+    `files` are all that it was read from, the description itself first; `meshes` the mesh files that it
+    names, there or not; `outside` those that are not for the page. `began` is the wall time, in ns, from
+    which on a change of a file may not be in it.
     """
 
     robot: Robot | None
@@ -27,6 +28,7 @@ class Reading:
     files: tuple[str, ...]
     outside: frozenset[str] = frozenset()
     began: int = field(default_factory=time.time_ns)
+    meshes: tuple[str, ...] = ()
 
     def require(self) -> Robot:
         """The robot.
@@ -64,7 +66,6 @@ class Description:
         from kbot.checks import check_file
         from kbot.model.load import load_robot
         from kbot.workbench.meshes.roots import MeshRoots, confine
-        from kbot.xacro.packages import Packages
 
         began = time.time_ns()
         packages = Packages(self.package_path, around=self.path)
@@ -82,7 +83,19 @@ class Description:
             return Reading(None, usable, document, tuple(findings), tuple(files), began=began)
         confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
         findings = (*findings, *confined.findings)
-        return Reading(confined.robot, usable, document, findings, tuple(files), confined.outside, began)
+        meshes = _mesh_files(confined.robot, packages)
+        return Reading(
+            confined.robot, usable, document, findings, tuple(files), confined.outside, began, meshes
+        )
+
+
+def _mesh_files(robot: Robot, packages: Packages) -> tuple[str, ...]:
+    links = robot.links.values()
+    shapes = [part.geometry for link in links for part in link.visuals]
+    shapes += [part.geometry for link in links for part in link.collisions]
+    meshes = (shape for shape in shapes if isinstance(shape, Mesh) and shape.uri.strip())
+    files = (mesh.path or packages.expected(mesh.uri) for mesh in meshes)
+    return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
 def _has_sensors(robot: Robot) -> bool:

@@ -59,6 +59,11 @@ class Shown:
         return self._latest.files
 
     @property
+    def watched(self) -> tuple[str, ...]:
+        """Those, and the mesh files that it names: what is shown anew when it changes."""
+        return (*self._latest.files, *self._latest.meshes)
+
+    @property
     def began(self) -> int:
         """Wall time in ns at which the last reading of them began."""
         return self._latest.began
