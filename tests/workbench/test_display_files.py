@@ -53,6 +53,7 @@ Visualization Manager:
           Enabled: false
           Name: Front lidar
           Size (Pixels): 5
+          Queue Size: 10
           Style: Flat Squares
           Topic: /base/scan
           Value: false
@@ -164,7 +165,13 @@ def test_rviz_1_is_read() -> None:
         "alpha": 0.5,
     }
     assert (lidar.kind, lidar.name, lidar.enabled) == ("LaserScan", "Front lidar", False)
-    assert lidar.properties == {"topic": "/base/scan", "size": 5.0, "decay": 2.0, "by": "x"}
+    assert lidar.properties == {
+        "topic": "/base/scan",
+        "size": 5.0,
+        "decay": 2.0,
+        "by": "x",
+        "style": "squares",
+    }
     assert (eye.kind, eye.properties["topic"]) == ("Image", "/camera/image")
     assert robot.properties["collision"] is True
     assert robot.properties["alpha"] == 0.75
@@ -178,7 +185,7 @@ def test_what_is_not_shown_is_named() -> None:
     imu = 1 + lines.index("- Class: rviz_plugin_tutorials/Imu")
     lidar = 1 + lines.index("- Class: rviz/LaserScan")
     assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: no such display here" in notes
-    assert f"Front lidar (LaserScan), line {lidar}: not used: Style" in notes
+    assert f"Front lidar (LaserScan), line {lidar}: not used: Queue Size" in notes
     assert "Robot Description" not in notes
     assert "Panels" not in notes
     other = RVIZ1.replace("Robot Description: robot_description", "Robot Description: /r2/robot_description")

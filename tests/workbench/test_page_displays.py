@@ -22,11 +22,8 @@ from kbot.messages.navigation import (
     PoseStamped,
     PoseWithCovarianceStamped,
 )
-from kbot.messages.sensing import Image, LaserScan, PointCloud2, PointField, Range
-from kbot.messages.visualization import (
-    PointStamped,
-    PoseArray,
-)
+from kbot.messages.sensing import LaserScan, Range, Wrench, WrenchStamped
+from kbot.messages.visualization import Point32, PointStamped, Polygon, PolygonStamped, PoseArray
 
 from .conftest import until
 from .displayed import FROM_ABOVE, WORLD, Show, is_like, is_red, pose, showing
@@ -34,7 +31,7 @@ from .pictures import screenshot
 
 OpenPage = Callable[..., Any]
 
-RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+RED, GREEN = (255, 0, 0), (0, 255, 0)
 
 
 def covariance(x: float, y: float, yaw: float) -> tuple[float, ...]:
@@ -81,33 +78,6 @@ def test_a_scan_is_drawn_in_its_own_frame(open_page: OpenPage) -> None:
         show.bus.publish("/laser", LaserScan(Header(frame_id="nowhere"), range_max=8.0, ranges=ranges))
         until(lambda: "there is no frame nowhere" in show.status("LaserScan"))
         assert not show.mask(GREEN).any()
-
-
-def cloud(points: list[tuple[float, float, float]], rgb: list[int]) -> PointCloud2:
-    rows = np.zeros(
-        len(points), np.dtype([("x", "<f4"), ("y", "<f4"), ("pad", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
-    )
-    rows["x"], rows["y"], rows["z"] = np.array(points).T
-    rows["rgb"] = rgb
-    fields = (
-        PointField("x", 0),
-        PointField("y", 4),
-        PointField("z", 12),
-        PointField("rgb", 16, 6),
-    )
-    return PointCloud2(WORLD, 1, len(points), fields, False, 20, 20 * len(points), rows.tobytes())
-
-
-def test_points_of_a_cloud_have_their_places_and_colours(open_page: OpenPage) -> None:
-    places = [(0.5, 0.5, 0.0), (-0.5, 0.5, 0.3), (0.0, -0.5, 0.6)]
-    with showing(open_page, {"/cloud": PointCloud2}) as show:
-        show.look((0.0, -2.5, 2.0), (0.0, 0.0, 0.2))
-        show.add("PointCloud2", "/cloud")
-        show.set("PointCloud2", "by", "rgb")
-        show.set("PointCloud2", "size", "9")
-        show.hear("PointCloud2", "/cloud", cloud(places, [0xFF0000, 0x00FF00, 0x0000FF]))
-        for place, rgb in zip(places, (RED, GREEN, BLUE), strict=True):
-            assert is_like(show.colours(place), rgb), place
 
 
 def test_a_path_is_a_line_through_its_poses(open_page: OpenPage) -> None:
@@ -208,6 +178,46 @@ def test_a_twist_is_an_arrow_and_a_ring(open_page: OpenPage) -> None:
         assert show.colours((0.55, 0.0, 0.0))[0, 0] < 90
 
 
+def test_a_wrench_is_an_arrow_along_the_force_and_a_ring_around_the_torque(open_page: OpenPage) -> None:
+    message = WrenchStamped(WORLD, Wrench(Vector3(10.0), Vector3(0.0, 0.0, 3.0)))
+    with showing(open_page, {"/force": WrenchStamped}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.add("Wrench", "/force")
+        show.set("Wrench", "linear", "#ff2000")
+        show.set("Wrench", "angular", "#0040ff")
+        show.set("Wrench", "linear_scale", "0.06")
+        show.set("Wrench", "angular_scale", "0.1")
+        show.hear("Wrench", "/force", message)
+        assert (show.colours((0.0, 0.3, 0.0), (-0.3, 0.0, 0.0))[:, 2] > 120).all()  # 3 Nm
+        assert show.colours((0.55, 0.0, 0.0))[0, 0] > 120  # 10 N
+        assert show.colours((0.65, 0.0, 0.0))[0, 0] < 90
+
+
+def test_a_polygon_is_a_closed_line(open_page: OpenPage) -> None:
+    corners = tuple(Point32(x, y) for x, y in ((-0.5, -0.3), (0.5, -0.3), (0.5, 0.3)))
+    with showing(open_page, {"/footprint": PolygonStamped}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.add("Polygon", "/footprint")
+        show.set("Polygon", "colour", "#ff0000")
+        show.set("Polygon", "width", "7")
+        show.hear("Polygon", "/footprint", PolygonStamped(WORLD, Polygon(corners)))
+        assert is_red(show.colours((0.0, -0.3, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0))).all()
+        assert not is_red(show.colours((0.2, 0.0, 0.0), (0.0, 0.3, 0.0))).any()
+
+
+def test_lines_of_a_path_are_as_wide_in_metres_as_is_asked(open_page: OpenPage) -> None:
+    way = Path(WORLD, (PoseStamped(WORLD, pose(-0.5)), PoseStamped(WORLD, pose(0.5))))
+    with showing(open_page, {"/way": Path}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.add("Path", "/way")
+        show.set("Path", "colour", "#ff0000")
+        show.set("Path", "style", "billboards")
+        show.set("Path", "metres", "0.2")
+        show.hear("Path", "/way", way)
+        assert is_red(show.colours((0.0, 0.0, 0.0), (0.3, 0.09, 0.0), (-0.3, -0.09, 0.0))).all()
+        assert not is_red(show.colours((0.0, 0.12, 0.0), (0.0, -0.12, 0.0))).any()
+
+
 def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
     # two rows of three cells of 0.2 m, the first row along x from (-0.3, -0.2), turned by 90 degrees
     cells = np.array([[0, 100, 0], [-1, 0, 100]], np.int8)
@@ -233,24 +243,24 @@ def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
         until(lambda: "3 by 3 cells, but 6 values" in show.status("Map"))
 
 
-def test_a_camera_picture_is_shown_pixel_by_pixel(open_page: OpenPage) -> None:
-    pixels = np.array([[RED, GREEN], [BLUE, (255, 255, 255)]], np.uint8)
-    padded = np.zeros((2, 8), np.uint8)  # rows may be longer than their pixels
-    padded[:, :6] = pixels[..., ::-1].reshape(2, 6)
-    with showing(open_page, {"/eye": Image}) as show:
-        show.add("Image", "/eye")
-        show.hear("Image", "/eye", Image(WORLD, 2, 2, "bgr8", 0, 8, padded.tobytes()))
-        canvas = show.page.locator(".camera-view canvas")
-        until(canvas.is_visible)
-        read = "c => [...c.getContext('2d').getImageData(0, 0, 2, 2).data]"
-        until(lambda: np.array(canvas.evaluate(read)).reshape(2, 2, 4)[..., :3].tolist() == pixels.tolist())
-        depth = np.array([[1.0, 2.0], [3.0, np.nan]], np.float32)
-        show.bus.publish("/eye", Image(WORLD, 2, 2, "32FC1", 0, 8, depth.tobytes()))
-        until(lambda: canvas.evaluate(read)[12:15] == [0, 0, 0])  # what is not known is black
-        near, middle, far = np.array(canvas.evaluate(read)).reshape(4, 4)[:3, :3].sum(axis=1)
-        assert near > middle > far
-        show.bus.publish("/eye", Image(WORLD, 2, 2, "yuv422", 0, 8, bytes(16)))
-        until(lambda: "yuv422 are not shown" in show.status("Image"))
+def test_a_map_may_lie_behind_all_else(open_page: OpenPage) -> None:
+    cells = np.full(100, 100, np.int8)
+    info = MapMetaData(resolution=0.1, width=10, height=10, origin=pose(-0.5, -0.5, 0.2))
+    grid = OccupancyGrid(WORLD, info, cells)
+    red = PointStamped(WORLD, Point())
+    with showing(open_page, {"/cells": OccupancyGrid, "/clicked": PointStamped}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.add("PointStamped", "/clicked")
+        show.set("PointStamped", "colour", "#ff0000")
+        show.set("PointStamped", "radius", "0.1")
+        show.hear("PointStamped", "/clicked", red)
+        show.add("Map", "/cells")
+        show.set("Map", "alpha", "1")
+        show.hear("Map", "/cells", grid)
+        assert is_like(show.colours((0.0, 0.0, 0.0), (0.3, 0.0, 0.2)), (0, 0, 0), 12)
+        show.field("Map", "behind").check()
+        until(lambda: is_red(show.colours((0.0, 0.0, 0.0))).all())
+        assert is_like(show.colours((0.3, 0.0, 0.2)), (0, 0, 0), 12)
 
 
 def test_a_range_is_a_cone_as_long_as_what_was_met(open_page: OpenPage) -> None:

@@ -1,6 +1,7 @@
 """Markers by their pixels: every shape, colours, text, namespaces."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,11 @@ MARKERS = {
         [(0.3, 0), (0.2, -0.2)],
         [(-0.2, 0.2), (0, 0.3)],
     ),
+    12: (
+        marker(12, points=SQUARE[:3], scale=Vector3(0.06, 0.12, 0.2)),
+        [(-0.2, -0.4), (0.15, -0.4), (0.4, 0.0), (0.4, 0.3)],
+        [(0, 0), (-0.4, 0.4), (0, 0.4)],
+    ),
 }
 
 
@@ -79,7 +85,13 @@ def test_markers_have_colours_a_point_text_lives_and_namespaces(open_page: OpenP
         rows = show.extent(show.mask(RED, 90))[:, 0]
         tall = np.diff(show.pixels([(0.0, 0.2, 0.0), (0.0, 0.0, 0.0)])[:, 0])[0]
         assert abs(np.diff(rows)[0] - tall) < 0.2 * tall  # an upper-case letter is as tall as the scale's z
-        show.set("Marker", "namespaces", "other")
+        row = show.row("Marker")
+        row.get_by_text("Namespaces").click()
+        row.get_by_label("test of Marker").uncheck()
         until(lambda: not show.mask(RED, 90).any())
+        show.bus.publish("/mark", replace(marker(1, id=4), ns="other"))
+        until(lambda: row.get_by_label("other of Marker").count())
+        until(lambda: is_red(show.colours((0.1, 0.1, 0.0))).all())
+        show.bus.publish("/mark", replace(marker(0, id=4, action=DELETE), ns="other"))
         show.bus.publish("/mark", marker(3, id=3, color=ColorRGBA(1.0, 0.0, 0.0, 0.0)))
         until(lambda: "its colour's a is 0" in show.status("Marker"))

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from kbot.messages import Header, Quaternion, TransformStamped, Vector3
+from kbot.messages import Header, Quaternion, TFMessage, TransformStamped, Vector3
+from kbot.messages import Transform as TransformMessage
 
 from .conftest import until
 from .displayed import FROM_ABOVE, Show, is_red, showing
@@ -139,9 +140,6 @@ def test_the_fixed_frame_stands_still(open_page: OpenPage) -> None:
 
 
 def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
-    from kbot.messages import TFMessage
-    from kbot.messages import Transform as TransformMessage
-
     marker_frame = TransformStamped(
         Header(frame_id="map"), "beacon", TransformMessage(Vector3(0.6, 0.4), Quaternion())
     )
@@ -162,3 +160,35 @@ def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
         assert not show.mask(arrows, 30).any()
         show.field("TF", "arrows").check()
         until(lambda: show.mask(arrows, 30).any())
+
+
+def test_frames_are_chosen_by_patterns_as_in_rviz_and_names_of_one_place_stand_apart(
+    open_page: OpenPage,
+) -> None:
+    axis = [(0.25, 0.0, 0.0), (0.85, 0.4, 0.0)]  # on the x axes of a and b
+    frames = tuple(
+        TransformStamped(Header(frame_id="world"), name, TransformMessage(Vector3(x, y), Quaternion()))
+        for name, x, y in (("tool_a", 0.0, 0.0), ("tool_b", 0.6, 0.4), ("tool_a_too", 0.0, 0.0))
+    )
+    with showing(open_page, {}) as show:
+        show.page.evaluate(FROM_ABOVE)
+        show.row("TF").locator(".head").click()
+        show.field("TF", "axes").check()
+        show.set("TF", "length", "0.5")
+        show.set("TF", "filter", "a$|tool_b")
+        show.bus.publish("/tf", TFMessage(frames))
+        show.page.get_by_role("button", name="Step").click()
+        until(lambda: (show.colours(*axis)[:, 0] > 150).all())
+        show.set("TF", "without", "_b")
+        until(lambda: (show.colours(*axis)[:, 0] > 150).tolist() == [True, False])
+        show.field("TF", "axes").uncheck()
+        show.set("TF", "without", "")
+        show.set("TF", "filter", "tool_a")
+        show.field("TF", "names").check()
+
+        def letters() -> np.ndarray:
+            return show.mask((230, 236, 243), 60)[:300]  # not those of the bar below
+
+        until(lambda: letters().sum() > 100)
+        # of 22 px each, one above the other
+        assert 26 < np.ptp(show.extent(letters())[:, 0]) < 44

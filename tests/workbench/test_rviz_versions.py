@@ -1,6 +1,7 @@
 """What is written for rviz 1 and for rviz 2, and cameras in both."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -193,3 +194,62 @@ def test_a_copy_has_a_fixed_frame_that_rviz_hears_of(
     (answer,) = session.obey(SaveDisplays("kbot", {"globals": {}, "displays": []}), 1)
     assert isinstance(answer, DisplaysText)
     assert "odom" not in answer.text
+
+
+POINTS = """
+Visualization Manager:
+  Displays:
+    - Class: rviz_default_plugins/PointCloud2
+      Autocompute Intensity Bounds: false
+      Autocompute Value Bounds: {Max Value: 2.5, Min Value: -1, Value: false}
+      Axis: Y
+      Channel Name: ring
+      Color Transformer: AxisColor
+      Max Intensity: 4096
+      Min Intensity: 7
+      Name: Cloud
+      Size (Pixels): 3
+      Size (m): 0.05
+      Style: Flat Squares
+    - Class: rviz_default_plugins/MarkerArray
+      Name: Marks
+      Namespaces: {"": true, a/b: false}
+"""
+
+
+def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> None:
+    found = read_rviz(POINTS, "points.rviz")
+    cloud, marks = found.settings.displays[:2]
+    assert found.notes == ()
+    assert cloud.properties == {
+        "style": "squares",
+        "size": 3.0,
+        "metres": 0.05,
+        "by": "y",
+        "channel": "ring",
+        "auto": False,
+        "low": -1.0,
+        "high": 2.5,
+    }
+    assert marks.properties == {"a/b/show": False}
+    before = yaml.safe_load(POINTS)["Visualization Manager"]["Displays"]
+    kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"]
+    assert [{**entry, **old} for entry, old in zip(kept, before, strict=True)] == kept
+    told = {**cloud.properties, "by": "intensity", "style": "boxes", "high": 9.0}
+    hidden = {**marks.properties, "/show": False}
+    changed = Settings({}, (replace(cloud, properties=told), replace(marks, properties=hidden)))
+    one, two = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
+    assert (one["Color Transformer"], one["Style"], one["Max Intensity"]) == ("Intensity", "Boxes", 9.0)
+    assert one["Autocompute Value Bounds"] == before[0]["Autocompute Value Bounds"]
+    assert two["Namespaces"] == {"": False, "a/b": False}
+    again = read_rviz(write_rviz(changed, found.document), "points.rviz").settings.displays
+    assert [dict(display.properties) for display in again[:2]] == [told, hidden]
+
+
+@pytest.mark.parametrize(("version", "name"), [(1, "rviz/WrenchStamped"), (2, "rviz_default_plugins/Wrench")])
+def test_each_rviz_has_its_name_for_a_wrench(version: Literal[1, 2], name: str) -> None:
+    force = Settings({}, (Display("Wrench", "Force", True, {"topic": "/f", "linear_scale": 0.5}),))
+    text = write_rviz(force, None, version)
+    (entry,) = yaml.safe_load(text)["Visualization Manager"]["Displays"]
+    assert (entry["Class"], entry["Force Arrow Scale"]) == (name, 0.5)
+    assert read_rviz(text, "f.rviz").settings.displays[0].kind == "Wrench"

@@ -47,12 +47,14 @@ export class App {
   readonly displays = new DisplaySet();
   /** How each display fares, by its number. */
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
+  /** Namespaces of the markers that displays heard of, by the displays' numbers. */
+  readonly namespaces = new Signal<ReadonlyMap<number, readonly string[]>>(new Map());
   /** The file that the displays came from, and what of it is not shown. */
   readonly displayFile = new Signal<Omit<DisplayFile, "setup" | "type"> | null>(null);
-  /** A view that a file asks for. */
-  readonly asked = new Signal<LookingFrom | null>(null);
   /** Whether the browser draws the picture, never could, or lost what it draws with. */
   readonly drawn = new Signal<"drawn" | "never" | "lost">("drawn");
+  /** A view that a file asks for. */
+  readonly asked = new Signal<LookingFrom | null>(null);
   /** From where one looks now. */
   lookingFrom: () => LookingFrom | null = () => null;
   readonly travel = new TimeTravel(this.state, this.topics, (message) => this.send(message));

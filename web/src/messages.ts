@@ -368,6 +368,22 @@ export interface PoseArray {
   poses: readonly Pose[];
 }
 
+export interface Point32 {
+  x: number;
+  y: number;
+  z: number;
+}
+
+/** Its corners in order; the last is joined to the first. */
+export interface Polygon {
+  points: readonly Point32[];
+}
+
+export interface PolygonStamped {
+  header: Header;
+  polygon: Polygon;
+}
+
 export interface PointStamped {
   header: Header;
   point: Point;

@@ -1,4 +1,4 @@
-"""Messages that are made to be looked at: visualization_msgs/Marker and its parts, arrays of poses."""
+"""Messages that are made to be looked at: visualization_msgs/Marker and its parts, poses, polygons."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ HEADER, ORIGIN, HERE, NO_SIZE, FOR_EVER = Header(), Pose(), Point(), Vector3(), 
 
 ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST = 0, 1, 2, 3, 4, 5
 CUBE_LIST, SPHERE_LIST, POINTS, TEXT_VIEW_FACING, MESH_RESOURCE, TRIANGLE_LIST = 6, 7, 8, 9, 10, 11
+ARROW_STRIP = 12
 ADD, DELETE, DELETE_ALL = 0, 2, 3
 
 
@@ -83,6 +84,29 @@ class MarkerArray:
 class PoseArray:
     header: Header = HEADER
     poses: tuple[Pose, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Point32:
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Polygon:
+    """Its corners in order; the last is joined to the first."""
+
+    points: tuple[Point32, ...] = ()
+
+
+NO_CORNERS = Polygon()
+
+
+@dataclass(frozen=True, slots=True)
+class PolygonStamped:
+    header: Header = HEADER
+    polygon: Polygon = NO_CORNERS
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,9 @@ NAMESAKES = {
         "MultiArrayLayout String"
     ),
     "geometry_msgs": (
-        "Point PointStamped Pose PoseArray PoseStamped PoseWithCovariance PoseWithCovarianceStamped "
-        "Quaternion Transform TransformStamped Twist TwistStamped TwistWithCovariance Vector3 Wrench "
-        "WrenchStamped"
+        "Point Point32 PointStamped Polygon PolygonStamped Pose PoseArray PoseStamped PoseWithCovariance "
+        "PoseWithCovarianceStamped Quaternion Transform TransformStamped Twist TwistStamped "
+        "TwistWithCovariance Vector3 Wrench WrenchStamped"
     ),
     "nav_msgs": "MapMetaData OccupancyGrid Odometry Path",
     "sensor_msgs": (

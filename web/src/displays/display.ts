@@ -38,8 +38,10 @@ export interface Display {
   /** The robot or the world is another one, or the theme: what was built of them is built anew. */
   rebuild?(scene: Scene): void;
   state?(state: State): void;
-  /** A message of its topic; what is wrong with it is said. */
-  message?(message: TopicMessage): Status | null;
+  /** A message of its topic; what is wrong with it is said, at once or when it was read. */
+  message?(message: TopicMessage): Status | null | Promise<Status | null>;
+  /** Namespaces of what it shows. */
+  readonly namespaces?: readonly string[];
   /** Its topic is another one: what it showed of the one before is gone. */
   clear?(): void;
   /** A link was chosen. */

@@ -12,14 +12,33 @@ export const image: Make = (picture) => {
   let set: Values = {};
   let shown = false;
   let heard: msg.Image | null = null;
+  let packed: msg.CompressedImage | null = null;
   const draw = (): Status | null => {
-    window.show(shown && heard !== null);
+    window.show(shown && (heard ?? packed) !== null);
     if (heard === null) return null;
     const colours = pixelsOf(heard, set);
     if (!(colours instanceof ImageData)) return colours;
     Object.assign(window.canvas, { width: heard.width, height: heard.height });
     window.canvas.getContext("2d")!.putImageData(colours, 0, 0);
     return null;
+  };
+  /** Draws a JPEG or a PNG once it is read, where no other came meanwhile. */
+  const unpack = async (message: msg.CompressedImage, topic: string): Promise<Status | null> => {
+    packed = message;
+    if (/compressedDepth/.test(message.format)) return { level: "error", reason: "depths that are compressed are not shown" };
+    try {
+      const bitmap = await createImageBitmap(new Blob([message.data as Uint8Array<ArrayBuffer>]));
+      if (packed !== message) return null;
+      const { width, height } = bitmap;
+      Object.assign(window.canvas, { width, height });
+      window.canvas.getContext("2d")!.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      window.name(topic, `Picture of ${topic}, ${width} by ${height}`);
+      draw();
+      return null;
+    } catch {
+      return { level: "error", reason: `its bytes are no picture (${message.format || "no format"})` };
+    }
   };
   return {
     group: new Group(),
@@ -28,13 +47,14 @@ export const image: Make = (picture) => {
       shown = isShown;
       draw();
     },
-    message({ topic, message }) {
+    message({ topic, kind, message }) {
+      if (kind.endsWith("CompressedImage")) return unpack(message as unknown as msg.CompressedImage, topic);
       heard = message as unknown as msg.Image;
       window.name(topic, `Picture of ${topic}, ${heard.width} by ${heard.height}`);
       return draw();
     },
     clear() {
-      heard = null;
+      heard = packed = null;
       draw();
     },
     dispose: () => window.remove(),

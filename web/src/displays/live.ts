@@ -111,6 +111,7 @@ export class LiveDisplays {
 
   private drop(one: Live): void {
     this.live.delete(one.config.id);
+    if (one.display?.namespaces !== undefined) this.app.namespaces.set(new Map([...this.app.namespaces.value].filter(([id]) => id !== one.config.id)));
     one.stop?.();
     one.holder.removeFromParent();
     one.display?.dispose();
@@ -156,9 +157,16 @@ export class LiveDisplays {
 
   private hear(one: Live, message: TopicMessage): void {
     const said = one.display?.message?.(message) ?? null;
+    if (said instanceof Promise) void said.then((status) => this.live.get(one.config.id) === one && one.topic === message.topic && this.take(one, status));
+    else this.take(one, said);
+  }
+
+  private take(one: Live, said: Status | null): void {
     const isNew = !one.heard || said?.reason !== one.said?.reason;
     Object.assign(one, { heard: true, said });
     if (isNew) this.report();
+    const names = one.display?.namespaces;
+    if (names !== undefined && names.join("\n") !== this.app.namespaces.value.get(one.config.id)?.join("\n")) this.app.namespaces.set(new Map([...this.app.namespaces.value, [one.config.id, names]]));
     this.picture.invalidate();
   }
 

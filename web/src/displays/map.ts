@@ -28,10 +28,17 @@ const SCHEMES: Record<string, (value: number) => Rgba> = {
   },
 };
 
+/** As far away as is seen, where it is to be behind all else. */
+const AT_THE_BACK = `
+  #ifdef BEHIND
+    gl_Position.z = gl_Position.w * 0.999999;
+  #endif`;
+
 /** A grid of cells on the ground, the first row along x of its origin. */
 export const map: Make = (picture) => {
   const group = new Group();
   const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, toneMapped: false, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
+  material.onBeforeCompile = (shader) => (shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>${AT_THE_BACK}`));
   const mesh = new Mesh(new PlaneGeometry(1, 1).translate(0.5, 0.5, 0), material);
   mesh.visible = mesh.matrixAutoUpdate = false;
   mesh.renderOrder = -1;
@@ -58,6 +65,8 @@ export const map: Make = (picture) => {
     group,
     configure(values) {
       material.opacity = values["alpha"] as number;
+      material.defines = values["behind"] === true ? { BEHIND: "" } : {};
+      material.needsUpdate = true;
       if (values["scheme"] === scheme) return;
       scheme = values["scheme"] as string;
       draw();

@@ -44,6 +44,7 @@ export const BUILDERS: readonly ((marker: msg.Marker, changed: () => void) => Ob
   text,
   resource,
   triangles,
+  arrows,
 ];
 
 function paint({ color }: msg.Marker, options: { vertexColors?: boolean; side?: typeof DoubleSide } = {}): MeshLambertMaterial {
@@ -68,6 +69,12 @@ function arrow(marker: msg.Marker): Object3D {
   const start = new Vector3(from.x, from.y, from.z);
   const way = new Vector3(to.x, to.y, to.z).sub(start);
   return arrowAlong(marker, start, way, x, y, z || way.length() * 0.23);
+}
+
+/** From each point to the next. */
+function arrows(marker: msg.Marker): Object3D {
+  const { points } = marker;
+  return new Group().add(...points.slice(1).map((point, i) => arrow({ ...marker, points: [points[i]!, point] })));
 }
 
 function arrowAlong(marker: msg.Marker, start: Vector3, way: Vector3, shaft: number, head: number, headLength: number): Object3D {

@@ -22,13 +22,15 @@ interface Drawn {
 class Markers implements Display {
   readonly group = new Group();
   protected readonly drawn = new Map<string, Drawn>();
-  private wanted: readonly string[] = [];
+  /** Namespaces that were heard of. */
+  private readonly known = new Set<string>();
+  private set: Values = {};
   private resets = 0;
 
   constructor(protected readonly picture: Picture) {}
 
   configure(values: Values): void {
-    this.wanted = String(values["namespaces"] ?? "").split(",").map((name) => name.trim()).filter(Boolean);
+    this.set = values;
     for (const { holder, marker } of this.drawn.values()) holder.visible = this.isWanted(marker);
   }
 
@@ -51,8 +53,13 @@ class Markers implements Display {
     for (const { marker, holder } of this.drawn.values()) if (marker.frame_locked) this.put(holder, marker, true);
   }
 
+  get namespaces(): readonly string[] {
+    return [...this.known].sort();
+  }
+
   clear(): void {
     for (const key of [...this.drawn.keys()]) this.drop(key);
+    this.known.clear();
   }
 
   dispose(): void {
@@ -72,6 +79,7 @@ class Markers implements Display {
     }
     this.drop(key);
     if (received.action === DELETE) return null;
+    this.known.add(received.ns);
     const marker = this.prepared(received);
     const build = BUILDERS[marker.type];
     if (build === undefined) return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
@@ -96,7 +104,7 @@ class Markers implements Display {
   }
 
   private isWanted({ ns }: msg.Marker): boolean {
-    return this.wanted.length === 0 || this.wanted.includes(ns);
+    return this.set[`${ns}/show`] !== false;
   }
 
   private drop(key: string): void {

@@ -37,7 +37,9 @@ export const path: Make = (picture) => {
     configure(values) {
       set = values;
       material.color = new Color(values["colour"] as string);
-      material.linewidth = values["width"] as number;
+      material.worldUnits = values["style"] === "billboards";
+      material.linewidth = Number(values[material.worldUnits ? "metres" : "width"]);
+      material.needsUpdate = true;
       material.opacity = values["alpha"] as number;
       draw();
     },
@@ -56,6 +58,39 @@ export const path: Make = (picture) => {
       line?.geometry.dispose();
       material.dispose();
       shapes.dispose();
+    },
+  };
+};
+
+/** The outline of a polygon. */
+export const polygon: Make = (picture) => {
+  const group = new Group();
+  const material = new LineMaterial({ transparent: true, toneMapped: false });
+  const line = new Line2(new LineGeometry(), material);
+  line.frustumCulled = line.visible = false;
+  group.add(line);
+  return {
+    group,
+    configure(values) {
+      material.color = new Color(values["colour"] as string);
+      material.linewidth = values["width"] as number;
+      material.opacity = values["alpha"] as number;
+    },
+    message({ message }) {
+      const heard = message as unknown as msg.PolygonStamped;
+      const { points } = heard.polygon;
+      line.visible = points.length > 1;
+      line.geometry.dispose();
+      line.geometry = new LineGeometry();
+      if (line.visible) line.geometry.setPositions([...points, points[0]!].flatMap(({ x, y, z }) => [x, y, z]));
+      return line.visible ? placeAtHeader(picture, group, heard.header) : null;
+    },
+    clear() {
+      line.visible = false;
+    },
+    dispose() {
+      line.geometry.dispose();
+      material.dispose();
     },
   };
 };

@@ -10,6 +10,21 @@ const COLOURED: Record<string, readonly [number, number, number, number]> = {
   bgra8: [4, 2, 1, 0],
   mono8: [1, 0, 0, 0],
   "8UC1": [1, 0, 0, 0],
+  "8UC3": [3, 2, 1, 0],
+  "8UC4": [4, 2, 1, 0],
+  // what is behind a colour filter, as the brightness of each pixel
+  bayer_rggb8: [1, 0, 0, 0],
+  bayer_bggr8: [1, 0, 0, 0],
+  bayer_gbrg8: [1, 0, 0, 0],
+  bayer_grbg8: [1, 0, 0, 0],
+};
+
+/** Where two pixels of four bytes have their brightness, and what they share of blue and red. */
+const BRIGHTNESS: Record<string, readonly [number, number, number, number]> = {
+  yuv422: [1, 3, 0, 2],
+  uyvy: [1, 3, 0, 2],
+  yuv422_yuy2: [0, 2, 1, 3],
+  yuyv: [0, 2, 1, 3],
 };
 
 /** What a picture shows: its colours, or its depths in colours by `normalize`, `near` and `far`; else what is wrong with it. */
@@ -24,6 +39,17 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
       for (let column = 0, at = row * step; column < width; column += 1, at += size, to += 4) {
         places.forEach((place, channel) => (pixels.data[to + channel] = data[at + place]!));
         pixels.data[to + 3] = 255;
+      }
+    }
+    return pixels;
+  }
+  const pair = BRIGHTNESS[encoding];
+  if (pair !== undefined) {
+    for (let row = 0, to = 0; row < height; row += 1) {
+      for (let column = 0; column < width; column += 1, to += 4) {
+        const at = row * step + 4 * (column >> 1);
+        const [y, u, v] = [data[at + pair[column & 1]!]!, data[at + pair[2]]! - 128, data[at + pair[3]]! - 128];
+        pixels.data.set([y + 1.402 * v, y - 0.344 * u - 0.714 * v, y + 1.772 * u, 255], to);
       }
     }
     return pixels;

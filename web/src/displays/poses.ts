@@ -7,6 +7,9 @@ import { placeAtHeader } from "./frames";
 import { PoseShapes, poseMatrix } from "./pose-shapes";
 import type { Status, Values } from "./set";
 
+/** Poses that are kept where all are asked for: a page may be open for days. */
+const MOST_KEPT = 10_000;
+
 /** What a pose in the frame of a header is drawn as. */
 abstract class Poses implements Display {
   readonly group = new Group();
@@ -83,7 +86,7 @@ class Travelled extends Poses {
     const before = this.poses.at(-1);
     if (before === undefined || this.hasMoved(before, now)) {
       this.poses.push(now);
-      this.poses = this.poses.slice(-Number(this.values["keep"]));
+      if (this.poses.length > this.most) this.poses = this.poses.slice(-this.most);
     }
     this.last = odometry.pose;
     this.draw();
@@ -103,6 +106,10 @@ class Travelled extends Poses {
     this.draw();
   }
 
+  private get most(): number {
+    return Number(this.values["keep"]) || MOST_KEPT;
+  }
+
   private hasMoved(before: Matrix4, now: Matrix4): boolean {
     const distance = new Vector3().setFromMatrixPosition(before).distanceTo(new Vector3().setFromMatrixPosition(now));
     const angle = new Quaternion().setFromRotationMatrix(before).angleTo(new Quaternion().setFromRotationMatrix(now));
@@ -110,7 +117,7 @@ class Travelled extends Poses {
   }
 
   protected draw(): void {
-    this.shapes.put(this.poses.slice(-Number(this.values["keep"])), this.length);
+    this.shapes.put(this.poses.slice(-this.most), this.length);
     const isShown = this.values["covariance"] === true && this.last !== null;
     this.certainty.group.visible = isShown;
     if (isShown) this.certainty.put(this.last!.covariance, poseMatrix(this.last!.pose), this.length);

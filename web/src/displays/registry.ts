@@ -21,6 +21,8 @@ export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
   PoseWithCovariance: async () => (await import("./poses")).newestPose,
   PoseArray: async () => (await import("./poses")).newestPose,
   Twist: async () => (await import("./twist")).twist,
+  Wrench: async () => (await import("./twist")).twist,
+  Polygon: async () => (await import("./path")).polygon,
   Map: async () => (await import("./map")).map,
   Marker: async () => (await import("./markers")).markers,
   MarkerArray: async () => (await import("./markers")).markers,

@@ -21,6 +21,8 @@ import type { Display, Make, Picture } from "./display";
 import type { Values } from "./set";
 
 const LABEL_PIXELS = 22;
+/** Frames nearer to each other than so much of their axes are at one place. */
+const SAME_PLACE = 0.05;
 const ARROWS = 0xe86fc5;
 const COLOURS = [AXES.x, AXES.y, AXES.z].map((colour) => new Color(colour));
 
@@ -73,25 +75,30 @@ class Frames implements Display {
     const mesh = this.axes;
     if (mesh === null) return;
     const { transforms, perPixel } = this.picture;
-    const { axes, names, filter } = this.values;
+    const { axes, names } = this.values;
+    const meant = this.meant();
+    const shared = new Map<string, number>();
     const product = new Matrix4();
     const at = new Matrix4();
     const named = new Set<string>();
     let count = 0;
     for (const name of transforms.names) {
       const isSelected = name === this.selected;
-      const isMeant = name.includes(String(filter));
+      const isMeant = meant(name);
       const hasAxes = isSelected || (axes === true && isMeant);
       const hasName = isSelected || (names === true && isMeant);
       if (!(hasAxes || hasName) || transforms.lookup(name, null, at) === null) continue;
       if (hasName) {
         named.add(name);
-        this.putLabel(name, at, LABEL_PIXELS * perPixel);
+        const place = new Vector3().setFromMatrixPosition(at).divideScalar(this.length * SAME_PLACE).round().toArray().join();
+        const above = shared.get(place) ?? 0;
+        shared.set(place, above + 1);
+        this.putLabel(name, at, LABEL_PIXELS * perPixel, above);
       }
       if (!hasAxes || count >= mesh.instanceMatrix.count) continue;
       for (const still of this.still) mesh.setMatrixAt(count++, product.multiplyMatrices(at, still));
     }
-    this.putArrows();
+    this.putArrows(meant);
     for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
     mesh.count = count;
     mesh.visible = count > 0;
@@ -99,13 +106,13 @@ class Frames implements Display {
   }
 
   /** A line from each frame to the one it hangs on. */
-  private putArrows(): void {
+  private putArrows(meant: (name: string) => boolean): void {
     const { transforms } = this.picture;
     const ends: number[] = [];
     const [at, above] = [new Matrix4(), new Matrix4()];
     for (const name of this.values["arrows"] === true ? transforms.names : []) {
       const parent = transforms.parent(name);
-      if (!name.includes(String(this.values["filter"])) || parent === "") continue;
+      if (!meant(name) || parent === "") continue;
       if (transforms.lookup(name, null, at) === null || transforms.lookup(parent, null, above) === null) continue;
       ends.push(...new Vector3().setFromMatrixPosition(at), ...new Vector3().setFromMatrixPosition(above));
     }
@@ -116,8 +123,16 @@ class Frames implements Display {
     this.arrows.geometry.setAttribute("position", new Float32BufferAttribute(ends, 3));
   }
 
-  /** Labels are made when they are first shown. */
-  private putLabel(name: string, at: Matrix4, tall: number): void {
+  /** Which frames are shown, by their names. */
+  private meant(): (name: string) => boolean {
+    const filter = matcher(String(this.values["filter"]));
+    const without = String(this.values["without"]);
+    const isOut = without === "" ? () => false : matcher(without);
+    return (name) => filter(name) && !isOut(name);
+  }
+
+  /** Labels are made when they are first shown; those of one place stand one above the other. */
+  private putLabel(name: string, at: Matrix4, tall: number, above: number): void {
     let sprite = this.labels.get(name);
     if (sprite === undefined) {
       sprite = label(name, this.picture.app.theme.value);
@@ -125,6 +140,7 @@ class Frames implements Display {
       this.group.add(sprite);
     }
     sprite.position.setFromMatrixPosition(at);
+    sprite.center.set(-0.06, -0.25 - above);
     sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
   }
 
@@ -149,6 +165,16 @@ export const tf: Make = (picture) => new Frames(picture);
 
 /** Frames that may come up later without anything being built anew. */
 const SPARE = 64;
+
+/** Whether a pattern is found in a name; one that is not whole yet is a part of it as it is. */
+function matcher(pattern: string): (name: string) => boolean {
+  try {
+    const expression = new RegExp(pattern);
+    return (name) => expression.test(name);
+  } catch {
+    return (name) => name.includes(pattern);
+  }
+}
 
 /** Room for the axes of so many frames. */
 function axesMesh(rod: CylinderGeometry, frames: number): InstancedMesh<CylinderGeometry, MeshBasicMaterial> {
@@ -180,7 +206,6 @@ function label(text: string, theme: Theme): Sprite {
   const sprite = new Sprite(
     new SpriteMaterial({ map: texture, depthTest: false, transparent: true, sizeAttenuation: false, toneMapped: false }),
   );
-  sprite.center.set(-0.06, -0.25);
   sprite.renderOrder = 9;
   sprite.userData["aspect"] = canvas.width / canvas.height;
   return sprite;

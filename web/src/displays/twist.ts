@@ -18,7 +18,7 @@ export const twist: Make = (picture) => {
   const ring = new Group();
   group.add(arrow.group, ring);
   let set: Values = {};
-  let heard: msg.Twist | null = null;
+  let heard: msg.Twist | null = null; // or a wrench: a force is drawn as a straight way, a torque as a turn
   let isStamped = false;
   const draw = (): void => {
     ring.traverse((object) => object instanceof Mesh && object.geometry.dispose());
@@ -48,8 +48,8 @@ export const twist: Make = (picture) => {
       draw();
     },
     message({ message }) {
-      const { header, twist: stamped } = message as { header?: msg.Header; twist?: msg.Twist };
-      heard = stamped ?? (message as unknown as msg.Twist);
+      const { header, twist: stamped, wrench } = message as { header?: msg.Header; twist?: msg.Twist; wrench?: msg.Wrench };
+      heard = stamped ?? (wrench === undefined ? (message as unknown as msg.Twist) : { linear: wrench.force, angular: wrench.torque });
       isStamped = header !== undefined;
       draw();
       // one without a header is the robot's own, at its root and as it is now

@@ -58,6 +58,23 @@ function perDisplay(app: App): Extra {
   );
 }
 
+/** Each namespace of markers that was heard of or is set. */
+function perNamespace(app: App): Extra {
+  return folded("Namespaces", (config) => {
+    const set = Object.keys(config.properties).filter((name) => name.includes("/"));
+    const names = new Set([...(app.namespaces.value.get(config.id) ?? []), ...set.map((name) => name.slice(0, name.lastIndexOf("/")))]);
+    if (names.size === 0) return [h("p", { class: "nothing" }, "No marker was heard of.")];
+    return [...names].sort().flatMap((name) =>
+      kindOf(config.kind).per_namespace.map((property) => {
+        const own = { ...property, name: `${name}/${property.name}`, label: name || "(none)" };
+        const field = propertyField(app, config, own, (value) => app.displays.set(config.id, own.name, value));
+        field.show(valueOf(config, own));
+        return field.element;
+      }),
+    );
+  });
+}
+
 /** All frames, each beneath the one it hangs on. */
 function frameTree(app: App): Extra {
   return folded("Tree", () => {
@@ -77,6 +94,7 @@ function frameTree(app: App): Extra {
 
 /** What belongs to a kind of display. */
 export function extras(app: App, kind: string): Extra[] {
-  const { per_link, per_display } = kindOf(kind);
-  return [...(per_link.length > 0 ? [perLink(app)] : []), ...(per_display.length > 0 ? [perDisplay(app)] : []), ...(kind === "TF" ? [frameTree(app)] : [])];
+  const { per_link, per_display, per_namespace } = kindOf(kind);
+  const parts = [...(per_link.length > 0 ? [perLink(app)] : []), ...(per_display.length > 0 ? [perDisplay(app)] : []), ...(per_namespace.length > 0 ? [perNamespace(app)] : [])];
+  return [...parts, ...(kind === "TF" ? [frameTree(app)] : [])];
 }

@@ -44,6 +44,7 @@ export function displays(app: App): HTMLElement {
   const refresh = (): void => rows.forEach((row) => row.refresh());
   app.topics.list.watch(refresh);
   app.scene.watch(refresh);
+  app.namespaces.watch(refresh);
   return panel("displays", "Displays", [worst, files(app), adder(app, (id) => rows.get(id)?.open())], list);
 }
 

@@ -32,9 +32,9 @@ class Property:
 @dataclass(frozen=True, slots=True)
 class DisplayKind:
     """`topics` are the types of messages it shows; of a `single` kind there is one display at most. Each link
-    of the robot has the properties `per_link` too, as `link/property`, and each display `per_display`, as
-    `name/property`. `rviz` are the names that rviz has for its class, without the package, the first being
-    that which is written."""
+    of the robot has the properties `per_link` too, as `link/property`, each display `per_display` and each
+    namespace of markers `per_namespace`, as `name/property`. `rviz` are the names that rviz has for its
+    class, without the package, the first being that which is written."""
 
     name: str
     about: str
@@ -43,6 +43,7 @@ class DisplayKind:
     single: bool = False
     per_link: tuple[Property, ...] = ()
     per_display: tuple[Property, ...] = ()
+    per_namespace: tuple[Property, ...] = ()
     rviz: tuple[str, ...] = ()
 
 

@@ -15,7 +15,8 @@ from kbot.text import KbotError
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
-from kbot.workbench.displays.rviz_parts import hidden, read_links, show
+from kbot.workbench.displays.rviz_parts import hidden, read_links, read_namespaces, show, show_namespace
+from kbot.workbench.displays.rviz_special import read_special, written
 from kbot.workbench.displays.rviz_standard import (
     NOT_IN_RVIZ_1,
     PACKAGES,
@@ -110,8 +111,6 @@ def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None, ve
         name = _class_in(kind, version_of(document))
         if shown.get(display.source) is not display and name:
             entry = {"Class": f"{package}/{name}"}
-            if any(property.name == "size" for property in kind.properties):
-                entry["Style"] = "Points"  # those whose size is in pixels
             _write_display(_whole(display, kind), entry, package)
             manager["Displays"].append(entry)
     options = manager.setdefault("Global Options", {})
@@ -183,8 +182,10 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
         value = _read_property(property, entry, notes, name, labels)
         if value is not NOTHING:
             values[property.name] = value
-    values.update(_special(kind, fields, read))
+    values.update(read_special(kind, fields, read))
     values.update(read_links(kind, fields.get("Links")))
+    if kind.per_namespace and "Namespaces" in fields:
+        values.update(read_namespaces(fields["Namespaces"].plain))
     if kind.per_display and "Visibility" in fields:
         read.add("Visibility")
         values.update({f"{name}/show": False for name in hidden(fields["Visibility"].plain)})
@@ -224,6 +225,17 @@ def _get(entry: Marked, label: str) -> Marked | None:
     return at
 
 
+def _says(property: Property, entry: dict[str, Any], label: str, value: Value) -> bool:
+    """Whether a field means that already, in whatever words rviz has for it."""
+    found: Any = entry
+    for part in label.split("/"):
+        found = found.get(part) if isinstance(found, dict) else None
+    try:
+        return found is not None and read_value(property, found) == value
+    except KbotError:
+        return False
+
+
 def _put(fields: dict[str, Any], label: str, value: object) -> None:
     *above, last = label.split("/")
     for part in above:
@@ -238,27 +250,6 @@ def _put(fields: dict[str, Any], label: str, value: object) -> None:
         fields[last] = value
 
 
-COLOUR_BY = {"FlatColor": "colour", "Intensity": "intensity", "RGB8": "rgb", "RGBF32": "rgb"}
-TF_LENGTH = 0.2
-"""Length in m of the axes that rviz draws at marker scale 1."""
-
-
-def _special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]) -> dict[str, Value]:
-    """Properties that rviz spreads over several of its own."""
-    if kind.name in ("LaserScan", "PointCloud2") and "Color Transformer" in fields:
-        read.update(("Color Transformer", "Axis"))
-        transformer = str(fields["Color Transformer"].value)
-        axis = str(fields["Axis"].value).lower() if "Axis" in fields else "z"
-        by = axis if transformer == "AxisColor" else COLOUR_BY.get(transformer, "colour")
-        options = next(p.options for p in kind.properties if p.name == "by")
-        return {"by": by} if by in options else {}
-    if kind.name == "TF" and "Marker Scale" in fields:
-        read.add("Marker Scale")
-        scale = fields["Marker Scale"].value
-        return {"length": TF_LENGTH * float(scale)} if isinstance(scale, int | float) and scale > 0 else {}
-    return {}
-
-
 def _write_display(display: Display, entry: dict[str, Any], package: str) -> None:
     kind = next(kind for kind in KINDS if kind.name == display.kind)
     entry["Name"] = display.name
@@ -266,27 +257,23 @@ def _write_display(display: Display, entry: dict[str, Any], package: str) -> Non
     properties = properties_of(kind, display.properties)
     for name, value in display.properties.items():
         property = properties[name]
-        part = name.rpartition("/")[0]
-        if part and kind.per_display:
+        part, of_part, _ = name.rpartition("/")
+        if of_part and kind.per_display:
             show(entry, part, value is True)
-            continue
-        if part:
+        elif of_part and kind.per_namespace:
+            show_namespace(entry, part, value is True)
+        elif of_part:
             _put(entry, f"Links/{part}/{property.rviz}", value)
+        if of_part:
             continue
         labels = _labels(property, kind)
         if package == ROS1:
             labels.reverse()
         label = next((label for label in labels if label in entry), labels[0] if labels else "")
-        if label:
+        if label and not _says(property, entry, label, value):
             _put(entry, label, write_value(property, value, package == ROS1))
-    by = display.properties.get("by")
-    if by is not None:
-        transformers = {ours: theirs for theirs, ours in reversed(COLOUR_BY.items())}
-        entry["Color Transformer"] = transformers.get(str(by), "AxisColor")
-        if by in ("x", "y", "z"):
-            entry["Axis"] = str(by).upper()
-    if kind.name == "TF" and display.properties.get("length"):
-        entry["Marker Scale"] = round(float(display.properties["length"]) / TF_LENGTH, 6)
+    for label, said in written(kind, display.properties):
+        _put(entry, label, said)
 
 
 def _whole(display: Display, kind: DisplayKind) -> Display:

@@ -1,4 +1,4 @@
-"""What a display of rviz sets for each link of the robot, or for each of the other displays."""
+"""What a display of rviz sets for each link of the robot, each other display or each namespace."""
 
 from __future__ import annotations
 
@@ -45,3 +45,17 @@ def _holder(visibility: dict[str, Any], name: str) -> dict[str, Any] | None:
         return visibility
     groups = (group for group in visibility.values() if isinstance(group, dict))
     return next((found for group in groups if (found := _holder(group, name)) is not None), None)
+
+
+def read_namespaces(namespaces: object) -> dict[str, Value]:
+    """What `Namespaces` hides, as `namespace/show`."""
+    said = namespaces.items() if isinstance(namespaces, dict) else ()
+    return {f"{name}/show": False for name, is_seen in said if is_seen is False}
+
+
+def show_namespace(markers: dict[str, Any], name: str, is_seen: bool) -> None:
+    """Say in a display's `Namespaces` whether the markers of one are seen."""
+    namespaces = markers.get("Namespaces")
+    if not isinstance(namespaces, dict):
+        namespaces = markers["Namespaces"] = {}
+    namespaces[name] = is_seen

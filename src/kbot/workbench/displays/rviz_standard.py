@@ -11,7 +11,7 @@ Version: TypeAlias = Literal[1, 2]
 ROS1, ROS2 = "rviz", "rviz_default_plugins"
 PACKAGES: Mapping[Version, str] = {1: ROS1, 2: ROS2}
 """Where displays, tools and views of each version are."""
-NOT_IN_RVIZ_1 = ("TwistStamped",)
+NOT_IN_RVIZ_1 = ("TwistStamped", "Wrench")
 TOOLS = ("Interact", "MoveCamera", "Select", "FocusCamera", "Measure")
 TOPICS_OF_TOOLS = {
     "SetInitialPose": ("/initialpose", "/initialpose"),

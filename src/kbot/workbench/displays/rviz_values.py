@@ -14,6 +14,8 @@ SCHEMES = ("map", "costmap", "raw")
 RENDERINGS = ("background and overlay", "background", "overlay")
 AS_THEY_ARE = frozenset((*PLANES, *SCHEMES, *RENDERINGS))
 """Choices that rviz writes as they are called here."""
+ALIKE = {"flat squares": "squares", "tiles": "squares"}
+"""Styles of points that look the same here."""
 
 
 def read_value(property: Property, value: Any) -> Value:  # noqa: ANN401 - what YAML holds
@@ -58,7 +60,8 @@ def write_value(property: Property, value: Value, ros1: bool) -> Any:  # noqa: A
 
 
 def _bare(option: str) -> str:
-    return option.lower().removesuffix(" (flat)").strip()
+    bare = option.lower().removesuffix(" (flat)").strip()
+    return ALIKE.get(bare, bare)
 
 
 def _colour(value: object) -> str:

@@ -151,12 +151,13 @@ def checked_value(property: Property, value: object) -> Value:
 
 
 def properties_of(kind: DisplayKind, names: Iterable[str]) -> dict[str, Property]:
-    """A kind's properties by name, with those of the links and the displays that `names` speak of."""
+    """A kind's properties by name, with those of the links, displays and namespaces that `names` speak of."""
     found = {property.name: property for property in kind.properties}
-    per_part = {property.name: property for property in (*kind.per_link, *kind.per_display)}
+    parts = (*kind.per_link, *kind.per_display, *kind.per_namespace)
+    per_part = {property.name: property for property in parts}
     for name in names:
-        part, _, own = name.rpartition("/")
-        if part and own in per_part:
+        _, of_part, own = name.rpartition("/")
+        if of_part and own in per_part:
             found[name] = per_part[own]
     return found
 

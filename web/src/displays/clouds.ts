@@ -1,0 +1,73 @@
+import type * as msg from "../messages";
+import type { Status } from "./set";
+
+/** Points in the frame of a header, x, y, z one after the other, and what else is known of each. */
+export interface Cloud {
+  header: msg.Header;
+  places: number[] | Float32Array;
+  intensity: ArrayLike<number> | null;
+  /** r, g, b in 0..1. */
+  rgb: number[] | null;
+}
+
+/** Reads a message, taking what a field of this name holds for the intensity; or says what is wrong with it. */
+export type ReadCloud = (message: Record<string, unknown>, channel: string) => Cloud | Status;
+
+/** The beams that came back. */
+export function readScan(message: Record<string, unknown>): Cloud {
+  const scan = message as unknown as msg.LaserScan;
+  const { ranges, intensities, range_min, range_max, angle_min, angle_increment } = scan;
+  const places = new Float32Array(3 * ranges.length);
+  const intensity = new Float32Array(ranges.length);
+  let count = 0;
+  for (let beam = 0; beam < ranges.length; beam += 1) {
+    const range = ranges[beam]!;
+    if (!Number.isFinite(range) || range < range_min || range > range_max) continue;
+    const angle = angle_min + beam * angle_increment;
+    places[3 * count] = range * Math.cos(angle);
+    places[3 * count + 1] = range * Math.sin(angle);
+    intensity[count] = intensities[beam] ?? 0;
+    count += 1;
+  }
+  return { header: scan.header, places: places.subarray(0, 3 * count), intensity: intensity.subarray(0, count), rgb: null };
+}
+
+/** Readers of the numbers that a PointField may hold, by its datatype. */
+const NUMBERS: Record<number, (view: DataView, at: number, little: boolean) => number> = {
+  1: (view, at) => view.getInt8(at),
+  2: (view, at) => view.getUint8(at),
+  3: (view, at, little) => view.getInt16(at, little),
+  4: (view, at, little) => view.getUint16(at, little),
+  5: (view, at, little) => view.getInt32(at, little),
+  6: (view, at, little) => view.getUint32(at, little),
+  7: (view, at, little) => view.getFloat32(at, little),
+  8: (view, at, little) => view.getFloat64(at, little),
+};
+
+export function readCloud(message: Record<string, unknown>, channel: string): Cloud | Status {
+  const cloud = message as unknown as msg.PointCloud2;
+  const field = (name: string): msg.PointField | undefined => cloud.fields.find((one) => one.name === name);
+  const [x, y, z] = ["x", "y", "z"].map(field);
+  if (x === undefined || y === undefined || z === undefined) return { level: "error", reason: "its points have no x, y and z" };
+  if (cloud.data.length < cloud.row_step * cloud.height) return { level: "error", reason: "it has fewer bytes than its rows need" };
+  const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
+  const value = (one: msg.PointField, base: number): number => NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
+  const packed = field("rgb") ?? field("rgba");
+  const shade = field(channel || "intensity");
+  const places: number[] = [];
+  const intensity: number[] = [];
+  const rgb: number[] = [];
+  for (let row = 0; row < cloud.height; row += 1) {
+    for (let column = 0; column < cloud.width; column += 1) {
+      const base = row * cloud.row_step + column * cloud.point_step;
+      const place = [value(x, base), value(y, base), value(z, base)];
+      if (!place.every(Number.isFinite)) continue;
+      places.push(...place);
+      if (shade !== undefined) intensity.push(value(shade, base));
+      if (packed === undefined) continue;
+      const bits = view.getUint32(base + packed.offset, !cloud.is_bigendian);
+      rgb.push(((bits >> 16) & 255) / 255, ((bits >> 8) & 255) / 255, (bits & 255) / 255);
+    }
+  }
+  return { header: cloud.header, places, intensity: shade === undefined ? null : intensity, rgb: packed === undefined ? null : rgb };
+}
