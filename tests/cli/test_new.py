@@ -14,6 +14,11 @@ SIZES = {
     "plain": (),
     "big": ("--length", "1.2", "--width", "0.8", "--height", "0.3", "--wheel-radius", "0.2"),
     "small": ("--length", "0.08", "--width", "0.06", "--height", "0.02", "--wheel-radius", "0.015"),
+    "tiny": (
+        *("--length", "0.005", "--width", "0.004", "--height", "0.002"),
+        *("--wheel-radius", "0.002", "--wheel-width", "0.002"),
+    ),
+    "high": ("--wheel-radius", "0.22"),
     "wide": ("--separation", "0.5", "--wheel-width", "0.05"),
 }
 
@@ -119,10 +124,11 @@ def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixtur
         (("lpt1",), "on Windows it is a device"),
         (("a__b",), "is no name"),
         (("../robot",), "is no name"),
-        (("robot", "--length", "0"), "--length is above 0"),
-        (("robot", "--wheel-radius", "nan"), "--wheel-radius is above 0"),
+        (("robot", "--length", "0"), "--length is between 0.002 and 100 m, not 0"),
+        (("robot", "--wheel-radius", "nan"), "--wheel-radius is between 0.002 and 100 m, not nan"),
         (("robot", "--separation", "0.1"), "the wheels stand in the body: --separation is at least 0.22 m"),
-        (("robot", "--wheel-radius", "2"), "--wheel-radius is at most --length"),
+        (("robot", "--wheel-radius", "2"), "--wheel-radius is at most 0.22 m, so that the caster"),
+        (("robot", "--wheel-radius", "0.03", "--length", "0.02"), "--wheel-radius is at most 0.02 m"),
         (("robot", "--in", "nowhere"), "nowhere"),
     ],
 )

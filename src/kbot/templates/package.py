@@ -18,7 +18,10 @@ FILLED = ".in"
 
 GAP = 0.01
 """Between the body and a wheel, in m."""
-_LONGEST = 100.0
+_SHORTEST, _LONGEST = 0.002, 100.0
+_BESIDE_A_WHEEL = 0.55 / math.sqrt(2.0)
+"""Of the body's length: the largest wheel that ends ahead of the ball, half as large and 0.55 lengths behind
+the axle."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that are no file's on Windows, with any suffix or none."""
@@ -58,19 +61,21 @@ class Sizes:
         """Raises KbotError: these sizes make no robot that stands on two wheels and a caster."""
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (math.isfinite(value) and 0.0 < value <= _LONGEST):
+            if not _SHORTEST <= value <= _LONGEST:
                 name = field.name.replace("_", "-")
-                raise KbotError(f"--{name} is above 0 and at most {_LONGEST:g} m, not {value:g}")
+                raise KbotError(f"--{name} is between {_SHORTEST:g} and {_LONGEST:g} m, not {value:g}")
         if self.separation / 2.0 < (self.wheel_width + self.width) / 2.0:
             least = self.width + self.wheel_width
             raise KbotError(
                 f"the wheels stand in the body: --separation is at least {least:g} m, that is --width"
                 f" {self.width:g} and --wheel-width {self.wheel_width:g}; not {self.separation:g}"
             )
-        if self.wheel_radius > self.length:
+        between = self.separation - self.wheel_width
+        most = min(self.length, max(_BESIDE_A_WHEEL * self.length, between))
+        if self.wheel_radius > most:
             raise KbotError(
-                f"--wheel-radius is at most --length, {self.length:g} m, so that the caster has its"
-                f" place behind the wheels; not {self.wheel_radius:g}"
+                f"--wheel-radius is at most {most:g} m, so that the caster, as high as that, has its place"
+                f" between the wheels or behind them; not {self.wheel_radius:g}"
             )
 
 
