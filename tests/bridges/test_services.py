@@ -14,6 +14,7 @@ import kbot
 from kbot.bridges.ros1 import Ros1Bridge
 from kbot.bridges.ros1.rpc import call
 from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
+from kbot.bridges.services import Service
 from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.messages import services as srv
@@ -123,6 +124,39 @@ def test_states_of_models_and_links_are_topics(running: Running) -> None:
     assert links.name == tuple(f"{robot.name}::{link}" for link in robot.links)
     running.link.send("/gazebo/set_model_state", srv.ModelState(robot.name, msg.Pose(msg.Point(1.5))))
     wait_until(lambda: abs(running.simulation.ground_truth.pose.x - 1.5) < 0.05)
+
+
+def test_a_quaternion_s_length_is_of_no_account(running: Running) -> None:
+    """However long it is: half a turn about x lays the crate on its other face."""
+    ask(
+        running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
+    )
+    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    for length in (1e-200, 1e308):
+        turned = msg.Pose(msg.Point(3.0, 0.0, 0.1), msg.Quaternion(length, 0.0, 0.0, 0.0))
+        assert ask(
+            running, "/gazebo/set_model_state", srv.SetModelStateRequest(srv.ModelState("crate", turned))
+        ).success
+        state = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+        q = state.pose.orientation
+        assert [abs(q.x), q.y, q.z, q.w] == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=1e-9)
+    ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
+    assert running.goes_on()
+
+
+def test_a_service_that_fails_ends_no_simulation(running: Running) -> None:
+    """Its caller and the user are told; all others are served."""
+
+    def fail(simulation: object, request: object) -> object:
+        raise ZeroDivisionError("by zero")
+
+    kind = service_type("std_srvs/Empty")
+    running.link.offer({**running.link.services, "/failing": Service("/failing", kind, fail)})
+    with pytest.raises(KbotError, match="/failing failed, which is a fault of KBot: ZeroDivisionError"):
+        ask(running, "/failing", srv.EmptyRequest())
+    assert len(running.told) == 1
+    assert ask(running, "/gazebo/get_world_properties", srv.EmptyRequest()).success
+    assert running.goes_on()
 
 
 def test_an_unknown_service_says_what_there_is(running: Running) -> None:

@@ -127,6 +127,13 @@ def test_zero_quaternion_is_refused():
         Transform.from_quaternion_xyzw((0, 0, 0, 0))
 
 
+@pytest.mark.parametrize("length", [1e-320, 1e-200, 1e-150, 1.0, 1e160, 1e308])
+def test_a_quaternion_of_any_length(length: float) -> None:
+    """A quarter turn about z, however long its quaternion is."""
+    turned = Transform.from_quaternion_xyzw((0.0, 0.0, length, length)).apply((1.0, 0.0, 0.0))
+    assert turned.tolist() == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_numbers_that_are_not_finite_are_refused(value):
     with pytest.raises(ValueError, match="not finite"):

@@ -250,6 +250,10 @@ class Link:
                 future.set_result(service.answer(cast("Simulation", simulation), request))
             except KbotError as error:
                 future.set_exception(error)
+            except Exception as error:  # noqa: BLE001 - no caller is to end the simulation, whatever it found
+                told = f"{service.name} failed, which is a fault of KBot: {type(error).__name__}: {error}"
+                self.tell(told)
+                future.set_exception(KbotError(told))
         self._wake_all()
         return called > 0
 

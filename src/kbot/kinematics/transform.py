@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+_LEAST = 1e-290
+"""A sum of squares below which too many of their digits are lost."""
+
 
 class Transform:
     """An immutable rigid transform. `a_from_b` takes coordinates in frame b to frame a.
@@ -86,8 +89,12 @@ class Transform:
         x, y, z, w = _finite(quaternion)
         tx, ty, tz = _finite(translation)
         norm = x * x + y * y + z * z + w * w
-        if not norm > 0.0:
-            raise ValueError("a quaternion of length zero is no rotation")
+        if not _LEAST < norm < math.inf:  # a square was too small or too large for a number
+            most = max(map(abs, (x, y, z, w)))
+            if most == 0.0:
+                raise ValueError("a quaternion of length zero is no rotation")
+            x, y, z, w = x / most, y / most, z / most, w / most
+            norm = x * x + y * y + z * z + w * w
         s = 2.0 / norm
         matrix = np.array(
             [
