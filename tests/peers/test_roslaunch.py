@@ -141,6 +141,34 @@ HARD = {
       <param name="k" value="$(eval round(2.5) if false else pow(2, 3))" if="0"/>
       <param name="l" value="$(eval ','.join(['a', 'b']))" if="0"/>
     </launch>""",
+    "builtins": """<launch>
+      <arg name="n" default="3"/><arg name="max" default="mine"/>
+      <param name="a" value="$(eval len('abc') + n)"/><param name="b" value="$(eval max)"/>
+      <param name="c" value="$(eval round(2.567, 1))"/><param name="d" value="$(eval sorted(['b', 'a']))"/>
+      <param name="e" value="$(eval abs(-n) == min(3, 5) and any([false, true]))"/>
+    </launch>""",
+    "finding": """<launch>
+      <param name="a" value="$(find roslaunch)resources"/><param name="b" value="$(find roslaunch)/"/>
+      <param name="c" value="$(find roslaunch)//etc/hostname"/><param name="d" value="$(find roslaunch) x"/>
+      <param name="e" value="-$(find roslaunch)/a$(find roslaunch)"/>
+      <param name="f" value="$(find roslaunch)/$(find roslaunch)/x $(find roslaunch)"/>
+      <include file="$(find roslaunch)/../roslaunch/resources/example-min.launch"/>
+      <include file="$(dirname)/../launch_files/middle.launch"><arg name="c" value="up"/></include>
+    </launch>""",
+    "shared": """<launch>
+      <include file="$(dirname)/private.launch" ns="first"/><node pkg="p" type="t" name="none"/>
+      <param name="~x" value="1"/><include file="$(dirname)/private.launch" ns="second"/>
+      <node pkg="p" type="t" name="both"/>
+    </launch>""",
+    "cleared": """<launch>
+      <group ns="g" clear_params="True"><param name="a" value="1"/>
+        <node pkg="p" type="t" name="n" clear_params=""/></group>
+    </launch>""",
+    "machines": """<launch>
+      <group><machine name="here" address="localhost" default="True" timeout="2.5"/></group>
+      <machine name="here" address="localhost" timeout="2.5" ssh-port="22" if="0"/>
+      <machine name="never" address="127.0.0.1" default="never"/><node pkg="p" type="t" name="n"/>
+    </launch>""",
     "slow": "<launch>" + "".join(f'<param name="p{i}" value="{i}"/>' for i in range(300)) + "</launch>",
 }
 
@@ -177,6 +205,27 @@ WRONG = {
     "empty ns": '<launch><group ns=""/></launch>',
     "yaml": "<launch><rosparam>[1, 2]</rosparam></launch>",
     "substitution": '<launch><param name="p" value="$(fnd p)"/></launch>',
+    "name with namespace": '<launch><node pkg="p" type="t" name="a/b"/></launch>',
+    "private name": '<launch><node pkg="p" type="t" name="~b"/></launch>',
+    "private namespace": '<launch><group ns="~b"/></launch>',
+    "namespace of a node": '<launch><node pkg="p" type="t" name="n" ns=""/></launch>',
+    "respawn and required": '<launch><node pkg="p" type="t" name="n" respawn="true" required="true"/>'
+    "</launch>",
+    "output": '<launch><node pkg="p" type="t" name="n" output="both"/></launch>',
+    "cwd": '<launch><node pkg="p" type="t" name="n" cwd="home"/></launch>',
+    "no package": '<launch><node pkg=" " type="t" name="n"/></launch>',
+    "cleared nowhere": '<launch><group clear_params="True"/></launch>',
+    "cleared perhaps": '<launch><group ns="g" clear_params="1"/></launch>',
+    "substituted": '<launch><rosparam subst_value="1">{a: 1}</rosparam></launch>',
+    "test that respawns": '<launch><test pkg="p" type="t" test-name="t" respawn="true"/></launch>',
+    "time limit": '<launch><test pkg="p" type="t" test-name="t" time-limit="0"/></launch>',
+    "retry": '<launch><test pkg="p" type="t" test-name="t" retry="1.5"/></launch>',
+    "machine": '<launch><machine name="m" address="a"/><machine name="m" address="b"/></launch>',
+    "machine port": '<launch><machine name="m" address="a" ssh-port="x"/></launch>',
+    "machine timeout": '<launch><machine name="m" address="a" timeout=""/></launch>',
+    "machine default": '<launch><machine name="m" address="a" default="yes"/></launch>',
+    "passed to a group": '<launch><arg name="a" default="1"/>'
+    '<include file="$(dirname)/grouped.launch" pass_all_args="true"/></launch>',
 }
 
 
@@ -187,6 +236,10 @@ def folder(ros: Ros) -> Path:
     (folder / "inner.launch").write_text(INNER)
     (folder / "middle.launch").write_text(MIDDLE)
     (folder / "fixed.launch").write_text('<launch><arg name="a" value="2"/></launch>')
+    (folder / "private.launch").write_text(
+        '<launch><param name="~y" value="2"/><node pkg="p" type="t" name="n"/></launch>'
+    )
+    (folder / "grouped.launch").write_text('<launch><group><arg name="a" value="2"/></group></launch>')
     (folder / "p.yaml").write_text("a: {b: 1}\nlist: [1.5, x]\n")
     (folder / "r.xacro").write_text(
         '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="width" default="1"/>'
@@ -291,6 +344,22 @@ def test_the_list_of_arguments_reads_alike(ros: Ros, folder: Path) -> None:
         check=True,
     )
     assert ours.stdout == ros.run("roslaunch", "--ros-args", file)
+
+
+def test_arguments_of_groups_can_be_given_and_are_not_listed(ros: Ros, folder: Path) -> None:
+    file = folder / "grouped_arguments.launch"
+    file.write_text(
+        '<launch><arg name="top" default="1"/><group><arg name="late" default="2"/>'
+        '<param name="p" value="$(arg late)"/></group></launch>'
+    )
+    for words in (("--ros-args",), ("--dump-params", "late:=5")):
+        ours = subprocess.run(
+            [sys.executable, "-m", "kbot", "launch", str(file), *words],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert (ours.stdout, ours.stderr) == (ros.run("roslaunch", words[0], str(file), *words[1:]), "")
 
 
 def test_the_corrected_chapter(ros: Ros, shared: Path) -> None:

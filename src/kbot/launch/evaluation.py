@@ -2,10 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 from kbot.launch.faults import Fault
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.operations import InvalidExpression
 from kbot.xacro.faults import Fault as ExpressionFault
+
+_HARMLESS = (
+    abs,
+    all,
+    any,
+    bool,
+    dict,
+    float,
+    int,
+    len,
+    list,
+    map,
+    max,
+    min,
+    round,
+    sorted,
+    str,
+    sum,
+    tuple,
+)
+
+BUILTINS: Mapping[str, Callable[..., Any]] = {function.__name__: function for function in _HARMLESS}
+"""Python's own functions that expressions may call: they compute and nothing more."""
 
 
 def evaluated(expression: str, names: object) -> str:

@@ -44,6 +44,8 @@ class Machine:
     name: str
     address: str
     origin: Origin
+    settings: tuple[object, ...] = ()
+    """All by which two of one name are told apart."""
 
     @property
     def is_local(self) -> bool:

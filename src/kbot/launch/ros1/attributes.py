@@ -88,9 +88,20 @@ class TagReporter(Reporter):
             self.problem("L005", str(error), context.attribute_origin(element, given[0]), hint)
             return False
 
+    def namespace(self, element: Element, found: Attributes, context: Context) -> bool:
+        """Whether what an element gives as `ns` can be one; it may give none."""
+        given = found.get("ns", "/")
+        if given and not given.startswith("~"):
+            return True
+        says = "an empty 'ns' says nothing" if not given else f"'{given}' is private to a node, no namespace"
+        self.problem("L005", says, context.attribute_origin(element, "ns"), "leave it out")
+        return False
+
     def flag(self, element: Element, found: Attributes, name: str, context: Context) -> bool:
         """A yes-or-no attribute, false where it is not given."""
         word = found.get(name, "false").lower()
+        if name == "clear_params" and not word:  # roslaunch passes over this one alone
+            return False
         if word not in ("true", "false"):
             origin = context.attribute_origin(element, name)
             self.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)

@@ -16,7 +16,9 @@ class Context:
     args       values that `$(arg …)` gives here
     declared   arguments that were declared here, so that a second declaration is seen
     private    `~name` parameters, which the nodes that follow get
-    forgiving  whether the file was included with pass_all_args, so that redeclaration is no error
+    forgiving  whether the file was included with pass_all_args, so that redeclaration is no error; in a group
+               of the file it is one
+    is_root    it is that of the launch file itself, not of a group or an included file
     """
 
     file: str
@@ -29,6 +31,7 @@ class Context:
     private: dict[str, Param] = field(default_factory=dict)
     forgiving: bool = False
     machine: str | None = None
+    is_root: bool = False
 
     def child(self, namespace: str | None = None) -> Context:
         """A copy whose changes do not reach this one, in a namespace below (or a global one)."""
@@ -44,15 +47,15 @@ class Context:
             dict(self.remaps),
             list(self.env),
             dict(self.private),
-            self.forgiving,
-            self.machine,
+            machine=self.machine,
         )
 
     def included(self, namespace: str | None, file: str, args: dict[str, str], at: Element) -> Context:
         """The surroundings of a file that is included here: nothing is declared, `args` are passed."""
         inner = self.child(namespace)
         inner.call = Call("include", file, at.origin.span, self.call)
-        inner.file, inner.args, inner.declared, inner.forgiving = file, args, set(), False
+        inner.file, inner.args, inner.declared = file, args, set()
+        inner.private = self.private or inner.private  # roslaunch shares those that there are with the file
         return inner
 
     def origin(self, element: Element) -> Origin:

@@ -21,10 +21,14 @@ def read_node(
     """The node of a `<node>` or `<test>`; None where it cannot be made out."""
     found = reporter.attributes(element, context)
     surroundings = _children(element, context, found, reporter, parameters)
-    if not found.ok:
+    if not found.ok or not reporter.namespace(element, found, context):
         return None
     name = found.get("name") or found.get("test-name", "")
-    if not names.is_legal(name) and not name.startswith("$(anon"):
+    if not name.startswith("$(anon") and ("/" in name or name.startswith("~")):
+        origin = context.attribute_origin(element, "name" if "name" in found else "test-name")
+        hint = "the attribute 'ns' says the namespace"
+        reporter.problem("L051", f"a node's name has no namespace in it, and '{name}' has", origin, hint)
+    elif not names.is_legal(name) and not name.startswith("$(anon"):
         origin = context.attribute_origin(element, "name")
         hint = "a name holds letters, digits, _ and /, and starts with a letter"
         reporter.problem("L051", f"'{name}' is no ROS name", origin, hint, warning=True)
@@ -50,8 +54,47 @@ def read_node(
         machine=found.get("machine") or context.machine,
         is_test=element.tag == "test",
     )
+    _check(element, found, context, reporter)
     _review(node, reporter)
     return node
+
+
+_CHOICES = {"output": ("log", "screen"), "cwd": ("ROS_HOME", "ros_home", "node")}
+_NOT_OF_TESTS = ("respawn", "respawn_delay", "output")
+
+
+def _check(element: Element, found: Attributes, context: Context, reporter: TagReporter) -> None:
+    """What roslaunch refuses to start with."""
+    for key, choices in _CHOICES.items():
+        if key in found and found[key] not in choices:
+            hint = did_you_mean(found[key], choices)
+            message = f"'{key}' is {' or '.join(c for c in choices if c != 'ros_home')}, not '{found[key]}'"
+            reporter.problem("L005", message, context.attribute_origin(element, key), hint)
+    for key in ("pkg", "type"):
+        if not found[key].strip():
+            reporter.problem("L005", f"'{key}' is empty", context.attribute_origin(element, key))
+    if element.tag == "test":
+        _check_test(element, found, context, reporter)
+    elif all(found.get(key, "").lower() == "true" for key in ("respawn", "required")):
+        message = "a node is either started again or required: 'respawn' and 'required' are both true"
+        reporter.problem("L006", message, context.attribute_origin(element, "required"))
+
+
+def _check_test(element: Element, found: Attributes, context: Context, reporter: TagReporter) -> None:
+    for key in _NOT_OF_TESTS:
+        if key in found:
+            origin = context.attribute_origin(element, key)
+            reporter.problem("L003", f"<test> has no attribute '{key}'", origin, "it is one of <node>")
+    for key, kind in (("time-limit", float), ("retry", int)):
+        text = found.get(key)
+        try:
+            fits = not text or kind(text) > 0 or key == "retry"
+        except ValueError:
+            fits = False
+        if not fits:
+            origin = context.attribute_origin(element, key)
+            what = "a number of seconds above 0" if key == "time-limit" else "a whole number"
+            reporter.problem("L005", f"'{key}' is {what}, not '{text}'", origin)
 
 
 def _children(

@@ -104,7 +104,8 @@ class Parameters:
             origin = context.attribute_origin(element, "command")
             reporter.problem("L033", f"<rosparam> has no command '{command}'", origin, hint)
         elif command == "load":
-            self._load(element, context, file, full, bool(name))
+            substituted = reporter.flag(element, found, "subst_value", context)
+            self._load(element, context, file, full, bool(name), substituted)
         elif command == "delete" and file is not None:
             origin = context.attribute_origin(element, "file")
             reporter.problem("L033", "'delete' takes no file", origin)
@@ -113,7 +114,15 @@ class Parameters:
         else:
             self.others.append((command, full, file or ""))
 
-    def _load(self, element: Element, context: Context, file: str | None, full: str, named: bool) -> None:
+    def _load(
+        self,
+        element: Element,
+        context: Context,
+        file: str | None,
+        full: str,
+        named: bool,
+        substituted: bool,
+    ) -> None:
         reporter = self.reporter
         origin = context.attribute_origin(element, "file") if file else context.origin(element)
         places: Mapping[Keys, Span] = {}
@@ -123,7 +132,7 @@ class Parameters:
             reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
             return
         text: str | None = source.text if source else element.text
-        if element.attributes.get("subst_value", "").lower() == "true":
+        if substituted:
             text = reporter.resolve_text(text or "", element, context)
             if text is None:
                 return

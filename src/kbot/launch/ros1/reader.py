@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
 from kbot.launch.ros1.attributes import TagReporter
 from kbot.launch.ros1.context import Context
 from kbot.launch.ros1.include_tags import Passed, read_passed, tell_unused
+from kbot.launch.ros1.machine_tags import read_machine
 from kbot.launch.ros1.node_tags import read_env, read_node, read_remap
 from kbot.launch.ros1.parameters import Parameters
 from kbot.launch.ros1.schema import CHILDREN
@@ -47,21 +49,22 @@ class _Reader:
         self.parameters = Parameters(reporter, allow_commands)
         self.nodes: dict[str, Node] = {}
         self.arguments: dict[str, Argument] = {}
+        self.declared: set[str] = set()
         self.included: list[Included] = []
         self.machines: dict[str, Machine] = {}
         self.files: list[str] = []
         self.clear: list[str] = []
 
     def read(self, path: str, given: dict[str, str], source: Source | None) -> Plan:
-        context = Context(path, args=dict(given))
+        context = Context(path, args=dict(given), is_root=True)
         try:
             root = self._root(source or read_source(path))
         except DescriptionError as error:
             return Plan(path, problems=error.diagnostics)
         self._elements(root, context)
         for name in given:
-            if name not in context.declared:
-                hint = did_you_mean(name, context.declared)
+            if name not in self.declared:
+                hint = did_you_mean(name, self.declared)
                 message = f"the launch file has no argument '{name}'"
                 self.reporter.problem("L024", message, context.origin(root), hint, warning=True)
         return Plan(
@@ -79,7 +82,7 @@ class _Reader:
         )
 
     def _root(self, source: Source) -> Element:
-        self.files.append(source.path)
+        self.files.append(os.path.normpath(source.path))
         root = parse_xml(source)
         if root.tag != "launch":
             hint = "a ROS 1 launch file starts with <launch>"
@@ -136,7 +139,9 @@ class _Reader:
         elif default is not None:
             context.args.setdefault(name, default)
         context.declared.add(name)
-        if context.call is None and not value:
+        if context.call is None:
+            self.declared.add(name)
+        if context.is_root and not value:
             current = context.args.get(name)
             self.arguments[name] = Argument(name, current, default, found.get("doc"), origin)
 
@@ -167,26 +172,23 @@ class _Reader:
         self.nodes[node.full_name] = node
 
     def _machine(self, element: Element, context: Context) -> None:
-        found = self.reporter.attributes(element, context)
-        if not found.ok:
+        machine = read_machine(element, context, self.reporter)
+        if machine is None:
             return
-        self.machines[found["name"]] = Machine(found["name"], found["address"], context.origin(element))
-        if found.get("default", "false").lower() == "true":
-            context.machine = found["name"]
-
-    def _namespace(self, element: Element, context: Context, given: str | None) -> bool:
-        if given == "":
-            origin = context.attribute_origin(element, "ns")
-            self.reporter.problem("L005", "an empty 'ns' says nothing", origin, "leave it out")
-        return given != ""
+        twin = self.machines.setdefault(machine.name, machine)
+        if twin.settings != machine.settings:
+            related = [Related("the other one", twin.origin)]
+            message = f"two machines have the name '{machine.name}'"
+            self.reporter.problem("L050", message, machine.origin, "names are unique", related=related)
 
     def _group(self, element: Element, context: Context) -> None:
         found = self.reporter.attributes(element, context)
-        if not found.ok or not self._namespace(element, context, found.get("ns")):
+        if not found.ok or not self.reporter.namespace(element, found, context):
             return
         inner = context.child(found.get("ns"))
-        self._clear(element, context, inner, "clear_params" in found and found["clear_params"] == "true")
+        self._clear(element, context, inner, self.reporter.flag(element, found, "clear_params", context))
         self._elements(element, inner)
+        context.machine = inner.machine  # as roslaunch has it: the default machine outlives its group
 
     def _clear(self, element: Element, context: Context, inner: Context, asked: bool) -> None:
         if not asked:
@@ -201,14 +203,14 @@ class _Reader:
         found = self.reporter.attributes(element, context)
         passing_all = self.reporter.flag(element, found, "pass_all_args", context)
         passed, env = read_passed(element, context, self.reporter, passing_all)
-        if not found.ok or not self._namespace(element, context, found.get("ns")):
+        if not found.ok or not self.reporter.namespace(element, found, context):
             return
         file = found["file"]
         args = {name: value for name, (value, _) in passed.items()}
         inner = context.included(found.get("ns"), file, args, element)
         inner.env += env
         inner.forgiving = passing_all
-        self._clear(element, context, inner, "clear_params" in found and found["clear_params"] == "true")
+        self._clear(element, context, inner, self.reporter.flag(element, found, "clear_params", context))
         stand_in = known_packages.stand_in_file(file)
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
@@ -229,6 +231,7 @@ class _Reader:
                 self.reporter.problem(diagnostic.code, diagnostic.message, origin, diagnostic.hint)
             return
         self._elements(root, inner)
+        context.machine = inner.machine
         if not passing_all:
             tell_unused(passed, inner.declared, Path(file).name, self.reporter)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kbot.launch.evaluation import evaluated
+from kbot.launch.evaluation import BUILTINS, evaluated
 from kbot.launch.faults import Fault
 from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
@@ -58,7 +58,10 @@ class Scope:
             if word not in COMMANDS:
                 hint = did_you_mean(word, COMMANDS) or f"there are {', '.join(COMMANDS)}"
                 raise Fault("L010", f"unknown substitution $({word})", hint, whole)
-            result.append(self._command(word, rest, whole) if (word == "find") is finding else whole)
+            value = self._command(word, rest, whole) if (word == "find") is finding else whole
+            if finding and word == "find":
+                value, at = _joined(value, text, end)
+            result.append(value)
         return "".join(result) + text[at:]
 
     def _command(self, word: str, rest: list[str], whole: str) -> str:
@@ -101,7 +104,7 @@ class Scope:
         return self.anonymous.setdefault(name, f"{name}_{os.getpid()}_{len(self.anonymous) + 1}")
 
     def dirname(self) -> str:
-        return str(Path(self.file).absolute().parent)
+        return os.path.normpath(Path(self.file).absolute().parent)
 
     def arg(self, name: str) -> str:
         if name not in self.arguments:
@@ -111,9 +114,6 @@ class Scope:
 
     def _eval(self, expression: str) -> str:
         return evaluated(expression, _Names(self))
-
-
-_BUILTINS = {kind.__name__: kind for kind in (list, dict, map, str, float, int)}
 
 
 class _Names:
@@ -141,13 +141,24 @@ class _Names:
             return self._known[name]
         if name in self._scope.arguments:
             return convert(self._scope.arguments[name], "auto")
-        if name in _BUILTINS:  # roslaunch lets arguments of these names come first
-            return _BUILTINS[name]
-        hint = did_you_mean(name, [*self._known, *self._scope.arguments])
+        if name in BUILTINS:  # roslaunch lets arguments of these names come first
+            return BUILTINS[name]
+        hint = did_you_mean(name, [*self._known, *self._scope.arguments, *BUILTINS])
         raise Fault("L014", f"the name '{name}' is not defined", hint, name)
 
     def assign(self, name: str, value: object) -> None:
         raise Fault("L014", f"an expression cannot set '{name}'", "", name)
+
+
+def _joined(folder: str, text: str, at: int) -> tuple[str, int]:
+    """A package's folder, ready for the path that follows it at `at`, and where that path goes on: roslaunch
+    joins both, so that a slash is put between, and a path that begins with two is a path from the root."""
+    slash = text.startswith("/", at)
+    at += slash
+    following = text[at : at + 1]
+    if following in ("", " "):
+        return folder, at
+    return ("" if slash and following == "/" else f"{folder}/"), at
 
 
 def _substitutions(text: str) -> list[tuple[int, int]]:

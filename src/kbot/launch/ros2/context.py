@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from kbot.launch import commands
-from kbot.launch.evaluation import evaluated
+from kbot.launch.evaluation import BUILTINS, evaluated
 from kbot.launch.faults import Fault
 from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.plan import Description
@@ -81,26 +81,10 @@ class _Names:
         import math
 
         self.budget = Budget(DEFAULT)
-        harmless = (
-            abs,
-            all,
-            any,
-            bool,
-            dict,
-            float,
-            int,
-            len,
-            list,
-            max,
-            min,
-            round,
-            sorted,
-            str,
-            sum,
-            tuple,
-        )
-        self._known = {name: value for name, value in vars(math).items() if not name.startswith("_")}
-        self._known |= {function.__name__: function for function in harmless}
+        self._known: dict[str, Any] = {
+            name: value for name, value in vars(math).items() if not name.startswith("_")
+        }
+        self._known |= BUILTINS
 
     def lookup(self, name: str) -> Any:
         if name not in self._known:

@@ -1,0 +1,41 @@
+"""`<machine>`: names for computers. KBot runs on this one only, and reads them as roslaunch does."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.launch.plan import Machine
+from kbot.launch.ros1.attributes import Attributes, TagReporter
+from kbot.launch.ros1.context import Context
+from kbot.text import Element
+
+_DEFAULTS = ("true", "false", "never")
+
+
+def read_machine(element: Element, context: Context, reporter: TagReporter) -> Machine | None:
+    """The machine of a `<machine>`, which becomes the surroundings' own where it is the default."""
+    found = reporter.attributes(element, context)
+    if not found.ok:
+        return None
+    default = found.get("default", "false").lower()
+    if default not in _DEFAULTS:
+        origin = context.attribute_origin(element, "default")
+        reporter.problem("L005", f"'default' is one of {', '.join(_DEFAULTS)}, not '{default}'", origin)
+    if default == "true":
+        context.machine = found["name"]
+    port = _number(element, found, "ssh-port", context, reporter) if found.get("ssh-port") else 22.0
+    timeout = _number(element, found, "timeout", context, reporter) if "timeout" in found else None
+    others = (found.get("env-loader"), found.get("user", ""), found.get("password", ""), default == "never")
+    settings = (found["address"], port, timeout, *others)
+    return Machine(found["name"], found["address"], context.origin(element), settings)
+
+
+def _number(element: Element, found: Attributes, name: str, context: Context, reporter: TagReporter) -> float:
+    try:
+        number = float(int(found[name]) if name == "ssh-port" else found[name])
+    except ValueError:
+        number = math.nan
+    if not number > 0:
+        origin = context.attribute_origin(element, name)
+        reporter.problem("L005", f"'{name}' is a number above 0, not '{found[name]}'", origin)
+    return number
