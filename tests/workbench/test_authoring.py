@@ -18,6 +18,7 @@ from kbot.workbench.session.session import Session
 from kbot.workbench.source.edits import Editor
 from kbot.workbench.source.overrides import Overrides, number_text
 from kbot.workbench.source.parameters import written_parameters
+from kbot.xacro import expand
 from kbot.xacro.packages import SHIPPED
 
 
@@ -93,6 +94,46 @@ def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
     assert wheel_height(session) == pytest.approx(0.04)
 
 
+CHOICES = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
+  <xacro:arg name="tall" default="true"/>
+  <xacro:property name="wide" value="False"/>
+  <xacro:property name="high" value="9"/>
+  <xacro:if value="$(arg tall)"><xacro:property name="high" value="1.5"/></xacro:if>
+  <xacro:unless value="$(arg tall)"><xacro:property name="high" value="0.5"/></xacro:unless>
+  <link name="a"/><link name="b"/>
+  <joint name="j" type="fixed"><parent link="a"/><child link="b"/>
+    <origin xyz="${3 if wide else 1} 0 ${high}"/></joint>
+</robot>"""
+
+
+def choices(tmp_path: Path) -> Session:
+    (tmp_path / "r.xacro").write_text(CHOICES)
+    return open_session(str(tmp_path / "r.xacro"), simulate=False)
+
+
+def test_of_several_definitions_the_one_that_counts_is_changed(tmp_path: Path) -> None:
+    session = choices(tmp_path)
+    assert values(session)["high"] == (1.5, 1.5)
+    session.obey(SetParameter("property", "high", 2.5), 1)
+    session.obey(KeepParameters(), 1)
+    assert Path(session.shown.file).read_text() == CHOICES.replace('"1.5"', '"2.5"')
+
+
+def test_what_is_true_or_false_is_changed_in_its_spelling(tmp_path: Path) -> None:
+    session = choices(tmp_path)
+    truths = {p.name for p in session.shown.authoring.parameters().parameters if p.is_truth}
+    assert truths == {"tall", "wide"}
+    assert values(session)["tall"] == (1.0, 1.0)
+    session.obey(SetParameter("arg", "tall", 0.0), 1)
+    session.obey(SetParameter("property", "wide", 1.0), 1)
+    read_anew(session)
+    assert session.state().poses[7 : 7 + 3] == pytest.approx((3.0, 0.0, 0.5))
+    assert values(session)["high"] == (0.5, 0.5)
+    session.obey(KeepParameters(), 1)
+    kept = CHOICES.replace('"true"', '"false"').replace('"False"', '"True"')
+    assert Path(session.shown.file).read_text() == kept
+
+
 def test_an_unknown_parameter_is_refused(session: Session) -> None:
     for kind, name in (("arg", "control"), ("property", "wheel_radius"), ("arg", "nothing")):
         with pytest.raises(KbotError, match="plain number"):
@@ -100,7 +141,7 @@ def test_an_unknown_parameter_is_refused(session: Session) -> None:
 
 
 def test_only_plain_numbers_of_the_top_level_are_parameters(xacro: Path) -> None:
-    names = [(one.kind, one.name) for one in written_parameters([str(xacro)])]
+    names = [(one.kind, one.name) for one in written_parameters(expand(xacro))]
     assert ("arg", "base_width") in names
     assert ("arg", "control") not in names
     assert ("property", "base_width") not in names
@@ -210,8 +251,10 @@ def test_numbers_are_written_as_people_write_them(value: float, text: str) -> No
 
 def test_overrides_lie_over_what_was_given() -> None:
     overrides = Overrides({"a": "1", "b": "x"})
-    overrides.set("arg", "a", 2.0)
-    overrides.set("property", "c", 3.5)
+    overrides.set("arg", "a", "2")
+    overrides.set("property", "c", "3.5")
     assert overrides.arguments == {"a": "2", "b": "x"}
     assert overrides.properties == {"c": "3.5"}
+    assert overrides.value("arg", "a", 7.0) == 2.0
     assert overrides.value("arg", "b", 7.0) == 7.0
+    assert overrides.value("arg", "c", 7.0) == 7.0

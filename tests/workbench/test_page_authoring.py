@@ -31,6 +31,30 @@ def test_a_parameter_is_dragged_kept_and_undone(xacro: Path, viewing: str, open_
     until(lambda: abs(blue(screenshot(page)).sum() - before) < 0.02 * before)
 
 
+def test_a_check_mark_stands_for_what_is_true_or_false(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    length = '<xacro:property name="base_len" value='
+    choice = '<xacro:property name="long" value="false"/>'
+    text = xacro.read_text().replace(
+        f'{length}"$(arg base_len)"', f'{choice}{length}"${{0.26 if long else 0.16}}"'
+    )
+    xacro.write_text(text)
+    box = page.get_by_role("checkbox", name="long", exact=True)
+    until(lambda: box.count() == 1 and not box.is_checked())
+    before = blue(screenshot(page)).sum()
+    box.check()
+    until(lambda: blue(screenshot(page)).sum() > 1.3 * before)
+    assert xacro.read_text() == text
+    page.get_by_role("button", name="Keep").click()
+    until(lambda: '"long" value="true"' in xacro.read_text())
+    until(page.locator("#parameters").get_by_role("button", name="Undo").is_visible)
+    page.keyboard.press("Control+z")
+    until(lambda: xacro.read_text() == text)
+    until(lambda: not box.is_checked())
+
+
 def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator("[data-parameter=base_len] .name").click()

@@ -204,12 +204,13 @@ export interface SourceText {
   type: "source";
 }
 
-/** A number that the description is made with: a xacro argument or property. `written` is what the file says and `value` what the picture shows; `place` is that of the number. */
+/** A number that the description is made with: a xacro argument or property. `written` is what the file says and `value` what the picture shows; with `is_truth` it is true or false, as 1 or 0. `place` is that of the number. */
 export interface Parameter {
   kind: "arg" | "property";
   name: string;
   written: number;
   value: number;
+  is_truth: boolean;
   place: Place;
 }
 

@@ -106,9 +106,8 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     finally:
         if collecting:
             gc.enable()
-    return Expansion(
-        name, document, root, (*run.diagnostics(), *stopped), tuple(run.dependencies), scope, expander.macros
-    )
+    diagnostics, dependencies = (*run.diagnostics(), *stopped), tuple(run.dependencies)
+    return Expansion(name, document, root, diagnostics, dependencies, scope, expander.macros, run.defaults)
 
 
 def _walk(document: Document, expander: Expander, scope: Scope, properties: Mapping[str, Value]) -> Element:

@@ -10,7 +10,10 @@ from kbot.xacro.serialise import banner, serialise
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from kbot.text.diagnostic import Diagnostic
+    from kbot.xacro.binding import Binding
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope
     from kbot.xacro.source_map import SourceMap
@@ -34,6 +37,7 @@ class Expansion:
         dependencies: tuple[str, ...],
         scope: Scope | None = None,
         macros: MacroTable | None = None,
+        defaults: Mapping[str, Binding] | None = None,
     ) -> None:
         self.path = path
         self.document = document
@@ -42,6 +46,8 @@ class Expansion:
         self.scope = scope
         """The names of the top level as they were at the end."""
         self.macros = macros
+        self.defaults: Mapping[str, Binding] = defaults or {}
+        """Where the default of each argument is written."""
         self._before: list[Text] = source.before if source else []
         self._after: list[Text] = source.after if source else []
 

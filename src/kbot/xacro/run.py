@@ -49,6 +49,8 @@ class Run:
         self.arguments = dict(arguments)
         self.failed_arguments: dict[str, Problem] = {}
         self.declared: set[str] = set()
+        self.defaults: dict[str, Binding] = {}
+        """The default of each argument that counts, as it is written."""
         self._packages = packages
         self.limits = limits
         self.root_dir = root_dir

@@ -7,12 +7,11 @@ import type { Parameter } from "../protocol";
 interface Row {
   parameter: Parameter;
   element: HTMLElement;
-  slider: HTMLInputElement;
-  number: HTMLInputElement;
-  isHeld: () => boolean;
+  /** Shows its value anew. */
+  show: () => void;
 }
 
-/** A slider for each number the description is made with; the file is changed only when asked. */
+/** A slider for each number, and a check mark for what is true or false, that the description is made with; the file is changed only when asked. */
 export function parameters(app: App): HTMLElement {
   const list = h("div", { class: "parameters" });
   const keep = h("button", { type: "button", title: "Write these values into the file", onclick: () => app.send({ type: "keep_parameters" }) }, "Keep");
@@ -41,35 +40,58 @@ function whyNone(app: App): string {
 
 function row(app: App, parameter: Parameter): Row {
   const { kind, name } = parameter;
+  const title = kind === "arg" ? "argument" : "property";
+  const result: Row = { parameter, element: h("div", { class: "joint", "data-parameter": name }), show: () => undefined };
+  const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
   const send = (value: number): void => {
     if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
   };
+  const { value, slider, show } = parameter.is_truth ? checked(result, send) : dragged(result, send);
+  result.element.append(label, h("span", { class: "value" }, value), ...slider);
+  result.show = show;
+  return result;
+}
+
+/** What a row is changed by. */
+interface Inputs {
+  value: HTMLElement;
+  slider: HTMLElement[];
+  show: () => void;
+}
+
+function checked(row: Row, send: (value: number) => void): Inputs {
+  const box = h("input", { type: "checkbox", "aria-label": row.parameter.name, onchange: () => send(Number(box.checked)) });
+  return { value: box, slider: [], show: () => (box.checked = row.parameter.value !== 0) };
+}
+
+function dragged(row: Row, send: (value: number) => void): Inputs {
+  const { parameter } = row;
   const reach = Math.abs(parameter.written) * 2 || 1;
   const slider = h("input", {
     type: "range",
     min: parameter.written < 0 || parameter.written === 0 ? -reach : 0,
     max: parameter.written < 0 ? 0 : reach,
     step: "any",
-    "aria-label": name,
+    "aria-label": parameter.name,
     oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
     onchange: () => letGo(slider),
   });
-  const number = h("input", { type: "number", step: "any", "aria-label": `${name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => update(result, result.parameter) });
-  const title = kind === "arg" ? "argument" : "property";
-  const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
-  const element = h("div", { class: "joint", "data-parameter": name }, label, h("span", { class: "value" }, number), slider);
-  const isHeld = held(slider, () => update(result, result.parameter));
-  const result: Row = { parameter, element, slider, number, isHeld };
-  return result;
+  const number = h("input", { type: "number", step: "any", "aria-label": `${parameter.name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => show() });
+  const isHeld = held(slider, () => show());
+  const show = (): void => {
+    const { value } = row.parameter;
+    if (document.activeElement !== number) number.value = String(Number(value.toPrecision(6)));
+    if (!isHeld()) slider.value = String(value);
+    const { min, max } = slider;
+    slider.style.setProperty("--at", String((slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))));
+  };
+  return { value: number, slider: [slider], show };
 }
 
 function update(row: Row, parameter: Parameter): void {
   row.parameter = parameter;
   row.element.classList.toggle("changed", isChanged(parameter));
-  if (document.activeElement !== row.number) row.number.value = String(Number(parameter.value.toPrecision(6)));
-  if (!row.isHeld()) row.slider.value = String(parameter.value);
-  const { min, max } = row.slider;
-  row.slider.style.setProperty("--at", String((row.slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))));
+  row.show();
 }
 
 function isChanged(parameter: Parameter): boolean {
@@ -77,5 +99,9 @@ function isChanged(parameter: Parameter): boolean {
 }
 
 function sameNames(rows: readonly Row[], parameters: readonly Parameter[]): boolean {
-  return rows.length > 0 && rows.length === parameters.length && rows.every((row, i) => row.parameter.name === parameters[i]!.name && row.parameter.kind === parameters[i]!.kind);
+  return rows.length > 0 && rows.length === parameters.length && rows.every(({ parameter }, i) => same(parameter, parameters[i]!));
+}
+
+function same(one: Parameter, other: Parameter): boolean {
+  return one.name === other.name && one.kind === other.kind && one.is_truth === other.is_truth;
 }

@@ -137,4 +137,4 @@ def _reading(robot: Robot) -> Reading:
     expansion = loaded.expansion
     document = expansion.document
     files = (*((document.source.path,) if document else ()), *expansion.dependencies)
-    return Reading(robot, True, document, loaded.diagnostics, tuple(dict.fromkeys(files)) or (robot.name,))
+    return Reading(robot, True, expansion, loaded.diagnostics, tuple(dict.fromkeys(files)) or (robot.name,))

@@ -85,13 +85,15 @@ class SourceText:
 class Parameter:
     """A number that the description is made with: a xacro argument or property.
 
-    `written` is what the file says and `value` what the picture shows; `place` is that of the number.
+    `written` is what the file says and `value` what the picture shows; with `is_truth` it is true or false,
+    as 1 or 0. `place` is that of the number.
     """
 
     kind: Literal["arg", "property"]
     name: str
     written: float
     value: float
+    is_truth: bool
     place: Place
 
 

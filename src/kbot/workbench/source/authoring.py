@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from kbot.text import Diagnostic, Edit, KbotError
 from kbot.workbench.protocol import (
@@ -16,8 +16,11 @@ from kbot.workbench.protocol import (
     Undo,
 )
 from kbot.workbench.source.edits import Editor
-from kbot.workbench.source.overrides import Overrides, number_text
+from kbot.workbench.source.overrides import Overrides, value_of
 from kbot.workbench.source.parameters import Written, parameters_for_page, written_parameters
+
+if TYPE_CHECKING:
+    from kbot.workbench.source.description import Reading
 
 CHANGES = (SetParameter, DropParameters, KeepParameters, EditSource, ApplyFix, Undo)
 
@@ -38,10 +41,10 @@ class Authoring:
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0
 
-    def look_at(self, files: Sequence[str], findings: tuple[Diagnostic, ...]) -> None:
-        """Take note of a new reading: its files, and its findings in the order the page has them."""
-        self._files = tuple(files)
-        self._written = written_parameters(files)
+    def look_at(self, reading: Reading, findings: tuple[Diagnostic, ...]) -> None:
+        """Take note of a new reading, and of its findings in the order the page has them."""
+        self._files = reading.files
+        self._written = written_parameters(reading.expansion)
         self._findings = findings
         self.serial += 1
 
@@ -60,8 +63,7 @@ class Authoring:
             raise KbotError(self._why_not)
         match message:
             case SetParameter(kind=kind, name=name, value=value):
-                self._find(kind, name)
-                self.overrides.set(kind, name, value)
+                self.overrides.set(kind, name, self._find(kind, name).text_of(value))
             case DropParameters():
                 self.overrides.clear()
             case KeepParameters():
@@ -82,11 +84,11 @@ class Authoring:
         for one in self._written:
             if (one.kind, one.name) == (kind, name):
                 return one
-        raise KbotError(f"there is no {kind} {name!r} whose value is a plain number")
+        raise KbotError(f"there is no {kind} {name!r} whose value is a plain number, true or false")
 
     def _keep(self) -> None:
-        changed = [(self._find(*key), value) for key, value in self.overrides.changed.items()]
-        edits = [(Edit(w.span, number_text(v)), w.span.text) for w, v in changed if v != w.value]
+        changed = [(self._find(*key), text) for key, text in self.overrides.changed.items()]
+        edits = [(Edit(w.span, text), w.span.text) for w, text in changed if value_of(text) != w.value]
         if edits:
             names = ", ".join(written.name for written, _ in changed)
             self._editor.apply(f"new values of {names}", edits)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from kbot.model import Mesh, Robot
 from kbot.text import DescriptionError, Diagnostic, Element
 from kbot.workbench.source.overrides import Overrides
 from kbot.xacro.packages import Packages
+
+if TYPE_CHECKING:
+    from kbot.xacro import Expansion
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +27,17 @@ class Reading:
 
     robot: Robot | None
     usable: bool
-    document: Element | None
+    expansion: Expansion | None
     findings: tuple[Diagnostic, ...]
     files: tuple[str, ...]
     outside: frozenset[str] = frozenset()
     began: int = field(default_factory=time.time_ns)
     meshes: tuple[str, ...] = ()
+
+    @property
+    def document(self) -> Element | None:
+        """The root element of what the description was expanded to."""
+        return self.expansion.document if self.expansion is not None else None
 
     def require(self) -> Robot:
         """The robot.
@@ -78,14 +87,13 @@ class Description:
 
             findings = (*findings, *declared_sensors(loaded.robot).diagnostics)
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
-        document = loaded.expansion.document
         if loaded.robot is None:
-            return Reading(None, usable, document, tuple(findings), tuple(files), began=began)
+            return Reading(None, usable, loaded.expansion, tuple(findings), tuple(files), began=began)
         confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
         findings = (*findings, *confined.findings)
         meshes = _mesh_files(confined.robot, packages)
         return Reading(
-            confined.robot, usable, document, findings, tuple(files), confined.outside, began, meshes
+            confined.robot, usable, loaded.expansion, findings, tuple(files), confined.outside, began, meshes
         )
 
 

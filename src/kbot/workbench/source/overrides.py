@@ -4,41 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+TRUTHS = {"true": 1.0, "True": 1.0, "false": 0.0, "False": 0.0}
+"""Words for true and false, which pages have as 1 and 0."""
+
 
 class Overrides:
     """Arguments (given on the command line, then set in the page) and properties (set in the page)."""
 
     def __init__(self, given: Mapping[str, str] | None = None) -> None:
         self._given = dict(given or {})
-        self._set: dict[tuple[str, str], float] = {}
+        self._set: dict[tuple[str, str], str] = {}
 
     @property
     def arguments(self) -> dict[str, str]:
-        return {**self._given, **{n: number_text(v) for (kind, n), v in self._set.items() if kind == "arg"}}
+        return {**self._given, **self._of("arg")}
 
     @property
     def properties(self) -> dict[str, str]:
-        return {n: number_text(v) for (kind, n), v in self._set.items() if kind == "property"}
+        return self._of("property")
 
     @property
-    def changed(self) -> dict[tuple[str, str], float]:
+    def changed(self) -> dict[tuple[str, str], str]:
         """What was set in the page, by kind and name."""
         return dict(self._set)
 
-    def set(self, kind: str, name: str, value: float) -> None:
-        self._set[kind, name] = value
+    def set(self, kind: str, name: str, text: str) -> None:
+        self._set[kind, name] = text
 
     def clear(self) -> None:
         self._set.clear()
 
     def value(self, kind: str, name: str, written: float) -> float:
         """What the picture shows for a number that is `written`."""
-        if (kind, name) in self._set:
-            return self._set[kind, name]
-        try:
-            return float(self._given[name]) if kind == "arg" and name in self._given else written
-        except ValueError:
-            return written
+        given = self._given.get(name) if kind == "arg" else None
+        text = self._set.get((kind, name), given)
+        value = None if text is None else value_of(text)
+        return written if value is None else value
+
+    def _of(self, kind: str) -> dict[str, str]:
+        return {name: text for (one, name), text in self._set.items() if one == kind}
+
+
+def value_of(text: str) -> float | None:
+    """The number that a text spells, 1 or 0 for a word for true or false; None where it spells neither."""
+    try:
+        value = TRUTHS[text] if text in TRUTHS else float(text)
+    except ValueError:
+        return None
+    return value if abs(value) < 1e9 and "_" not in text else None
 
 
 def number_text(value: float) -> str:

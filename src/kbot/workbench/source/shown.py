@@ -105,7 +105,7 @@ class Shown:
         """Take note of what was found; the scene's meshes are there by now."""
         notes = lightened_meshes(self.robot, self._meshes)
         self._findings = gravest_first((*self._latest.findings, *notes))
-        self.authoring.look_at(self._latest.files, self._findings)
+        self.authoring.look_at(self._latest, self._findings)
 
     def findings(self) -> Findings:
         found = findings_for_page(self._findings, self._ownership)

@@ -20,6 +20,7 @@ def declare_argument(walk: Expander, node: Element, place: Place, has_next: bool
     check_attributes(walk.run, node, place, ("name", "default"))
     run, name = walk.run, node.attributes["name"]
     run.declared.add(name)
+    run.defaults.setdefault(name, Binding(name, None, READY, node, "default", place.call))
     if name not in run.arguments:
         try:
             run.arguments[name] = run.budget.text(walk.evaluated(node, "default", place))
