@@ -95,6 +95,23 @@ def test_a_saved_page_shows_the_line_of_a_link(arm: Path, tmp_path: Path, open_p
     until(lambda: '<link name="upper">' in page.locator("#source").inner_text())
 
 
+def test_a_saved_page_offers_no_changes_that_nobody_would_write(
+    arm: Path, tmp_path: Path, open_page: OpenPage
+) -> None:
+    out = tmp_path / "arm.html"
+    arm.write_text(ARM.replace('<axis xyz="', '<axis rpy="0 0 0" xyz="', 1))
+    assert run(["export", str(arm), "-o", str(out)]) == 0
+    page = open_page(out.as_uri())
+    until(lambda: page.locator("#findings li[data-code]").filter(has_text="rpy").count() == 1)
+    assert page.locator(".fix").count() == 0
+    page.locator("button[data-link=upper]").click()
+    number = page.locator("#source .t-number").first
+    until(lambda: number.count() == 1)
+    assert number.evaluate("e => getComputedStyle(e).cursor") != "ew-resize"
+    number.dblclick()
+    assert page.locator("#source .edit").count() == 0
+
+
 def test_nothing_in_a_description_ends_the_script_early(tmp_path: Path, open_page: OpenPage) -> None:
     file, out = tmp_path / "r.urdf", tmp_path / "r.html"
     file.write_text(ARM.replace("<robot", "<!-- </script><script>window.hurt = 1</script> -->\n<robot", 1))
@@ -129,6 +146,31 @@ def test_a_frame_is_as_dark_as_the_notebook_around_it(
     frame = page.frames[1]
     until(lambda: frame.evaluate("!!window.kbot && kbot.frames > 0"))
     assert frame.evaluate("document.documentElement.dataset.theme") == theme
+    page.close()
+
+
+def test_a_frame_follows_when_the_notebook_turns_dark(tmp_path: Path, browser: Any) -> None:
+    """By a mark on its body, as JupyterLab does, or by another style sheet."""
+    html = kbot.load("kbot").show()._repr_html_()
+    (tmp_path / "notebook.html").write_text(
+        "<!doctype html><style>body[data-jp-theme-light=false] { color-scheme: dark }</style>"
+        f"<body data-jp-theme-light=true>{html}"
+    )
+    page = browser.new_page(color_scheme="light")
+    page.goto((tmp_path / "notebook.html").as_uri())
+    frame = page.frames[1]
+    until(lambda: frame.evaluate("!!window.kbot && kbot.frames > 0"))
+    theme = "document.documentElement.dataset.theme"
+    assert frame.evaluate(theme) == "light"
+    page.evaluate("document.body.dataset.jpThemeLight = 'false'")
+    until(lambda: frame.evaluate(theme) == "dark")
+    page.evaluate("document.body.dataset.jpThemeLight = 'true'")
+    until(lambda: frame.evaluate(theme) == "light")
+    page.evaluate(
+        "document.head.append(Object.assign(document.createElement('link'),"
+        " {rel: 'stylesheet', href: 'data:text/css,body{color-scheme:dark}'}))"
+    )
+    until(lambda: frame.evaluate(theme) == "dark")
     page.close()
 
 

@@ -67,6 +67,11 @@ export class App {
     this.connection = connect((message) => this.hear(message));
   }
 
+  /** Whether the description can be changed from here: not in a page that was saved, nor that of a recording. */
+  get canWrite(): boolean {
+    return this.connection.writes && this.about.value?.mode !== "play";
+  }
+
   send(message: FromPage): void {
     this.travel.aboutTo(message);
     this.connection.send(message);

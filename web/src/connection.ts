@@ -14,12 +14,15 @@ const FULL = 1013;
 /** What a page talks through. */
 export interface Line {
   readonly link: Signal<Link>;
+  /** Whether there is somebody who writes files. */
+  readonly writes: boolean;
   send(message: FromPage): void;
 }
 
 /** The socket to the server; connects again by itself when it is lost. */
 export class Connection implements Line {
   readonly link = new Signal<Link>("connecting");
+  readonly writes = true;
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
   private silence = 0;

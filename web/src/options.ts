@@ -48,11 +48,23 @@ export function rememberedTheme(): Signal<Theme> {
     return schemes.includes("dark") && (dark.matches || !schemes.includes("light")) ? "dark" : "light";
   };
   const signal = new Signal<Theme>(chosen === "dark" || chosen === "light" ? chosen : around());
-  if (chosen === null) dark.addEventListener("change", () => recalled(THEME_KEY) ?? signal.set(around()));
+  const follow = (): void => {
+    if (recalled(THEME_KEY) === null && signal.value !== around()) signal.set(around());
+  };
+  dark.addEventListener("change", follow);
+  if (frameElement !== null) whenRestyled(frameElement.ownerDocument, follow);
   signal.watch((theme) => {
     document.documentElement.dataset["theme"] = theme;
   });
   return signal;
+}
+
+/** Tells when a document may look otherwise: its root or body is marked, or a style sheet comes or goes. */
+function whenRestyled(document: Document, told: () => void): void {
+  const observer = new MutationObserver(told);
+  for (const element of [document.documentElement, document.body]) observer.observe(element, { attributes: true });
+  observer.observe(document.head, { childList: true, subtree: true });
+  document.addEventListener("load", (event) => (event.target as Element).tagName === "LINK" && told(), true);
 }
 
 export function chooseTheme(signal: Signal<Theme>, theme: Theme): void {

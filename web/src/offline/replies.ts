@@ -10,6 +10,7 @@ const MOST_AT_ONCE = 300;
 /** Answers a page that was saved as one file, as the server would. */
 export class Replies implements Line {
   readonly link = new Signal<Link>("live");
+  readonly writes = false;
   private readonly joints: readonly JointView[];
   private state: State | null = null;
   private shown = -1;

@@ -11,9 +11,9 @@ interface Spot {
   was: string;
 }
 
-/** Numbers in the source are dragged sideways, or changed in a field after a double click; not those of a recording. */
+/** Numbers in the source are dragged sideways, or changed in a field after a double click, where they can be written. */
 export function editNumbers(app: App, body: HTMLElement): void {
-  app.about.watch((about) => body.classList.toggle("editable", about?.mode !== "play"));
+  app.about.watch(() => body.classList.toggle("editable", app.canWrite));
   body.addEventListener("pointerdown", (event) => {
     const number = numberAt(body, event.target);
     const spot = number && spotOf(app, number);

@@ -38,7 +38,7 @@ function card(app: App, finding: Finding, serial: number, index: number): HTMLEl
       ),
     ),
   );
-  if (finding.fix !== "" && app.about.value?.mode !== "play") {
+  if (finding.fix !== "" && app.canWrite) {
     const mend = (): void => app.send({ type: "apply_fix", serial, index });
     item.append(h("button", { type: "button", class: "fix", title: "Write this into the file", onclick: mend }, icon("wand"), finding.fix));
   }
