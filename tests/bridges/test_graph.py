@@ -16,7 +16,10 @@ from websockets.sync.client import connect
 
 from kbot.bridges.graph import presence
 from kbot.bridges.graph.server import GraphServer
+from kbot.bridges.services import Service
 from kbot.cli.main import run
+from kbot.messages import controller_services as srv
+from kbot.wire.services import service_type
 
 from .conftest import Running, wait_until
 
@@ -226,6 +229,24 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     assert "did you mean '/gazebo/pause_physics'" in told(
         capsys, "service", "call", "/gazebo/pause_phsics", status=2
     )
+
+
+def test_a_controller_manager_s_no_is_a_failure_too(
+    running: Running, graph: GraphServer, capsys: Said
+) -> None:
+    """Its answers say `ok`, and have no room for a reason."""
+    name = "/arm/controller_manager/unload_controller"
+    kind = service_type("controller_manager_msgs/UnloadController")
+
+    def unload(_: object, request: srv.ControllerRequest) -> srv.OkResponse:
+        return srv.OkResponse(ok=request.name == "there")
+
+    running.link.services = {name: Service(name, kind, unload)}
+    assert told(capsys, "service", "call", name, "{name: there}") == "ok: true\n"
+    assert run(("service", "call", name, "{name: ghost}")) == 1
+    failed = capsys.readouterr()
+    assert failed.err == f"{name} failed: why is told where KBot runs\n"
+    assert failed.out == "ok: false\n"
 
 
 def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys: Said) -> None:

@@ -24,7 +24,8 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.bridges.graph.client import GraphClient
 
-_OUTCOME = ("success", "status_message", "message")
+_SAYS_SO = ("success", "ok")
+_OUTCOME = (*_SAYS_SO, "status_message", "message")
 
 
 @click.group(
@@ -100,9 +101,9 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     values = read_values(rest, "{model_name: kbot}")
     with ask(at) as graph:
         answer = graph.call(full_name(service), **values)
-    failed = answer.get("success") is False
+    failed = any(answer.get(word) is False for word in _SAYS_SO)
     if failed:
-        reason = answer.get("status_message") or answer.get("message") or "it gives no reason"
+        reason = answer.get("status_message") or answer.get("message") or "why is told where KBot runs"
         click.echo(f"{full_name(service)} failed: {reason}", err=True)
     if as_json:
         print_json(answer)
