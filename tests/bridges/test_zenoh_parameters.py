@@ -26,6 +26,7 @@ HASHES = {
 }
 """As ROS 2 installs them in share/rcl_interfaces, from Jazzy on."""
 
+EVENT = "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204"
 ADD_TWO_INTS = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
 
 
@@ -69,7 +70,7 @@ def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.Monke
     bridge = ZenohBridge(running.link)
     try:
         done = subprocess.run(
-            (sys.executable, str(PEER), str(port), json.dumps(HASHES)),
+            (sys.executable, str(PEER), str(port), json.dumps(HASHES | {"ParameterEvent": EVENT})),
             capture_output=True,
             text=True,
             timeout=180,
@@ -106,4 +107,8 @@ def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.Monke
     )
     assert "/gazebo/pause_physics" in found["services"]
     assert found["info"] == ["rcl_interfaces/srv/ListParameters"]
+    assert found["new"] == {"new.one": [1, -2], "first": True, "second": ["b"]}
+    assert found["changed"] == {"arm.gain": 2.5}
+    assert found["deleted"] == {"numbers": [1.0, 2.5]}
+    assert found["nodes"] == ["/kbot"]
     assert running.told == []

@@ -127,6 +127,37 @@ def test_a_request_that_is_too_large(session: zenoh.Session, running: Running) -
     assert running.goes_on()
 
 
+def called(session: zenoh.Session, name: str) -> str:
+    """The key that a service's token is for."""
+    tokens = [str(reply.ok.key_expr).split("/") for reply in session.liveliness().get("@ros2_lv/**")]
+    token = next(token for token in tokens if token[5] == "SS" and token[9] == name.replace("/", "%"))
+    return f"0{name}/{token[10]}/{token[11]}"
+
+
+def names_of(*names: str) -> bytes:
+    """A request in CDR that is names."""
+    data = struct.pack("<I", len(names))
+    for name in names:
+        data += bytes(-len(data) % 4) + struct.pack("<I", len(name) + 1) + name.encode() + b"\0"
+    return b"\0\1\0\0" + data
+
+
+def test_parameters_that_cannot_be_written(session: zenoh.Session, running: Running) -> None:
+    deep: list[object] = []
+    for _ in range(5000):
+        deep = [deep]
+    running.link.set_parameters({"/deep": deep, "/odd": "\ud800", "/good": 1})
+    get = called(session, "/kbot/get_parameters")
+    (reply,) = ask(session, get, names_of("odd"))
+    assert "no rcl_interfaces/msg/GetParameters_Response" in reply.err.payload.to_string()
+    (reply,) = ask(session, get, names_of("deep", "good"))
+    assert reply.ok.payload.to_bytes()[8] == 0  # of the first the type: it is not set
+    (reply,) = ask(session, get, names_of(*["good"] * 1001))
+    assert "1001 parameters in one call" in reply.err.payload.to_string()
+    assert running.told == []
+    assert running.goes_on()
+
+
 def test_a_service_that_says_no(session: zenoh.Session, running: Running) -> None:
     def refuse(simulation: object, request: object) -> object:
         raise KbotError("not today")
@@ -190,16 +221,10 @@ def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running,
     """It asks on and on for what is large, and then reads nothing more: time passes, and others are served
     when it was given up."""
     running.link.set_parameters({"/large": "x" * 100_000})
-    names = ["large"] * 100
-    text = b"".join(struct.pack("<I", 6) + b"large\0\0\0" for _ in names)
-    request = b"\0\1\0\0" + struct.pack("<I", len(names)) + text
-    kind = "rcl_interfaces::srv::dds_::GetParameters_/RIHS01_"
-    tokens = [str(reply.ok.key_expr) for reply in session.liveliness().get("@ros2_lv/**")]
-    key = next(token for token in tokens if kind in token).split("/")
-    called = f"0/kbot/get_parameters/{key[10]}/{key[11]}"
-    assert ask(session, called, request)[0].ok is not None
+    request, key = names_of(*["large"] * 100), called(session, "/kbot/get_parameters")
+    assert ask(session, key, request)[0].ok is not None
     caller = subprocess.Popen(
-        (sys.executable, "-c", GREEDY, str(port), called, request.hex()), stdout=subprocess.PIPE, text=True
+        (sys.executable, "-c", GREEDY, str(port), key, request.hex()), stdout=subprocess.PIPE, text=True
     )
     try:
         assert caller.stdout is not None

@@ -3,9 +3,10 @@ as JSON. Arguments: its router's port, and as JSON the hash of each service's ty
 
 import json
 import sys
+import time
 
 import numpy as np
-from zenoh_ros2_sdk import ROS2ServiceClient
+from zenoh_ros2_sdk import ROS2ServiceClient, ROS2Subscriber
 from zenoh_ros2_sdk.discovery import get_service_info, get_service_names_and_types
 
 from kbot.wire import ros2_definition
@@ -72,6 +73,17 @@ def said(answer: object) -> list[object]:
     return [answer.successful, answer.reason]
 
 
+events = []
+EVENT = "rcl_interfaces/msg/ParameterEvent"
+listener = ROS2Subscriber(
+    "/parameter_events",
+    EVENT,
+    events.append,
+    msg_definition=ros2_definition(EVENT)[0],
+    type_hash=hashes["ParameterEvent"],
+    **place,
+)
+opened.append(listener)
 NAMES = ["use_sim_time", "robot_description", "arm.gain", "none", "texts", "numbers"]
 found = {
     "get": [plain(value) for value in get.call(names=NAMES).values],
@@ -102,6 +114,12 @@ found = {
     "services": [name for name, _ in get_service_names_and_types(router_port=port)],
     "info": get_service_info("/kbot/list_parameters", router_port=port).service_types,
 }
+end = time.monotonic() + 60
+while time.monotonic() < end and not any(p.name == "second" for e in events for p in e.new_parameters):
+    time.sleep(0.05)
+for kind in ("new", "changed", "deleted"):
+    found[kind] = {p.name: plain(p.value) for e in events for p in getattr(e, f"{kind}_parameters")}
+found["nodes"] = sorted({event.node for event in events})
 sys.stdout.write(json.dumps(found))
 for entity in opened:
     entity.close()

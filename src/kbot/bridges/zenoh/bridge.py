@@ -8,7 +8,6 @@ from __future__ import annotations
 import itertools
 import os
 import secrets
-import struct
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -19,7 +18,19 @@ import zenoh
 
 from kbot.bridges.link import Link, Topic
 from kbot.bridges.loop import Batch, later, wait_for
-from kbot.bridges.zenoh.names import LATCHED, VOLATILE, entity_token, node_token, topic_key, type_key
+from kbot.bridges.zenoh.names import (
+    ATTACHED,
+    LATCHED,
+    OF_PARAMETERS,
+    VOLATILE,
+    entity_token,
+    node_token,
+    topic_key,
+    type_key,
+)
+from kbot.bridges.zenoh.parameter_events import TOPIC as EVENTS
+from kbot.bridges.zenoh.parameter_events import TYPE as EVENT_TYPE
+from kbot.bridges.zenoh.parameter_events import ParameterEvents
 from kbot.bridges.zenoh.parameters import parameter_services
 from kbot.bridges.zenoh.services import ServiceServer, served_of
 from kbot.messages.types import Twist, TwistStamped
@@ -28,7 +39,6 @@ from kbot.wire import Packet, decode_cdr, ros2_definition, ros_name
 
 NODE = "kbot"
 ROUTER_PORT = 7447
-_ATTACHED = struct.Struct("<qqB16s")
 
 OfZenoh = Any
 """What the library gives and takes, which is not typed."""
@@ -60,6 +70,7 @@ class ZenohBridge:
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
         self._services = ServiceServer(self._session, self.domain, partial(self._token, "SS"), link.tell)
         self._parameters = parameter_services(link, f"/{NODE}")
+        self._events = self._events_of_parameters()
         link.watch(self._changed.set)
         self._changed.set()
         self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-zenoh")
@@ -87,6 +98,7 @@ class ZenohBridge:
                 return
             self._declare()
             self._offer()
+            self._events.tell()
 
     def _declare(self) -> None:
         topics = self._link.topics
@@ -129,6 +141,17 @@ class ZenohBridge:
         """Have peers call what the link offers now, and ask for parameters."""
         of_link = [served_of(self._link, service) for service in self._link.services.values()]
         self._services.offer([*of_link, *self._parameters])
+
+    def _events_of_parameters(self) -> ParameterEvents:
+        kind = _kind(EVENT_TYPE)
+        publisher = self._session.declare_publisher(topic_key(self.domain, EVENTS, kind))
+        self._tokens.append(self._token("MP", EVENTS, kind, OF_PARAMETERS))
+        mark, count = secrets.token_bytes(16), itertools.count(1)
+
+        def put(data: bytes) -> None:
+            _put([(publisher, data, ATTACHED.pack(next(count), self._link.nanoseconds, 16, mark))])
+
+        return ParameterEvents(self._link, f"/{NODE}", put)
 
     def _token(self, role: str, name: str, kind: str, quality: str = VOLATILE) -> OfZenoh:
         key = entity_token(self.domain, self._zid, next(self._numbers), role, NODE, name, kind, quality)
@@ -179,7 +202,7 @@ class _Outgoing:
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is self.topic.message_type:
             self._count += 1
-            attached = _ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
+            attached = ATTACHED.pack(self._count, packet.nanoseconds, 16, self._gid)
             self._batch.add((self._publisher, packet.cdr, attached))
 
 

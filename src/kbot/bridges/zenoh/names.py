@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import struct
+
 VOLATILE, LATCHED, OF_PARAMETERS = "::,10:,:,:,,", ":1:,1:,:,:,,", "::,1000:,:,:,,"
 """Qualities of service: what is left out is as usual, and 1 is transient local."""
+
+ATTACHED = struct.Struct("<qqB16s")
+"""What goes along with each message, request and response: its number, the time in ns, 16 and the mark of the
+sender; with a response the number and the mark are those of the request."""
 
 
 def type_key(name: str, digest: str) -> str:

@@ -10,12 +10,13 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from functools import cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kbot.bridges.link import Link, Value
 from kbot.bridges.zenoh.names import OF_PARAMETERS
+from kbot.bridges.zenoh.parameter_values import NOT_SET, Message, dotted, message_of, type_of, value_of
 from kbot.bridges.zenoh.services import Served
 from kbot.text import KbotError
 from kbot.wire.services import hash_of_service
@@ -26,9 +27,6 @@ if TYPE_CHECKING:
 
 MOST_AT_ONCE = 1000
 """Parameters of one call."""
-
-Message = Any
-"""One of rcl_interfaces, as the library has them."""
 
 _SERVICES = {
     "list_parameters": ("string[] prefixes\nuint64 depth", "rcl_interfaces/ListParametersResult result"),
@@ -45,23 +43,6 @@ _SERVICES = {
     ),
 }
 """Each with the fields of its request and of its response."""
-
-_FIELDS: tuple[tuple[str, Any], ...] = (
-    ("bool_value", False),
-    ("integer_value", 0),
-    ("double_value", 0.0),
-    ("string_value", ""),
-    ("byte_array_value", np.empty(0, np.uint8)),
-    ("bool_array_value", np.empty(0, np.bool_)),
-    ("integer_array_value", np.empty(0, np.int64)),
-    ("double_array_value", np.empty(0, np.float64)),
-    ("string_array_value", []),
-)
-"""Where a ParameterValue has its value, by its type from 1 on, and what stands there else."""
-
-_NOT_SET, _INTEGER, _DOUBLE, _STRING, _BYTES = 0, 2, 3, 4, 5
-_KINDS = (bool, 1), (int, _INTEGER), (float, _DOUBLE), (str, _STRING)
-"""The first that a value is of gives its type; a list's is that of its items and `_BYTES` further."""
 
 
 def parameter_services(link: Link, node: str) -> list[Served]:
@@ -129,13 +110,13 @@ class _Parameters:
         return SimpleNamespace(names=names, prefixes=list(folders))
 
     def get_parameters(self, request: Message) -> Message:
-        return [_message(self._value(name)) for name in _few(request.names)]
+        return [message_of(self._value(name)) for name in _few(request.names)]
 
     def get_parameter_types(self, request: Message) -> Message:
-        return np.array([_type_of(self._value(name)) for name in _few(request.names)], np.uint8)
+        return np.array([type_of(self._value(name)) for name in _few(request.names)], np.uint8)
 
     def describe_parameters(self, request: Message) -> Message:
-        return [_description(name, _type_of(self._value(name))) for name in _few(request.names)]
+        return [_description(name, type_of(self._value(name))) for name in _few(request.names)]
 
     def set_parameters(self, request: Message) -> Message:
         return [self._set([parameter]) for parameter in _few(request.parameters)]
@@ -146,7 +127,7 @@ class _Parameters:
     def _set(self, parameters: list[Message]) -> Message:
         """All of them, or none."""
         try:
-            values = {self._full(p.name): _value_of(p.name, p.value) for p in parameters}
+            values = {self._full(p.name): value_of(p.name, p.value) for p in parameters}
         except KbotError as error:
             return SimpleNamespace(successful=False, reason=str(error))
         self._link.set_parameters(values)
@@ -157,59 +138,24 @@ class _Parameters:
         seen, names = self._known
         values = self._link.parameters
         if values is not seen:
-            names = {_dotted(full): full for full, value in values.items() if _type_of(value) != _NOT_SET}
+            names = {dotted(full): full for full, value in values.items() if type_of(value) != NOT_SET}
             self._known = values, names
         return names
 
     def _value(self, name: str) -> Value:
-        return self._link.parameters.get(self._names().get(_dotted(name), ""))
+        return self._link.parameters.get(self._names().get(dotted(name), ""))
 
     def _full(self, name: str) -> str:
-        dotted = _dotted(name)
-        if not dotted:
+        key = dotted(name)
+        if not key:
             raise KbotError("a parameter needs a name")
-        return self._names().get(dotted) or f"/{dotted.replace('.', '/')}"
-
-
-def _dotted(name: str) -> str:
-    return name.strip("/").replace("/", ".")
+        return self._names().get(key) or f"/{key.replace('.', '/')}"
 
 
 def _few(items: list[Message]) -> list[Message]:
     if len(items) > MOST_AT_ONCE:
         raise KbotError(f"{len(items)} parameters in one call: at most {MOST_AT_ONCE} are answered for")
     return items
-
-
-def _type_of(value: Value) -> int:
-    """ROS 2's number for its type; that of what is not set where there is none."""
-    if isinstance(value, list | tuple):
-        kinds = {_type_of(item) for item in value} or {_STRING}
-        kind = _DOUBLE if kinds == {_INTEGER, _DOUBLE} else min(kinds) if len(kinds) == 1 else _NOT_SET
-        return kind + _BYTES if 0 < kind < _BYTES else _NOT_SET
-    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
-        return _NOT_SET
-    return next((number for kind, number in _KINDS if isinstance(value, kind)), _NOT_SET)
-
-
-def _message(value: Value) -> Message:
-    kind = _type_of(value)
-    fields = dict(_FIELDS)
-    if kind != _NOT_SET:
-        name, empty = _FIELDS[kind - 1]
-        fields[name] = np.array(value, empty.dtype) if isinstance(empty, np.ndarray) else value
-    return SimpleNamespace(type=kind, **fields)
-
-
-def _value_of(name: str, message: Message) -> Value:
-    """None where it is to be taken away. Raises KbotError: it is of a type that is not kept."""
-    if message.type == _NOT_SET:
-        return None
-    if message.type == _BYTES or message.type > len(_FIELDS):
-        kept = "booleans, numbers, texts and lists of them are"
-        raise KbotError(f"{name}: a value of type {message.type} is not kept: {kept}")
-    value = getattr(message, _FIELDS[message.type - 1][0])
-    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _description(name: str, kind: int) -> Message:

@@ -6,7 +6,6 @@ read and sent on a thread of its own, since a peer that does not take its answer
 
 from __future__ import annotations
 
-import struct
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -21,7 +20,7 @@ import zenoh
 
 from kbot.bridges.link import Link
 from kbot.bridges.services import Service
-from kbot.bridges.zenoh.names import VOLATILE, topic_key, type_key
+from kbot.bridges.zenoh.names import ATTACHED, VOLATILE, topic_key, type_key
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, encode_cdr
 from kbot.wire.services import service_hash
@@ -31,9 +30,6 @@ MOST_QUERIES = 256
 
 LARGEST_REQUEST = 1 << 24
 LEAVE_SECONDS = 1.0
-_STAMP = slice(8, 16)
-_ATTACHED = 33
-"""Bytes: a sequence number, the time in ns, and the caller's mark with its length."""
 
 OfZenoh = Any
 """What the library gives and takes, which is not typed."""
@@ -123,8 +119,8 @@ class ServiceServer:
             if size > LARGEST_REQUEST:
                 raise KbotError(f"{service.name}: a request of {size} bytes is too large")
             future = service.call(query.payload.to_bytes() if size else b"")
-        except KbotError as error:
-            self._end(query, partial(query.reply_err, str(error).encode()))
+        except Exception as error:  # noqa: BLE001 - one fault does not end the answering of all
+            self._refuse(query, error)
             return
         future.add_done_callback(
             lambda done: self._jobs.put(partial(self._answer, service, key, query, done))
@@ -133,10 +129,15 @@ class ServiceServer:
     def _answer(self, service: Served, key: str, query: OfZenoh, done: Future[Any]) -> None:
         try:
             data = service.encode(done.result())
-        except KbotError as error:
-            self._end(query, partial(query.reply_err, str(error).encode()))
+        except Exception as error:  # noqa: BLE001 - as above
+            self._refuse(query, error)
             return
         self._end(query, partial(query.reply, key, data, attachment=_attachment(query)))
+
+    def _refuse(self, query: OfZenoh, error: Exception) -> None:
+        if not isinstance(error, KbotError):
+            self._tell(f"Zenoh: a call failed, which is a fault of KBot: {type(error).__name__}: {error}")
+        self._end(query, partial(query.reply_err, str(error).encode(errors="replace")))
 
     def _end(self, query: OfZenoh, reply: Callable[[], None]) -> None:
         with suppress(zenoh.ZError):  # the caller is gone, or the session
@@ -149,7 +150,8 @@ def _attachment(query: OfZenoh) -> bytes | None:
     """What the caller sent along, by which it knows its answer again, with the time of now."""
     if query.attachment is None:
         return None
-    given = bytearray(query.attachment.to_bytes())
-    if len(given) == _ATTACHED:  # else it is another layout, as rmw_zenoh before 0.2.4 had one
-        given[_STAMP] = struct.pack("<q", time.time_ns())
-    return bytes(given)
+    given: bytes = query.attachment.to_bytes()
+    if len(given) != ATTACHED.size:  # another layout, as rmw_zenoh before 0.2.4 had one
+        return given
+    number, _, length, mark = ATTACHED.unpack(given)
+    return ATTACHED.pack(number, time.time_ns(), length, mark)
