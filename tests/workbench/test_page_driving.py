@@ -49,6 +49,17 @@ def test_held_keys_drive_the_robot_across_the_picture(
     assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # the way it took, behind it
 
 
+def test_its_heading_is_told_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
+    page = open_page(driving[0])
+    page.keyboard.down("ArrowLeft")
+    until(lambda: state_of(driving[1]).odometry[2] > 3.6)
+    page.keyboard.up("ArrowLeft")
+    until(lambda: standing(page))
+    yaw = np.degrees(state_of(driving[1]).odometry[2])
+    until(lambda: abs((reading(page, "yaw") - yaw + 180) % 360 - 180) < 0.2)
+    assert abs(reading(page, "yaw")) <= 180
+
+
 def test_turning_keys_turn_it_where_it_stands(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.down("ArrowLeft")

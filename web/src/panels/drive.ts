@@ -1,3 +1,4 @@
+import { wrap } from "../angles";
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
 import { h, panel, readout, write } from "../dom";
@@ -53,7 +54,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     turn.set(state.twist[1] ?? 0, state.command[1] ?? 0, about.angular_limit);
     x.set(state.odometry[0] ?? 0);
     y.set(state.odometry[1] ?? 0);
-    yaw.set(((state.odometry[2] ?? 0) * 180) / Math.PI);
+    yaw.set((wrap(state.odometry[2] ?? 0) * 180) / Math.PI);
     const other = state.driver !== 0 && state.driver !== about.client;
     write(who, other ? "Driven from another tab" : "");
   });

@@ -1,3 +1,4 @@
+import { wrap } from "../angles";
 import type { App } from "../app";
 import { h, panel, readout, toggle } from "../dom";
 import { held } from "../held";
@@ -155,8 +156,4 @@ function unitOf(joint: JointView, radians: boolean): [number, number, string, st
 
 function tidy(value: number, digits: number): string {
   return String(Number(value.toFixed(digits))).replace("-", "\u2212");
-}
-
-function wrap(angle: number): number {
-  return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 }
