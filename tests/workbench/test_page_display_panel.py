@@ -164,3 +164,16 @@ def test_a_robot_without_shapes_is_told_of_and_casts_no_shadow(
         beneath, beside = ground[row, column + 3], ground[row, column + int(0.1 * pixels_per_metre(page))]
         assert (np.abs(beneath - beside).max() <= 1) == (shape == "")
         page.goto("about:blank")
+
+
+def test_a_robot_tells_of_meshes_that_are_missing(tmp_path: Path, open_page: OpenPage) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        '<robot name="arm"><link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual></link>'
+        '<link name="tool"><visual><geometry><mesh filename="package://gone/t.stl"/></geometry></visual></link>'
+        '<joint name="j" type="fixed"><parent link="base"/><child link="tool"/></joint></robot>'
+    )
+    with serving(open_session(str(file), simulate=False)) as address:
+        lamp = open_page(address).locator(".display[data-display=RobotModel] .lamp")
+        said = "error: meshes are missing, see the findings: tool"
+        until(lambda: lamp.get_attribute("aria-label") == said)

@@ -40,6 +40,7 @@ export class LiveDisplays {
       this.picture.invalidate();
     });
     app.topics.forgotten.watch((what) => what !== null && this.forget(what.topic));
+    app.findings.watch(() => this.report());
     app.selected.watch((link) => this.each((display) => display.select?.(link)));
   }
 

@@ -1,6 +1,6 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 
-import type { Scene } from "../protocol";
+import type { Findings, Scene } from "../protocol";
 import { NOTHING, type Parts } from "../view/robot";
 import type { Make } from "./display";
 import { fallenStatus } from "./fallen";
@@ -9,6 +9,8 @@ import type { Status, Values } from "./set";
 
 const X = new Vector3(1, 0, 0);
 const JOINTS = "#2dd4bf";
+/** Codes of findings on meshes that cannot be shown. */
+const NO_MESH = new Set(["F008", "G101", "G102"]);
 
 /** Which of the robot's parts are seen, and the axes of its joints. */
 export const robotModel: Make = (picture) => {
@@ -38,7 +40,7 @@ export const robotModel: Make = (picture) => {
       picture.robot?.show(parts);
     },
     rebuild: () => picture.robot?.show(parts),
-    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")) ?? bareStatus(picture.app.scene.value),
+    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")) ?? missingStatus(picture.app.findings.value) ?? bareStatus(picture.app.scene.value),
     frame() {
       const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
       const matrices = joints.flatMap((joint) => {
@@ -55,6 +57,12 @@ export const robotModel: Make = (picture) => {
     },
   };
 };
+
+/** What is said of meshes that are not there or may not be read, as rviz says it; null where all are. */
+function missingStatus(findings: Findings | null): Status | null {
+  const links = new Set((findings?.findings ?? []).filter(({ code }) => NO_MESH.has(code)).map(({ link }) => link));
+  return links.size === 0 ? null : { level: "error", reason: `meshes are missing, see the findings: ${[...links].join(", ")}` };
+}
 
 /** What is said of a robot that has no shapes; null of one that has. */
 function bareStatus(scene: Scene | null): Status | null {
