@@ -4,10 +4,10 @@ import type { Status } from "./set";
 /** Points in the frame of a header, x, y, z one after the other, and what else is known of each. */
 export interface Cloud {
   header: msg.Header;
-  places: number[] | Float32Array;
-  intensity: ArrayLike<number> | null;
-  /** r, g, b in 0..1. */
-  rgb: number[] | null;
+  places: Float32Array;
+  intensity: Float32Array | null;
+  /** r, g, b in 0..255. */
+  rgb: Uint8Array | null;
 }
 
 /** Reads a message, taking what a field of this name holds for the intensity; or says what is wrong with it. */
@@ -54,20 +54,33 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
   const value = (one: msg.PointField, base: number): number => NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
   const packed = field("rgb") ?? field("rgba");
   const shade = field(channel || "intensity");
-  const places: number[] = [];
-  const intensity: number[] = [];
-  const rgb: number[] = [];
+  const most = cloud.height * cloud.width;
+  const places = new Float32Array(3 * most);
+  const intensity = new Float32Array(shade === undefined ? 0 : most);
+  const rgb = new Uint8Array(packed === undefined ? 0 : 3 * most);
+  let count = 0;
   for (let row = 0; row < cloud.height; row += 1) {
     for (let column = 0; column < cloud.width; column += 1) {
       const base = row * cloud.row_step + column * cloud.point_step;
-      const place = [value(x, base), value(y, base), value(z, base)];
-      if (!place.every(Number.isFinite)) continue;
-      places.push(...place);
-      if (shade !== undefined) intensity.push(value(shade, base));
-      if (packed === undefined) continue;
-      const bits = view.getUint32(base + packed.offset, !cloud.is_bigendian);
-      rgb.push(((bits >> 16) & 255) / 255, ((bits >> 8) & 255) / 255, (bits & 255) / 255);
+      const [px, py, pz] = [value(x, base), value(y, base), value(z, base)];
+      if (!Number.isFinite(px + py + pz)) continue;
+      places[3 * count] = px;
+      places[3 * count + 1] = py;
+      places[3 * count + 2] = pz;
+      if (shade !== undefined) intensity[count] = value(shade, base);
+      if (packed !== undefined) {
+        const bits = view.getUint32(base + packed.offset, !cloud.is_bigendian);
+        rgb[3 * count] = bits >> 16;
+        rgb[3 * count + 1] = bits >> 8;
+        rgb[3 * count + 2] = bits;
+      }
+      count += 1;
     }
   }
-  return { header: cloud.header, places, intensity: shade === undefined ? null : intensity, rgb: packed === undefined ? null : rgb };
+  return {
+    header: cloud.header,
+    places: places.subarray(0, 3 * count),
+    intensity: shade === undefined ? null : intensity.subarray(0, count),
+    rgb: packed === undefined ? null : rgb.subarray(0, 3 * count),
+  };
 }

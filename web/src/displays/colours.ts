@@ -1,3 +1,5 @@
+import { Color } from "three";
+
 /** Stops of viridis, which is read without colour vision too: https://bids.github.io/colormap */
 const VIRIDIS = [
   [0.267, 0.005, 0.329],
@@ -14,4 +16,32 @@ export function viridis(value: number): [number, number, number] {
   const high = VIRIDIS[Math.min(VIRIDIS.length - 1, Math.floor(at) + 1)]!;
   const part = at - Math.floor(at);
   return [0, 1, 2].map((i) => low[i]! + (high[i]! - low[i]!) * part) as [number, number, number];
+}
+
+const STEPS = 256;
+let table: Float32Array | null = null;
+
+/** Colours (r, g, b, linear) of values by where they lie between two of them. */
+export function shades(values: ArrayLike<number>, low: number, high: number): Float32Array {
+  const known = (table ??= linearTable((step) => viridis(step / (STEPS - 1))));
+  const found = new Float32Array(3 * values.length);
+  const scale = (STEPS - 1) / (high - low || 1);
+  for (let i = 0; i < values.length; i += 1) {
+    const step = Math.min(STEPS - 1, Math.max(0, Math.round((values[i]! - low) * scale))) || 0;
+    for (let part = 0; part < 3; part += 1) found[3 * i + part] = known[3 * step + part]!;
+  }
+  return found;
+}
+
+/** The same colours (0..255, as they are seen) in linear space. */
+export function linear(colours: Uint8Array): Float32Array {
+  const light = linearTable((step) => [step / 255, step / 255, step / 255]);
+  return Float32Array.from(colours, (part) => light[3 * part]!);
+}
+
+function linearTable(colour: (step: number) => readonly [number, number, number]): Float32Array {
+  const mixed = new Color();
+  const found = new Float32Array(3 * STEPS);
+  for (let step = 0; step < STEPS; step += 1) mixed.setRGB(...colour(step), "srgb").toArray(found, 3 * step);
+  return found;
 }

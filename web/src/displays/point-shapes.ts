@@ -1,15 +1,16 @@
 import {
   BoxGeometry,
+  BufferAttribute,
   BufferGeometry,
   CanvasTexture,
   Color,
-  Float32BufferAttribute,
   InstancedMesh,
   Matrix4,
   MeshLambertMaterial,
   PerspectiveCamera,
   Points,
   PointsMaterial,
+  Sphere,
   Vector2,
   Vector4,
   type Camera,
@@ -46,7 +47,7 @@ export class PointShapes {
   }
 
   /** Draws points, with the colours (r, g, b, linear) of each where they are given. */
-  make(places: ArrayLike<number>, colours: number[] | null): Drawn {
+  make(places: Float32Array, colours: Float32Array | null): Drawn {
     const drawn = this.style === "boxes" ? this.boxes(places, colours) : this.points(places, colours);
     drawn.frustumCulled = false;
     return drawn;
@@ -64,15 +65,16 @@ export class PointShapes {
     this.ball?.dispose();
   }
 
-  private points(places: ArrayLike<number>, colours: number[] | null): Drawn {
+  private points(places: Float32Array, colours: Float32Array | null): Drawn {
     const points = new Points(new BufferGeometry(), this.flat);
-    points.geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
-    if (colours !== null) points.geometry.setAttribute("color", new Float32BufferAttribute(colours, 3));
+    points.geometry.setAttribute("position", new BufferAttribute(places, 3));
+    points.geometry.boundingSphere = new Sphere(); // or three measures them all, to sort one thing
+    if (colours !== null) points.geometry.setAttribute("color", new BufferAttribute(colours, 3));
     if (this.style !== "points") points.onBeforeRender = (renderer, _scene, camera) => (this.flat.size = sizeFor(this.metres, renderer, camera));
     return points;
   }
 
-  private boxes(places: ArrayLike<number>, colours: number[] | null): Drawn {
+  private boxes(places: Float32Array, colours: Float32Array | null): Drawn {
     const count = places.length / 3;
     const boxes = new InstancedMesh(new BoxGeometry(this.metres, this.metres, this.metres), this.solid, count);
     const at = new Matrix4();

@@ -1,8 +1,8 @@
-import { Color, Group, Matrix4, Vector3 } from "three";
+import { Group, Matrix4, Vector3 } from "three";
 
 import type { TopicMessage } from "../protocol";
 import { readCloud, readScan, type Cloud, type ReadCloud } from "./clouds";
-import { viridis } from "./colours";
+import { linear, shades } from "./colours";
 import type { Display, Make, Picture } from "./display";
 import { placeAtHeader, seconds } from "./frames";
 import { PointShapes, type Drawn } from "./point-shapes";
@@ -80,36 +80,33 @@ class PointsDisplay implements Display {
   }
 
   /** Colours in the picture's linear space; null for the one that is set. */
-  private colours(cloud: Cloud, matrix: Matrix4): number[] | null {
+  private colours(cloud: Cloud, matrix: Matrix4): Float32Array | null {
     const { by, auto } = this.values;
     if (by === "colour") return null;
-    const linear = new Color();
-    if (by === "rgb" && cloud.rgb !== null) {
-      const { rgb } = cloud;
-      return Array.from({ length: rgb.length / 3 }, (_, i) => linear.setRGB(rgb[3 * i]!, rgb[3 * i + 1]!, rgb[3 * i + 2]!, "srgb").toArray()).flat();
-    }
+    if (by === "rgb" && cloud.rgb !== null) return linear(cloud.rgb);
     const values = this.scalars(cloud, matrix);
-    let [low, high] = auto === true ? [Infinity, -Infinity] : [Number(this.values["low"]), Number(this.values["high"])];
-    for (const value of auto === true ? values : []) {
+    if (auto !== true) return shades(values, Number(this.values["low"]), Number(this.values["high"]));
+    let [low, high] = [Infinity, -Infinity];
+    for (const value of values) {
       low = Math.min(low, value);
       high = Math.max(high, value);
     }
-    const span = high - low || 1;
-    return values.flatMap((value) => linear.setRGB(...viridis((value - low) / span), "srgb").toArray());
+    return shades(values, low, high);
   }
 
   /** What the points are coloured by. */
-  private scalars({ places, intensity }: Cloud, matrix: Matrix4): number[] {
+  private scalars({ places, intensity }: Cloud, matrix: Matrix4): Float32Array {
     const by = this.values["by"];
     const count = places.length / 3;
-    if (by === "intensity") return Array.from({ length: count }, (_, i) => intensity?.[i] ?? 0);
+    if (by === "intensity") return intensity ?? new Float32Array(count);
+    const found = new Float32Array(count);
     const at = new Vector3();
-    return Array.from({ length: count }, (_, i) => {
-      at.fromArray(places as number[], 3 * i);
-      if (by === "distance") return at.length();
-      at.applyMatrix4(matrix);
-      return by === "x" ? at.x : by === "y" ? at.y : at.z;
-    });
+    for (let i = 0; i < count; i += 1) {
+      at.fromArray(places, 3 * i);
+      if (by !== "distance") at.applyMatrix4(matrix);
+      found[i] = by === "distance" ? at.length() : by === "x" ? at.x : by === "y" ? at.y : at.z;
+    }
+    return found;
   }
 }
 

@@ -122,7 +122,13 @@ TOPIC_KINDS = (
     DisplayKind(
         "PoseArray",
         "Many poses, as those of a particle filter",
-        (TOPIC, *_SHAPE, colour("colour", "Colour", "#ff1900", "Color"), opacity()),
+        (
+            TOPIC,
+            _SHAPE[0],
+            replace(_SHAPE[1], rviz="Arrow Length"),
+            colour("colour", "Colour", "#ff1900", "Color"),
+            opacity(),
+        ),
         topics=("geometry_msgs/msg/PoseArray",),
         rviz=("PoseArray",),
     ),
