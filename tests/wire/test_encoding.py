@@ -87,6 +87,7 @@ def test_definitions_are_those_of_ros() -> None:
         "tf2_msgs/msg/TFMessage": "94810edda583a504dfda3829e70d7eec",
         "sensor_msgs/msg/JointState": "3066dcd76a6cfaef579bd0f34173e9fd",
         "rosgraph_msgs/msg/Clock": "a9c97c1d230cfc112e270351a944ee47",
+        "map_msgs/msg/OccupancyGridUpdate": "b295be292b335c34718bd939deebe1c9",
         "std_msgs/msg/String": "992ce8a1687cec8c8bd883ec73ca41d1",
     }
     assert {name: ros1_definition(name)[1] for name in sums} == sums

@@ -281,6 +281,16 @@ export interface OccupancyGrid {
   data: Int8Array;
 }
 
+/** A part of a map, from its column `x` and row `y` on, row by row. */
+export interface OccupancyGridUpdate {
+  header: Header;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  data: Int8Array;
+}
+
 /** `nanosec` is less than a second, also where `sec` is below zero. */
 export interface Duration {
   sec: number;

@@ -1,5 +1,5 @@
 """Messages of goals, paths and maps: poses of geometry_msgs, GoalID of actionlib_msgs, Path and
-OccupancyGrid of nav_msgs."""
+OccupancyGrid of nav_msgs, OccupancyGridUpdate of map_msgs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.messages.types import Header, Pose, PoseWithCovariance, Time
+from kbot.messages.types import Header, Int32, Pose, PoseWithCovariance, Time, UInt32
 
 HEADER, ORIGIN, ESTIMATE, START = Header(), Pose(), PoseWithCovariance(), Time()
 
@@ -62,4 +62,16 @@ class OccupancyGrid:
 
     header: Header = HEADER
     info: MapMetaData = MapMetaData()
+    data: NDArray[np.int8] = field(default_factory=_nothing)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyGridUpdate:
+    """A part of a map, from its column `x` and row `y` on, row by row."""
+
+    header: Header = HEADER
+    x: Int32 = 0
+    y: Int32 = 0
+    width: UInt32 = 0
+    height: UInt32 = 0
     data: NDArray[np.int8] = field(default_factory=_nothing)

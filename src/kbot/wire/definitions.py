@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from kbot.wire.names import PARTS, ros_name
 
 BASES = {str: "string", bool: "bool", float: "float64"}
@@ -25,9 +27,10 @@ def own_definitions() -> Iterator[tuple[str, str]]:
 
 def parts() -> dict[str, type]:
     """The classes of `PARTS` by the names of their types."""
-    from kbot.messages import actions, controller_services, gz_services, services
+    from kbot.messages import actions, controller_services, gz_services, navigation, services
 
     homes = {
+        "map_msgs": navigation,
         "gazebo_msgs": services,
         "ros_gz_interfaces": gz_services,
         "controller_manager_msgs": controller_services,
@@ -65,6 +68,8 @@ def fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
 def _kind(hint: object, ros1: bool) -> str:
     if get_origin(hint) is Annotated:  # an int, and which one
         return str(get_args(hint)[1])
+    if get_origin(hint) is np.ndarray:
+        return f"{np.dtype(get_args(get_args(hint)[1])[0]).name}[]"
     if get_origin(hint) is tuple:
         return f"{_kind(get_args(hint)[0], ros1)}[]"
     if hint in BASES:

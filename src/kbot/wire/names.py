@@ -38,6 +38,7 @@ all of ROS takes longer to load than a robot does."""
 OTHER_NAMES = {"ClockMessage": "Clock"}
 
 PARTS = {
+    "map_msgs": "OccupancyGridUpdate",
     "gazebo_msgs": "ModelState LinkState EntityState ModelStates LinkStates",
     "ros_gz_interfaces": "Entity EntityFactory WorldReset WorldControl",
     "controller_manager_msgs": "HardwareInterfaceResources ControllerState",

@@ -1,8 +1,9 @@
 import { DataTexture, Group, Mesh, MeshBasicMaterial, NearestFilter, PlaneGeometry, SRGBColorSpace } from "three";
 
 import type * as msg from "../messages";
+import type { TopicMessage } from "../protocol";
 import type { Make } from "./display";
-import { placeAtHeader } from "./frames";
+import { placeAtHeader, seconds } from "./frames";
 import { poseMatrix } from "./pose-shapes";
 
 type Rgba = readonly [number, number, number, number];
@@ -44,6 +45,8 @@ export const map: Make = (picture) => {
   mesh.renderOrder = -1;
   group.add(mesh);
   let heard: msg.OccupancyGrid | null = null;
+  let updates = "";
+  let stop = (): void => {};
   let scheme = "map";
   const draw = (): void => {
     mesh.visible = heard !== null;
@@ -61,6 +64,22 @@ export const map: Make = (picture) => {
     poseMatrix(origin, mesh.matrix).scale({ x: width * resolution, y: height * resolution, z: 1 } as Mesh["scale"]);
     mesh.matrixWorldNeedsUpdate = true;
   };
+  /** Puts a newer part into the map. */
+  const update = ({ message }: TopicMessage): void => {
+    const part = message as unknown as msg.OccupancyGridUpdate;
+    if (heard === null || seconds(part.header.stamp) < seconds(heard.header.stamp)) return;
+    const { width, height } = heard.info;
+    if (part.x < 0 || part.y < 0 || part.x + part.width > width || part.y + part.height > height || part.data.length !== part.width * part.height) return;
+    for (let row = 0; row < part.height; row += 1) heard.data.set(part.data.subarray(row * part.width, (row + 1) * part.width), (part.y + row) * width + part.x);
+    draw();
+    picture.invalidate();
+  };
+  const listen = (topic: string): void => {
+    if (topic === updates) return;
+    stop();
+    updates = topic;
+    stop = picture.app.topics.listen(topic, update);
+  };
   return {
     group,
     configure(values) {
@@ -71,20 +90,24 @@ export const map: Make = (picture) => {
       scheme = values["scheme"] as string;
       draw();
     },
-    message({ message }) {
-      const grid = message as unknown as msg.OccupancyGrid;
+    message({ topic, message }) {
+      const received = message as unknown as msg.OccupancyGrid;
+      const grid = { ...received, data: received.data.slice() }; // others hear it too, and parts of this are replaced
       const { width, height } = grid.info;
       if (width * height !== grid.data.length) return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
       if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
       heard = grid;
       draw();
+      listen(`${topic}_updates`);
       return placeAtHeader(picture, group, grid.header);
     },
     clear() {
-      heard = null;
+      stop();
+      [heard, updates, stop] = [null, "", () => {}];
       draw();
     },
     dispose() {
+      stop();
       material.map?.dispose();
       material.dispose();
       mesh.geometry.dispose();
