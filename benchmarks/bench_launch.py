@@ -155,6 +155,8 @@ def until(
     try:
         for colour in colours:
             while not shows(screen, colour):
+                if process.poll() is not None:
+                    sys.exit(f"{' '.join(command)}: it ended with status {process.returncode}")
                 if time.perf_counter() - start > PATIENCE:
                     sys.exit(f"{' '.join(command)}: no {colour} on the screen after {PATIENCE:g} s")
                 time.sleep(PERIOD)

@@ -15,7 +15,7 @@ import kbot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
 from kbot.record.index import open_index
-from kbot.record.reader import is_recording
+from kbot.record.names import is_recording
 from kbot.sim import Simulation
 from kbot.wire import Feed
 

@@ -302,6 +302,16 @@ def test_a_bag_that_was_cut_off_is_told_from_one_that_was_never_closed(
         assert said in Recording(str(file)).summary().broken
 
 
+def test_whether_a_file_is_a_recording_is_asked_without_what_reads_one() -> None:
+    """It is asked of every file that is shown, before the browser opens."""
+    code = (
+        "import sys\nfrom kbot.record.names import is_recording\n"
+        "assert not is_recording('robot.xacro') and is_recording('run.mcap')\n"
+        "sys.exit(', '.join({'numpy', 'rosbags', 'mcap', 'kbot.record.reader'} & sys.modules.keys()))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
 def test_a_folder_that_is_no_recording_is_told_what_is_missing(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(KbotError, match=r"empty has no metadata\.yaml, as a folder of rosbag2 has$"):

@@ -64,7 +64,7 @@ def command(
     path, arguments = one_file(words)
     from kbot.bridges.companion_options import CompanionOptions
     from kbot.cli.companions import companions
-    from kbot.record.reader import is_recording
+    from kbot.record.names import is_recording
     from kbot.workbench.address import bound
 
     if is_recording(path):

@@ -1,8 +1,31 @@
-"""Recordings of what a simulation said and was told: written, read, cut, converted, and run again."""
+"""Recordings of what a simulation said and was told: written, read, cut, converted, and run again.
 
-from kbot.record.formats import BrokenOff
-from kbot.record.reader import Recording, Summary
-from kbot.record.recorder import Recorder
-from kbot.record.writer import open_writer
+Names are imported when they are first used: whether a file is a recording is asked before a robot is shown.
+"""
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.record.formats import BrokenOff
+    from kbot.record.reader import Recording, Summary
+    from kbot.record.recorder import Recorder
+    from kbot.record.writer import open_writer
+
+_HOMES = {
+    "BrokenOff": "formats",
+    "Recorder": "recorder",
+    "Recording": "reader",
+    "Summary": "reader",
+    "open_writer": "writer",
+}
 
 __all__ = ["BrokenOff", "Recorder", "Recording", "Summary", "open_writer"]
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        from importlib import import_module
+
+        value: object = getattr(import_module(f"kbot.record.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'kbot.record' has no attribute '{name}'")

@@ -9,11 +9,9 @@ from pathlib import Path
 
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source, read_note
+from kbot.record.names import BAGS
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-
-BAGS = (".bag", ".bag.active")
-"""How bags of ROS 1 end; the latter while rosbag writes them, and after a kill."""
 
 
 @dataclass
@@ -137,16 +135,6 @@ def kept(path: str) -> str:
     if found.end is None:
         return "it holds no messages"
     return f"{found.count} messages up to {found.end * 1e-9:.2f} s can be read"
-
-
-def is_recording(path: str) -> bool:
-    """Whether a name is that of a recording, by its suffix or by what is in the folder."""
-    folder = Path(path)
-    return (
-        path.endswith((".mcap", *BAGS))
-        or (folder / "metadata.yaml").is_file()
-        or (folder.is_dir() and any(folder.glob("*.db3")))
-    )
 
 
 def _source(path: str) -> Source:
