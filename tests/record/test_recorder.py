@@ -307,7 +307,7 @@ def test_whether_a_file_is_a_recording_is_asked_without_what_reads_one() -> None
     code = (
         "import sys\nfrom kbot.record.names import is_recording\n"
         "assert not is_recording('robot.xacro') and is_recording('run.mcap')\n"
-        "sys.exit(', '.join({'numpy', 'rosbags', 'mcap', 'kbot.record.reader'} & sys.modules.keys()))"
+        "sys.exit(', '.join({'numpy', 'rosbags', 'mcap', 'kbot.record.reader'} & sys.modules.keys()) or 0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
