@@ -10,6 +10,7 @@ from kbot.workbench.protocol import (
     DropParameters,
     EditSource,
     KeepParameters,
+    Redo,
     SetParameter,
     Undo,
 )
@@ -79,10 +80,16 @@ def test_kept_values_are_written_and_undone(session: Session, xacro: Path) -> No
     assert xacro.read_text() == changed.replace('"base_len" default="0.16"', '"base_len" default="0.2"')
     assert values(session)["wheel_radius"] == (0.05, 0.05)
     assert session.shown.authoring.parameters().undo == "new values of wheel_radius, base_len"
+    kept = xacro.read_text()
     session.obey(Undo(), 1)
     assert xacro.read_text() == text
     with pytest.raises(KbotError, match="nothing to undo"):
         session.obey(Undo(), 1)
+    assert session.shown.authoring.parameters().redo == "new values of wheel_radius, base_len"
+    session.obey(Redo(), 1)
+    assert xacro.read_text() == kept
+    with pytest.raises(KbotError, match="nothing to do again"):
+        session.obey(Redo(), 1)
 
 
 def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
@@ -217,6 +224,14 @@ def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match="was changed since"):
         editor.undo()
     assert file.read_text() == "3"
+    file.write_text("2")
+    editor.undo()
+    file.write_text("4")
+    with pytest.raises(KbotError, match="was changed since"):
+        editor.redo()
+    assert file.read_text() == "4"
+    editor.replace(str(file), 1, 1, "4", "5")
+    assert editor.redo_title == ""
 
 
 def test_the_robot_that_ships_is_not_changed() -> None:

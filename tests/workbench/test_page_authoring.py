@@ -73,6 +73,36 @@ def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_pa
     until(lambda: '"base_len" default="0.16"' in xacro.read_text())
 
 
+def test_a_number_is_changed_undone_and_done_again_by_keys_alone(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    text = xacro.read_text()
+    name = page.locator("[data-parameter=base_len] .name")
+    name.focus()
+    name.press("Enter")
+    number = page.get_by_role("button", name="Change 0.16")
+    until(lambda: number.count() == 1)
+    page.locator("#source .source-body").focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    page.keyboard.type("0.26")
+    page.keyboard.press("Enter")
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
+    changed = xacro.read_text()
+    focus = "document.activeElement.getAttribute('aria-label')"
+    until(lambda: page.evaluate(focus) == "Change 0.26")
+    source = page.locator("#source")
+    until(source.get_by_role("button", name="Undo").is_visible)
+    page.keyboard.press("Control+z")
+    until(lambda: xacro.read_text() == text)
+    until(source.get_by_role("button", name="Redo").is_visible)
+    until(lambda: page.evaluate(focus) == "Change 0.16")
+    page.keyboard.press("Control+Shift+z")
+    until(lambda: xacro.read_text() == changed)
+    until(source.get_by_role("button", name="Redo").is_hidden)
+
+
 def test_what_is_no_number_is_refused_and_the_old_one_stays(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:

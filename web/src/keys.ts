@@ -7,6 +7,9 @@ import { press } from "./panels/toolbar";
 import type { ToolBox } from "./tools/toolbox";
 import type { View } from "./view/view";
 
+/** What goes back and forth through the changes of the file, with Ctrl. */
+const CHANGES: Readonly<Record<string, "undo" | "redo">> = { z: "undo", "Shift+z": "redo", y: "redo" };
+
 /** The keys that are pressed once; held ones drive. */
 export function useKeys(app: App, view: View, driver: Driver, help: () => void, tools: ToolBox, body: { remove: () => void; leave: () => void }): void {
   const actions: Record<string, () => unknown> = {
@@ -42,9 +45,10 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
   addEventListener("keydown", space, true);
   addEventListener("keyup", space, true);
   addEventListener("keydown", (event) => {
-    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !isField(event.target) && app.parameters.value?.undo) {
+    const asked = event.ctrlKey || event.metaKey ? CHANGES[event.shiftKey ? `Shift+${event.key.toLowerCase()}` : event.key] : undefined;
+    if (asked !== undefined && !isField(event.target) && app.parameters.value?.[asked]) {
       event.preventDefault();
-      app.send({ type: "undo" });
+      app.send({ type: asked });
     }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event)) return;
     if (document.querySelector("dialog[open]") !== null) return;

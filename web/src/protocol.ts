@@ -214,10 +214,11 @@ export interface Parameter {
   place: Place;
 }
 
-/** All of them, in the order they are written. `undo` says what would be undone, if anything. */
+/** All of them, in the order they are written. `undo` says what would be undone, if anything, and `redo` what would be done again. */
 export interface Parameters {
   parameters: readonly Parameter[];
   undo: string;
+  redo: string;
   type: "parameters";
 }
 
@@ -525,6 +526,11 @@ export interface Undo {
   type: "undo";
 }
 
+/** Do again what was taken back last. */
+export interface Redo {
+  type: "redo";
+}
+
 /** Hear a topic: the newest message whenever there is one and this page keeps up. */
 export interface Subscribe {
   topic: string;
@@ -634,4 +640,4 @@ export interface DrawPlot {
 
 export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | Told | Refused;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot;

@@ -21,11 +21,42 @@ export function editNumbers(app: App, body: HTMLElement): void {
     event.preventDefault();
     drag(app, spot, event.clientX);
   });
+  body.addEventListener("keydown", (event) => {
+    const number = event.key === "Enter" ? numberAt(body, event.target) : null;
+    const spot = number && spotOf(app, number);
+    if (number === null || spot === null) return;
+    event.preventDefault();
+    event.stopPropagation();
+    typeIn(app, number, spot);
+  });
   body.addEventListener("dblclick", (event) => {
     const number = numberAt(body, event.target);
     const spot = number && spotOf(app, number);
     if (number !== null && spot !== null) typeIn(app, number, spot);
   });
+}
+
+/** The numbers of a line. */
+export function numbersOf(row: Element): HTMLElement[] {
+  return [...row.querySelectorAll<HTMLElement>(".t-number")];
+}
+
+/** Lets a number be reached by the keyboard, or not: Enter changes it. */
+export function offer(number: HTMLElement, reached: boolean): void {
+  if (reached === number.hasAttribute("tabindex")) return;
+  const all = { tabindex: "0", role: "button", "aria-label": `Change ${number.textContent}` };
+  for (const [name, value] of Object.entries(all)) reached ? number.setAttribute(name, value) : number.removeAttribute(name);
+}
+
+/** What gives the number that has the focus it again, once the text is written anew. */
+export function keepFocus(body: HTMLElement): () => void {
+  const row = body.contains(document.activeElement) ? document.activeElement!.closest<HTMLElement>(".line") : null;
+  if (row === null) return () => undefined;
+  const index = numbersOf(row).indexOf(document.activeElement as HTMLElement);
+  return () => {
+    const anew = body.querySelector(`.line[data-line="${row.dataset["line"]}"]`);
+    (anew === null ? undefined : numbersOf(anew)[index])?.focus({ preventScroll: true });
+  };
 }
 
 function numberAt(body: HTMLElement, target: EventTarget | null): HTMLElement | null {
@@ -79,6 +110,7 @@ function typeIn(app: App, number: HTMLElement, spot: Spot): void {
     event.stopPropagation();
     if (event.key === "Enter") done(true);
     if (event.key === "Escape") done(false);
+    if (over) number.focus({ preventScroll: true });
   });
 }
 

@@ -27,7 +27,7 @@ const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
   ["arrows, +, -, 0", "in a plot, on its line: go through time, look closer, at all", "time"],
   ["Y", "topics and log", "time"],
   ["T", "dark or light"],
-  ["Ctrl+Z", "undo a change made to the file here"],
+  ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo a change made to the file here"],
   ["Escape", "leave the tool; close the source, choose nothing"],
 ];
 

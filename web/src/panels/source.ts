@@ -2,7 +2,7 @@ import type { App, Spot } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import type { Finding, Hint, SourceText } from "../protocol";
-import { editNumbers } from "./edit-numbers";
+import { editNumbers, keepFocus, numbersOf, offer } from "./edit-numbers";
 import { highlight } from "./highlight";
 
 const MOST_LINES = 6000;
@@ -13,13 +13,16 @@ export function source(app: App): HTMLElement {
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
   const body = h("div", { class: "source-body", tabindex: 0, role: "group", "aria-label": "Text of the file" });
   const undo = h("button", { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) }, icon("undo"));
+  const redo = h("button", { type: "button", class: "icon-button", "aria-label": "Redo", onclick: () => app.send({ type: "redo" }) }, icon("redo"));
   app.parameters.watch((now) => {
     undo.hidden = !now?.undo;
     undo.title = `Undo: ${now?.undo ?? ""} (Ctrl+Z)`;
+    redo.hidden = !now?.redo;
+    redo.title = `Redo: ${now?.redo ?? ""} (Ctrl+Shift+Z)`;
   });
   editNumbers(app, body);
   const close = h("button", { type: "button", class: "icon-button", title: "Close (Escape)", "aria-label": "Close the source", onclick: () => app.spot.set(null) }, icon("close"));
-  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, undo, close), body);
+  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, undo, redo, close), body);
   let drawn: SourceText | null = null;
 
   const draw = (): void => {
@@ -32,10 +35,12 @@ export function source(app: App): HTMLElement {
       if (text?.file !== drawn?.file) shown = null;
       drawn = text;
       const top = body.scrollTop;
+      const back = keepFocus(body);
       body.replaceChildren(text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line));
       body.scrollTop = top;
-    }
-    if (text !== null) mark(app, body, text, spot);
+      if (text !== null) mark(app, body, text, spot);
+      back();
+    } else mark(app, body, text, spot);
   };
   app.spot.watch(draw);
   app.sources.watch(draw);
@@ -111,6 +116,7 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
     const finding = here.get(line);
     row.classList.toggle("here", line === spot.place.line && spot.place.length > 0);
     row.classList.toggle("owned", app.selected.value !== "" && (row.dataset["owners"] ?? "").includes(` ${app.selected.value} `));
+    for (const number of numbersOf(row)) offer(number, app.canWrite && (row.classList.contains("here") || row.classList.contains("owned")));
     if (finding) row.dataset["severity"] = finding.severity;
     else delete row.dataset["severity"];
   }

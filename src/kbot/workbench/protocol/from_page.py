@@ -13,6 +13,7 @@ from kbot.workbench.protocol.source import (
     EditSource,
     KeepParameters,
     OpenSource,
+    Redo,
     SetParameter,
     Undo,
 )
@@ -127,6 +128,7 @@ FromPage = (
     | EditSource
     | ApplyFix
     | Undo
+    | Redo
     | Subscribe
     | Unsubscribe
     | Publish

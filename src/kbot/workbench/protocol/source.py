@@ -99,10 +99,12 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """All of them, in the order they are written. `undo` says what would be undone, if anything."""
+    """All of them, in the order they are written. `undo` says what would be undone, if anything, and `redo`
+    what would be done again."""
 
     parameters: tuple[Parameter, ...]
     undo: str
+    redo: str
     type: Literal["parameters"] = "parameters"
 
 
@@ -156,3 +158,10 @@ class Undo:
     """Take back the last change that the page made to a file."""
 
     type: Literal["undo"] = "undo"
+
+
+@dataclass(frozen=True, slots=True)
+class Redo:
+    """Do again what was taken back last."""
+
+    type: Literal["redo"] = "redo"

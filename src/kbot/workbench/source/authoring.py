@@ -12,6 +12,7 @@ from kbot.workbench.protocol import (
     FromPage,
     KeepParameters,
     Parameters,
+    Redo,
     SetParameter,
     Undo,
 )
@@ -22,7 +23,7 @@ from kbot.workbench.source.parameters import Written, parameters_for_page, writt
 if TYPE_CHECKING:
     from kbot.workbench.source.description import Reading
 
-CHANGES = (SetParameter, DropParameters, KeepParameters, EditSource, ApplyFix, Undo)
+CHANGES = (SetParameter, DropParameters, KeepParameters, EditSource, ApplyFix, Undo, Redo)
 
 
 class Authoring:
@@ -50,8 +51,9 @@ class Authoring:
 
     def parameters(self) -> Parameters:
         if self._why_not:
-            return Parameters((), "")
-        return Parameters(parameters_for_page(self._written, self.overrides), self._editor.undo_title)
+            return Parameters((), "", "")
+        parameters = parameters_for_page(self._written, self.overrides)
+        return Parameters(parameters, self._editor.undo_title, self._editor.redo_title)
 
     def obey(self, message: FromPage) -> bool:
         """Do what a page asks; whether it was a change of the description, which is then to be read anew.
@@ -76,6 +78,8 @@ class Authoring:
                 self._fix(int(serial), int(index))
             case Undo():
                 self._editor.undo()
+            case Redo():
+                self._editor.redo()
             case _:
                 return False
         return True

@@ -31,11 +31,17 @@ class Editor:
 
     def __init__(self) -> None:
         self._done: list[_Change] = []
+        self._undone: list[_Change] = []
 
     @property
     def undo_title(self) -> str:
         """What `undo` would take back; empty when there is nothing."""
         return self._done[-1].title if self._done else ""
+
+    @property
+    def redo_title(self) -> str:
+        """What `redo` would do again; empty when there is nothing."""
+        return self._undone[-1].title if self._undone else ""
 
     def replace(self, file: str, line: int, column: int, was: str, text: str) -> None:
         """Replace the number that stands at a line and column (1-based) within an attribute.
@@ -75,6 +81,7 @@ class Editor:
             texts = ((file, before, texts[0][2]),)
             self._done.pop()
         self._done = [*self._done[-MOST_UNDONE + 1 :], _Change(title, texts, spot)]
+        self._undone.clear()
 
     def undo(self) -> None:
         """Take back the last change.
@@ -89,7 +96,22 @@ class Editor:
             if read_source(file).text != after:
                 raise KbotError(f"{Path(file).name} was changed since: undo it where that was done")
         rewrite({file: (after, before) for file, before, after in change.texts})
-        self._done.pop()
+        self._undone.append(self._done.pop())
+
+    def redo(self) -> None:
+        """Do again what was taken back last.
+
+        Raises:
+            KbotError: there is nothing, or the file was changed since.
+        """
+        if not self._undone:
+            raise KbotError("there is nothing to do again")
+        change = self._undone[-1]
+        for file, before, _ in change.texts:
+            if read_source(file).text != before:
+                raise KbotError(f"{Path(file).name} was changed since: it is not done again")
+        rewrite({file: (before, after) for file, before, after in change.texts})
+        self._done.append(self._undone.pop())
 
 
 def _is_value(text: str) -> bool:
