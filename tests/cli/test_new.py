@@ -121,6 +121,8 @@ def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixtur
         (("1robot",), ": robot\n"),
         (("r",), "is no name"),
         (("con",), "on Windows it is a device: con_robot"),
+        (("catkin",), "'catkin' is a package that the new one needs: catkin_robot"),
+        (("ros_gz_bridge",), "is a package that the new one needs"),
         (("lpt1",), "on Windows it is a device"),
         (("a__b",), "is no name"),
         (("../robot",), "is no name"),

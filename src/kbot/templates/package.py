@@ -25,6 +25,8 @@ the axle."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that are no file's on Windows, with any suffix or none."""
+_NEEDED = re.compile(r"_depend[^>]*>([^<]+)<")
+"""What a manifest depends on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +82,12 @@ class Sizes:
 
 
 def check_name(name: str) -> None:
-    """Raises KbotError: ROS takes no package of this name (REP 144), or Windows no folder."""
+    """Raises KbotError: ROS takes no package of this name (REP 144), nor one that needs itself, or Windows no
+    folder."""
     if _DEVICE.fullmatch(name):
         raise KbotError(f"'{name}' is no name of a package: on Windows it is a device: {name}_robot")
+    if name in _NEEDED.findall((TEMPLATE / f"package.xml{FILLED}").read_text(encoding="utf-8")):
+        raise KbotError(f"'{name}' is a package that the new one needs: {name}_robot")
     if _NAME.fullmatch(name) and len(name) > 1:
         return
     near = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_")
