@@ -84,6 +84,30 @@ def test_a_joint_of_ros2_control_is_held_against_its_weight(urdf):
     assert free.joint_positions["shoulder"] > 0.5
 
 
+def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(urdf):
+    """Critically damped at 50 rad/s from rest to a step: 1 - (1 + 50 t) exp(-50 t) of the way. The bar on its
+    post turns 0.5 kg m^2 when it lies, a hundredth of that when it stands."""
+    sim = Simulation(
+        urdf(
+            '<robot name="post"><link name="world"/><link name="turret">'
+            '<inertial><mass value="1"/><inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
+            '</inertial></link><link name="bar"><inertial><origin xyz="0 0 0.5"/><mass value="2"/>'
+            '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            '<joint name="pan" type="revolute"><parent link="world"/><child link="turret"/>'
+            '<origin xyz="0 0 2"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="0" velocity="0"/>'
+            '</joint><joint name="lift" type="revolute"><parent link="turret"/><child link="bar"/>'
+            '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="0" velocity="0"/></joint></robot>'
+        )
+    )
+    for lift in (0.0, 1.5708):
+        sim.command_joints({"pan": 0.0, "lift": lift})
+        sim.run(1.0)
+        sim.command_joints({"pan": 0.1})
+        for t in (1.0, 2.0, 3.0):
+            sim.run(1.0 / 50.0)
+            assert sim.joint_positions["pan"] == pytest.approx(0.1 * (1.0 - (1.0 + t) * exp(-t)), abs=3e-3)
+
+
 def test_a_joint_starts_where_its_hardware_says(urdf):
     sim = Simulation(urdf(arm(hardware(initial="-0.7"))))
     assert sim.joint_positions["shoulder"] == -0.7

@@ -93,6 +93,34 @@ def test_a_goal_is_followed_told_of_and_reached(client):
     assert list(sim.joint_positions.values()) == pytest.approx((0.4, -0.3), abs=2e-3)
 
 
+@pytest.mark.parametrize("seconds", [0.5, 2.0, 10.0])
+def test_a_goal_of_positions_alone_is_reached_though_its_way_ends_at_full_speed(client, seconds):
+    """What the controller judges at the end is rest (`stopped_velocity_tolerance`): Gazebo's joints, that are
+    set from place to place, are at rest there; these are once their servos stopped them."""
+    sim = client.simulation
+    for n, places in enumerate(((1.0, 1.5), (0.0, 0.0))):
+        way = JointTrajectoryPoint(places, time_from_start=Duration.from_seconds(seconds))
+        client.send(goal(way), f"goal{n}")
+        sim.run(seconds + 0.5)
+        assert client.ends[n] == (f"goal{n}", Status.SUCCEEDED, Result.SUCCESSFUL)
+        assert list(sim.joint_positions.values()) == pytest.approx(places, abs=2e-3)
+        assert list(sim.joint_velocities.values()) == pytest.approx((0.0, 0.0), abs=0.01)
+
+
+def test_what_becomes_of_a_goal_that_fails_is_told(urdf):
+    client = made(urdf)
+    told: list[str] = []
+    client.simulation.tells.append(told.append)
+    client.send(goal(point(1.0, 0.1), joints=("shoulder",)), "bad")
+    tolerance = (msg.JointTolerance("shoulder", 0.01),)
+    client.send(goal(point(1.0, 0.4, 0.0), goal_tolerance=tolerance))
+    client.simulation.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
+    client.simulation.run(2.0)
+    refused, aborted = told
+    assert refused.startswith("/arm/follow: a goal was rejected: the trajectory leaves out 'elbow'")
+    assert aborted.startswith("/arm/follow: a goal was aborted: 'shoulder' is off by")
+
+
 def test_joints_may_stand_in_another_order(client):
     client.send(goal(point(0.5, -0.3, 0.4), joints=("elbow", "shoulder")))
     client.simulation.run(1.0)

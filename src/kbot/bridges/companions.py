@@ -93,6 +93,7 @@ class Companions:
             from kbot.bridges.gazebo.states import GazeboTopics
 
             self._simulation = simulation
+            simulation.tells.append(self._link.tell)
             simulation.when_robots_change.append(self._offer)
             self._offer()
             self._gazebo = GazeboTopics(simulation)
@@ -181,6 +182,7 @@ class Companions:
         self._link.detach()
         if self._simulation is not None:
             self._simulation.when_robots_change.remove(self._offer)
+            self._simulation.tells.remove(self._link.tell)
             self._simulation = None
         if self._gazebo is not None:
             self._gazebo.close()

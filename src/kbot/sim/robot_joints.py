@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -15,6 +15,9 @@ from kbot.sim.preparation import Prepared
 from kbot.sim.robot_body import RobotBody
 from kbot.text import KbotError
 
+NOTICEABLE = 1e-3
+"""rad or m: how far beyond its limit a joint may be told to be, as by 3.1416, before that is said."""
+
 
 class JointHost(Protocol):
     """The simulation that takes commands for joints, and writes them in its journal."""
@@ -24,6 +27,8 @@ class JointHost(Protocol):
     def follow_trajectory(
         self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None
     ) -> None: ...
+
+    def tell(self, text: str) -> None: ...
 
 
 class RobotJoints(RobotBody):
@@ -42,6 +47,8 @@ class RobotJoints(RobotBody):
         self.loaded: dict[str, Mapping[str, object]] = {}
         """The parameters of those that were loaded since, by name."""
         self._driving = prepared.driving
+        self._beyond: set[str] = set()
+        """Joints of which it was told that they stop at their limits."""
         self._period, self._timestep = period, timestep
         self._joint_servos = self._servos_of_joints()
 
@@ -65,6 +72,10 @@ class RobotJoints(RobotBody):
         """See `Simulation.follow_trajectory`."""
         self._joint_host.follow_trajectory(joints, points, self.name)
 
+    def tell(self, text: str) -> None:
+        """See `Running.tell`."""
+        self._joint_host.tell(text)
+
     def _command_joints(self, values: Mapping[str, float], interface: Interface) -> None:
         """Command joints from now on.
 
@@ -74,12 +85,23 @@ class RobotJoints(RobotBody):
         for joint in values:
             self._require_free_joint(joint)
         self._joint_servos.command(values, interface)
+        if interface is Interface.POSITION:
+            self._say_beyond(values.items())
 
     def _follow(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
         """Let joints follow points from a step on. Raises KbotError as `_command_joints` does."""
         for joint in joints:
             self._require_free_joint(joint)
         self._joint_servos.follow(joints, points, step)
+        self._say_beyond(pair for point in points for pair in zip(joints, point.positions, strict=True))
+
+    def _say_beyond(self, wanted: Iterable[tuple[str, float]]) -> None:
+        """Tell, once a joint, that it stops at its limit before the position that it was told."""
+        for joint, position in wanted:
+            limit = self._joint_servos.within(joint, position)
+            if abs(limit - position) > NOTICEABLE and joint not in self._beyond:
+                self._beyond.add(joint)
+                self.tell(f"'{joint}' was told {position:g}, beyond its limit: it goes to {limit:.6g}")
 
     def require_running(self, controller: str) -> None:
         """Raises KbotError: a controller of this name commands nothing now."""

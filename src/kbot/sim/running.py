@@ -50,6 +50,8 @@ class Running:
         self._disturbances = Disturbances(self, engine)
         self.journal: Callable[[str, dict[str, Any]], None] | None = None
         """Told of all that is done to the simulation from outside, once it is done: what, and its numbers."""
+        self.tells: list[Callable[[str], None]] = []
+        """Given sentences for the user: what a controller refuses or cannot reach."""
         self.noted = 0
         """How much was done to the simulation from outside; what the journal was told, if there was one."""
         self.changes: list[tuple[str, dict[str, Any]]] = []
@@ -249,6 +251,11 @@ class Running:
         """Call a robot's `slew` when it is due, from now on."""
         if robot not in self._slewing:
             self._slewing.append(robot)
+
+    def tell(self, text: str) -> None:
+        """Tell the user, where somebody passes it on."""
+        for tell in tuple(self.tells):
+            tell(text)
 
     def _note(self, what: str, **numbers: object) -> None:
         if what in COMINGS:

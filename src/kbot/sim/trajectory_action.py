@@ -29,10 +29,13 @@ RATE = 20.0
 """Hz of feedback, as the controller's action_monitor_rate."""
 STATUS_EVERY = 4
 """Of those: how often all goals are told of, 5 Hz as actionlib does."""
-SETTLE = 0.2
-"""Seconds after a trajectory's end in which servos come to rest, whatever the tolerance of its time."""
+SETTLE = 0.5
+"""Seconds after a trajectory's end in which servos come to rest, whatever the tolerance of its time: straight
+ways between positions end at full speed, where Gazebo's joints are simply set to rest."""
 KEPT, MOST_KEPT = 5 * NANOSECONDS, 100
 """How long, and how many, goals that are over are still told of."""
+
+_FAILURES = {Status.REJECTED: "rejected", Status.ABORTED: "aborted"}
 
 
 class _Active(NamedTuple):
@@ -87,7 +90,7 @@ class TrajectoryAction:
             self._robot.follow_trajectory(goal.joints, goal.points)
         except KbotError as error:
             code = error.code if isinstance(error, GoalRefused) else Result.INVALID_GOAL
-            self._tell(goal_id, Status.REJECTED, code, str(error))
+            self._close(goal_id, Status.REJECTED, code, str(error))
             return
         self._end(Status.PREEMPTED, "a newer goal came")
         self._active = _Active(goal_id, goal, now)
@@ -158,10 +161,12 @@ class TrajectoryAction:
     def _end(self, status: int, text: str, code: int = Result.SUCCESSFUL) -> None:
         if self._active is not None:
             ended, self._active = self._active, None
-            self._tell(ended.id, status, code, text)
+            self._close(ended.id, status, code, text)
 
-    def _tell(self, goal_id: GoalID, status: int, code: int, text: str) -> None:
+    def _close(self, goal_id: GoalID, status: int, code: int, text: str) -> None:
         """A goal is over."""
+        if status in _FAILURES:
+            self._robot.tell(f"{self._controller.name}: a goal was {_FAILURES[status]}: {text}")
         over = Status(goal_id, status, text)
         self._over = [*self._over[1 - MOST_KEPT :], _Over(over, self._clock.nanoseconds)]
         header = Header(self._clock.stamp)

@@ -1,9 +1,9 @@
 """Servos of the joints that do not drive: each held at a position, turned at a speed, or pushed, as it is
 commanded; without force until it is.
 
-A position servo is a critically damped spring about the joint's inertia that is told where it should be,
-how fast, and what weighs upon it (computed torque: Spong, Robot Modeling and Control, 8.3), so that a joint
-follows its trajectory without lag and does not sag.
+A position servo is a critically damped spring about the joint's inertia, as it is in the pose of the moment,
+that is told where it should be, how fast, and what weighs upon it (computed torque: Spong, Robot Modeling
+and Control, 8.3), so that a joint follows its trajectory without lag and does not sag.
 """
 
 from __future__ import annotations
@@ -25,16 +25,17 @@ from kbot.text import KbotError
 
 FREQUENCY = 50.0
 """rad/s: how fast a servo mends an error."""
+LEAST_INERTIA = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Of a joint in the engine; `inertia` in kg m^2 or kg is what its servo reckons with."""
+    """Of a joint in the engine; `inertia` is where the mass matrix has its own."""
 
     actuator: int
     position: int
     dof: int
-    inertia: float
+    inertia: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +73,20 @@ class JointServos:
         self._model, self._ctrl = model, numbers(data.ctrl)
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._bias, self._passive = numbers(data.qfrc_bias), numbers(data.qfrc_passive)
+        self._mass_matrix = numbers(data.M)
         self._period, self._timestep = period, timestep
         self._places: dict[str, _Place] = {}
         self._bounds: dict[str, JointBounds] = {}
+        self._inertias: dict[str, float] = {}
+        """What each servo reckons with, kg m^2 or kg; far more where an arm is stretched out than folded."""
         for name in joints:
             actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
             if actuator >= 0:
                 index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
                 dof = int(model.jnt_dofadr[index])
-                inertia = max(float(model.dof_M0[dof]), 1e-6)
-                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, inertia)
+                diagonal = int(model.M_rowadr[dof] + model.M_rownnz[dof]) - 1
+                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, diagonal)
+                self._inertias[name] = max(float(model.dof_M0[dof]), LEAST_INERTIA)
                 self._bounds[name] = JointBounds.of(robot.joints[name])
         self._orders: dict[str, _Order] = {}
         self._ways: tuple[_Way, ...] = ()
@@ -140,13 +145,15 @@ class JointServos:
 
     def save(self) -> tuple[Any, ...]:
         """What `restore` takes back."""
-        return dict(self._orders), self._ways
+        inertias = {joint: self._inertias[joint] for joint in self._orders}
+        return dict(self._orders), self._ways, inertias
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         self.release_all()
-        orders, self._ways = saved
+        orders, self._ways, inertias = saved
         for joint, order in orders.items():
             if joint in self._places:
+                self._inertias[joint] = inertias[joint]
                 self._take(joint, order)
         self._ways = tuple(way for way in self._ways if all(joint in self._places for joint in way.joints))
 
@@ -170,7 +177,9 @@ class JointServos:
             place, bounds = self._places[joint], self._bounds[joint]
             position, velocity = self._qpos[place.position], self._qvel[place.dof]
             load = self._bias[place.dof] - self._passive[place.dof]
-            damping = 2.0 * place.inertia * FREQUENCY
+            inertia = self._inertias[joint] = max(self._mass_matrix[place.inertia], LEAST_INERTIA)
+            self._tune(joint, order.interface)
+            damping = 2.0 * inertia * FREQUENCY
             if order.interface is Interface.EFFORT:
                 command = bounds.force(order.wanted, position, velocity)
             elif order.interface is Interface.VELOCITY:
@@ -180,8 +189,8 @@ class JointServos:
                 target = bounds.position(target)
                 wanted = target if joint in followed else order.wanted
                 self._orders[joint] = _Order(order.interface, wanted, target)
-                pushed = place.inertia * acceleration + damping * speed + load
-                command = target + pushed / (place.inertia * FREQUENCY**2)
+                pushed = inertia * acceleration + damping * speed + load
+                command = target + pushed / (inertia * FREQUENCY**2)
             self._ctrl[place.actuator] = command
         self._ways = tuple(
             way for way in self._ways if (step - way.start) * self._timestep < way.trajectory.end
@@ -196,6 +205,10 @@ class JointServos:
         move = min(max(aim - order.now, -most), most)
         return order.now + move, move / self._period, 0.0
 
+    def within(self, joint: str, position: float) -> float:
+        """Where a joint goes that is told a position (rad or m)."""
+        return self._bounds[joint].position(position)
+
     def told(self, joint: str) -> float:
         """Where a joint is told to be (rad or m), or else where it is."""
         order = self._orders.get(joint)
@@ -208,16 +221,20 @@ class JointServos:
         self._ways = tuple(way for way in self._ways if joint not in way.joints)
 
     def _take(self, joint: str, order: _Order) -> None:
-        inertia = self._places[joint].inertia
+        self._tune(joint, order.interface)
+        self._orders[joint] = order
+
+    def _tune(self, joint: str, interface: Interface) -> None:
+        """Give a servo the gains of the joint's inertia."""
+        inertia = self._inertias[joint]
         damping = 2.0 * inertia * FREQUENCY
-        if order.interface is Interface.POSITION:
+        if interface is Interface.POSITION:
             stiffness = inertia * FREQUENCY**2
             self._set_gains(joint, stiffness, -stiffness, -damping)
-        elif order.interface is Interface.VELOCITY:
+        elif interface is Interface.VELOCITY:
             self._set_gains(joint, damping, 0.0, -damping)
         else:
             self._set_gains(joint, 1.0, 0.0, 0.0)
-        self._orders[joint] = order
 
     def _set_gains(self, joint: str, gain: float, position: float, velocity: float) -> None:
         actuator = self._places[joint].actuator
