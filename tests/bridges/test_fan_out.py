@@ -66,7 +66,7 @@ def test_a_batch_is_handed_on_once_for_all_that_came_in_one_go() -> None:
     assert batches == [[0, 1, 2], [0, 1, 2]]
 
 
-def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(running: Running) -> None:
+def test_a_moment_is_given_to_all_and_then_sent_with_what_is_large_at_its_end(running: Running) -> None:
     fan_out, given = running.link.fan_out, list[str]()
     running.stop()
     bus = running.simulation.bus
@@ -88,8 +88,8 @@ def test_each_peer_is_given_a_moment_in_one_go_with_what_is_large_at_its_end(run
     clock.publish(msg.ClockMessage())
     running.simulation.step(1)
     wait_until(lambda: len(given) == 9)
-    assert given[:3] == ["first /clock", "first /scan", "first sent"]
-    assert given[3:6] == ["second /clock", "second /scan", "second sent"]
+    assert given[:4] == ["first /clock", "first /scan", "second /clock", "second /scan"]
+    assert given[4:6] == ["first sent", "second sent"]
     assert given[6:] == ["last /clock", "last /scan", "last sent"]
 
 

@@ -40,7 +40,7 @@ class FanOut:
     def __init__(self, source: Source) -> None:
         self._source = source
         self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
-        """The sinks of each topic, by what sends on what they collect, in the order they are served."""
+        """The sinks of each topic, by what sends on what they collect."""
         self._late = set[Flush]()
         self._last: dict[str, Packet] = {}
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
@@ -51,12 +51,9 @@ class FanOut:
         common were given all that was said at one moment; those whose bytes take long to make are `late`,
         so that the others need not wait for them."""
         is_first = not any(topic in sinks for sinks in self._peers.values())
-        if flush not in self._peers:
-            if late:
-                self._late.add(flush)
-            peers = {**self._peers, flush: {}}
-            self._peers = dict(sorted(peers.items(), key=lambda peer: peer[0] in self._late))
-        self._peers[flush].setdefault(topic, []).append(sink)
+        if late:
+            self._late.add(flush)
+        self._peers.setdefault(flush, {}).setdefault(topic, []).append(sink)
         if is_first:
             self._source.open(topic, self._receive)
         elif topic in self._last:
@@ -93,18 +90,24 @@ class FanOut:
         later(self._hand_out)
 
     def _hand_out(self) -> None:
-        """Peer by peer, so that the first need not wait until messages are encoded for the last; and what is
-        large at the end, so that the clock does not wait for a picture."""
+        """All are given what was said before anything is sent on, for calls of the system are quicker one
+        after another; what is large comes at the end, so that the clock does not wait for a picture."""
         packets = [self._waiting.popleft() for _ in range(len(self._waiting))]
         packets.sort(key=lambda packet: packet.is_large)
         for packet in packets:
             if self._source.is_latched(packet.topic):
                 self._last[packet.topic] = packet
-        for flush, sinks in tuple(self._peers.items()):
-            for packet in packets:
-                for sink in tuple(sinks.get(packet.topic, ())):
-                    try:
-                        sink(packet)
-                    except KbotError as error:
-                        self._source.tell(f"{packet.topic}: a message cannot be sent: {error}")
-            flush()
+        for is_late in (False, True):
+            peers = [peer for peer in self._peers.items() if (peer[0] in self._late) is is_late]
+            for _, sinks in peers:
+                self._give(packets, sinks)
+            for flush, _ in peers:
+                flush()
+
+    def _give(self, packets: list[Packet], sinks: dict[str, list[Sink]]) -> None:
+        for packet in packets:
+            for sink in tuple(sinks.get(packet.topic, ())):
+                try:
+                    sink(packet)
+                except KbotError as error:
+                    self._source.tell(f"{packet.topic}: a message cannot be sent: {error}")

@@ -15,7 +15,7 @@ from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
 from kbot.bridges.link import Link, Topic
-from kbot.bridges.loop import later, wait_for
+from kbot.bridges.loop import Batch, later, wait_for
 from kbot.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
 from kbot.bridges.ros2.types import Dds, sample_of, sample_type
 from kbot.messages.types import Twist, TwistStamped
@@ -58,6 +58,7 @@ class Ros2Bridge:
         except DDSException as error:
             raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
         self._outgoing: dict[str, _Outgoing] = {}
+        self._batch = Batch(self._write)
         self._readers: dict[Dds, tuple[str, type]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         latched = Qos(Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1))
@@ -112,7 +113,7 @@ class Ros2Bridge:
             elif topic.name not in self._outgoing:
                 kind = sample_type(topic.type_name)
                 writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
-                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind)
+                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind, self._batch)
         self._tell_graph()
 
     def _make_readers(self, topic: Topic) -> None:
@@ -142,6 +143,13 @@ class Ros2Bridge:
                 if sample.sample_info.valid_data:
                     self._deliver(topic, message_type, sample.encoded)
 
+    def _write(self, batch: list[tuple[Dds, Dds]]) -> None:
+        for writer, sample in batch:
+            try:
+                writer.write(sample)
+            except DDSException as error:
+                self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+
     def _deliver(self, topic: str, message_type: type, data: bytes) -> None:
         try:
             self._link.send(topic, decode_cdr(data, message_type))
@@ -152,9 +160,11 @@ class Ros2Bridge:
 class _Outgoing:
     """One topic. What is latched is kept by DDS for those who come late; else only what is heard is made."""
 
-    def __init__(self, link: Link, topic: Topic, writer: Dds, kind: Dds) -> None:
+    def __init__(
+        self, link: Link, topic: Topic, writer: Dds, kind: Dds, batch: Batch[tuple[Dds, Dds]]
+    ) -> None:
         self.writer = writer
-        self._link, self._topic, self._kind = link, topic, kind
+        self._link, self._topic, self._kind, self._batch = link, topic, kind, batch
         self._is_open = False
 
     def look(self) -> None:
@@ -164,7 +174,7 @@ class _Outgoing:
             self._is_open = is_heard
             fan_out = self._link.fan_out
             if is_heard:
-                later(lambda: fan_out.want(self._topic.name, self._send))
+                later(lambda: fan_out.want(self._topic.name, self._send, self._batch.flush))
             else:
                 later(lambda: fan_out.leave(self._topic.name, self._send))
 
@@ -175,10 +185,7 @@ class _Outgoing:
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is not self._topic.message_type:
             return
-        try:
-            self.writer.write(sample_of(self._kind, packet.cdr))
-        except DDSException as error:
-            self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+        self._batch.add((self.writer, sample_of(self._kind, packet.cdr)))
 
 
 _domains: dict[int, Dds] = {}
