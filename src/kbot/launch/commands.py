@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Callable
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from kbot.launch.faults import Fault
 from kbot.launch.plan import Description
@@ -78,12 +78,14 @@ def _xacro(
             files.append(word)
     if len(files) != 1:
         raise Fault("L041", f"xacro takes one file, not {len(files)}")
+    from kbot.text.installed import in_sources
     from kbot.xacro import expand
 
-    expansion = expand(files[0], arguments, packages=packages.beside(files[0]))
+    file = files[0] if Path(files[0]).exists() else in_sources(files[0]) or files[0]
+    expansion = expand(file, arguments, packages=packages.beside(file))
     for diagnostic in expansion.diagnostics:
         note(diagnostic)
-    return expansion.text, Description(files[0], arguments)
+    return expansion.text, Description(file, arguments)
 
 
 def _process(words: list[str]) -> str:

@@ -183,6 +183,19 @@ LAUNCH_FILES_2 = frozenset(
 """The same of ROS 2, whose arguments are not checked."""
 
 
+_PROGRAMS: Mapping[str, Role] = {
+    "gazebo": Role.SIMULATOR,
+    "gzserver": Role.SIMULATOR,
+    "gzclient": Role.VIEWER,
+    "rviz2": Role.VIEWER,
+    "rviz": Role.VIEWER,
+}
+_GZ: Mapping[tuple[str, str], Role] = {
+    ("gz", "sim"): Role.SIMULATOR,
+    ("ign", "gazebo"): Role.SIMULATOR,
+}
+"""What stands in for a program without a package, by itself or by its first word."""
+
 _COMMANDS_2: Mapping[tuple[str, ...], Role] = {
     ("bag", "record"): Role.RECORDER,
     ("bag", "play"): Role.PLAYER,
@@ -200,7 +213,10 @@ def role(package: str, type_: str, args: str = "") -> Role | None:
     A process without a package is known by its program and `args`.
     """
     if not package:
-        return _COMMANDS_2.get(tuple(args.split()[:2])) if type_ == "ros2" else None
+        words = args.split()
+        if type_ == "ros2":
+            return _COMMANDS_2.get(tuple(words[:2]))
+        return _PROGRAMS.get(type_) or _GZ.get((type_, words[0] if words else ""))
     renamed = RENAMED.get((package, type_))
     if renamed:
         package, type_ = renamed.new_package, renamed.new_type

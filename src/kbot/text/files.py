@@ -60,6 +60,11 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     try:
         data = _read_bytes(name, max_bytes)
     except FileNotFoundError:
+        from kbot.text.installed import in_sources
+
+        found = in_sources(name)
+        if found is not None and not os.path.isdir(found):
+            return read_source(found, max_bytes)
         raise _unreadable(name, "F001", *_missing(name)) from None
     except IsADirectoryError:
         raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None

@@ -39,8 +39,8 @@ def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
         if settings is not None:
             return settings, notes
     for node in plan.nodes:
-        if role(node.package, node.type) is Role.SIMULATOR:
-            return _server(node), notes
+        if role(node.package, node.type, node.args) is Role.SIMULATOR:
+            return _gz_process(node) or _server(node), notes
     return GazeboSettings(), notes
 
 
@@ -77,6 +77,12 @@ def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
             world = world or word
     runs = "-r" in parts or "world_sdf_file" in given
     return GazeboSettings(world or "empty", paused=not runs, window="-s" not in parts)
+
+
+def _gz_process(node: Node) -> GazeboSettings | None:
+    """`gz sim …` and `ign gazebo …`; None for any other."""
+    _, _, words = node.args.partition(" ")
+    return _gz(words, {}) if node.type in ("gz", "ign") and not node.package else None
 
 
 def _server(node: Node) -> GazeboSettings:

@@ -5,11 +5,13 @@ The names and arguments are those of `launch.actions`, `launch_ros.actions` and 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from kbot.launch.ros2.conditions import Condition
 from kbot.launch.ros2.places import here
-from kbot.launch.ros2.substitutions import Condition, Substitution
+from kbot.launch.ros2.substitutions import Substitution
 from kbot.text import Origin
 
 Value = Any
@@ -69,9 +71,32 @@ class SetEnvironmentVariable(Action):
         self.name, self.value = name, value
 
 
-class AppendEnvironmentVariable(SetEnvironmentVariable):
-    def __init__(self, name: Value, value: Value, *, prepend: Value = False, **more: Value) -> None:
-        super().__init__(name, value, **more)
+class AppendEnvironmentVariable(Action):
+    def __init__(
+        self,
+        name: Value,
+        value: Value,
+        prepend: Value = False,
+        *,
+        separator: Value = os.pathsep,
+        **more: Value,
+    ) -> None:
+        super().__init__(**more)
+        self.name, self.value, self.prepend, self.separator = name, value, prepend, separator
+
+
+class PushLaunchConfigurations(Action):
+    pass
+
+
+class PopLaunchConfigurations(Action):
+    pass
+
+
+class ResetLaunchConfigurations(Action):
+    def __init__(self, launch_configurations: Mapping[Value, Value] | None = None, **more: Value) -> None:
+        super().__init__(**more)
+        self.launch_configurations = dict(launch_configurations or {})
 
 
 class UnsetEnvironmentVariable(Action):
@@ -99,9 +124,18 @@ class IncludeLaunchDescription(Action):
 
 
 class GroupAction(Action):
-    def __init__(self, actions: Iterable[object], *, scoped: Value = True, **more: Value) -> None:
+    def __init__(
+        self,
+        actions: Iterable[object],
+        *,
+        scoped: Value = True,
+        forwarding: Value = True,
+        launch_configurations: Mapping[Value, Value] | None = None,
+        **more: Value,
+    ) -> None:
         super().__init__(**more)
-        self.actions, self.scoped = list(actions), scoped
+        self.actions, self.scoped, self.forwarding = list(actions), scoped, forwarding
+        self.launch_configurations = dict(launch_configurations or {})
 
 
 class PushRosNamespace(Action):
@@ -210,39 +244,6 @@ class OpaqueFunction(Action):
     ) -> None:
         super().__init__(**more)
         self.function, self.args, self.kwargs = function, list(args or ()), dict(kwargs or {})
-
-
-class EventHandler:
-    """What is to be done when something happens to an action: its `event`."""
-
-    event = "exit"
-
-    def __init__(self, *, target_action: object = None, **more: Value) -> None:
-        reaction = next((more[key] for key in ("on_exit", "on_start") if more.get(key) is not None), ())
-        self.target = target_action
-        self.actions = list(reaction) if isinstance(reaction, list | tuple) else [reaction]
-
-
-class OnProcessExit(EventHandler):
-    pass
-
-
-class OnProcessStart(EventHandler):
-    event = "start"
-
-
-class OnShutdown(EventHandler):
-    def __init__(self, **more: Value) -> None:
-        super().__init__()
-
-
-OnProcessIO = OnExecutionComplete = OnShutdown
-
-
-class RegisterEventHandler(Action):
-    def __init__(self, event_handler: EventHandler, **more: Value) -> None:
-        super().__init__(**more)
-        self.handler = event_handler
 
 
 class LogInfo(Action):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -11,12 +10,14 @@ from typing import Any
 from kbot.launch import known_packages, names
 from kbot.launch.faults import Fault
 from kbot.launch.plan import Argument, Included, Node, Param, Plan
-from kbot.launch.quoting import split_words
 from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
+from kbot.launch.ros2 import neighbours
 from kbot.launch.ros2.context import Context
-from kbot.launch.ros2.parameters import Placed, parameter_files, parameters_of, parameters_of_file, plain
-from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
+from kbot.launch.ros2.handlers import EventHandler, RegisterEventHandler
+from kbot.launch.ros2.parameters import Placed, parameters_of, parameters_of_file, plain
+from kbot.launch.ros2.processes import ends_launch, node_of, process_of
+from kbot.launch.ros2.substitutions import is_true, performed
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.numbers import to_float
@@ -34,11 +35,13 @@ class Carrier:
         self.context, self.reporter, self.given, self.load = context, reporter, given, load
         self.nodes: list[Node] = []
         self.params: dict[str, Param] = {}
+        context.launched = self.params
         self.arguments: dict[str, Argument] = {}
         self.included: list[Included] = []
         self.files: list[str] = []
         self.depth = 0
         self._delay = 0.0
+        self._pushed: list[dict[str, str]] = []
         self._after: tuple[str, str] | None = None
         self._names: dict[int, str] = {}
         """Full names of the nodes that actions made, by the action's identity."""
@@ -97,8 +100,18 @@ class Carrier:
             case act.SetLaunchConfiguration():
                 name = performed(action.name, context)
                 context.launch_configurations[name] = performed(action.value, context)
+            case act.PushLaunchConfigurations():
+                self._pushed.append(dict(context.launch_configurations))
+            case act.PopLaunchConfigurations():
+                context.launch_configurations = self._pushed.pop() if self._pushed else {}
+            case act.ResetLaunchConfigurations():
+                given = action.launch_configurations.items()
+                values = {performed(k, context): performed(v, context) for k, v in given}
+                context.launch_configurations = values
             case act.UnsetLaunchConfiguration():
                 context.launch_configurations.pop(performed(action.name, context), None)
+            case act.AppendEnvironmentVariable():
+                self._append_to_environment(action)
             case act.SetEnvironmentVariable():
                 context.environment[performed(action.name, context)] = performed(action.value, context)
             case act.UnsetEnvironmentVariable():
@@ -126,10 +139,18 @@ class Carrier:
                 self._process(action, origin)
             case act.TimerAction():
                 self._timer(action)
-            case act.RegisterEventHandler():
+            case RegisterEventHandler():
                 self._handler(action.handler)
             case act.OpaqueFunction():
                 self.visit_all(action.function(context, *action.args, **action.kwargs) or ())
+
+    def _append_to_environment(self, action: act.AppendEnvironmentVariable) -> None:
+        context = self.context
+        name, value = performed(action.name, context), performed(action.value, context)
+        parts = [context.environment[name], value] if name in context.environment else [value]
+        first = is_true(performed(action.prepend, context))
+        joined = performed(action.separator, context).join(reversed(parts) if first else parts)
+        context.environment[name] = joined
 
     def _declare(self, action: act.DeclareLaunchArgument, origin: Origin) -> None:
         context, name = self.context, action.name
@@ -158,12 +179,12 @@ class Carrier:
         finally:
             self._delay = outer
 
-    def _handler(self, handler: act.EventHandler) -> None:
+    def _handler(self, handler: EventHandler) -> None:
         """What is done when a process ends or starts; of one that is not there it is done at once."""
         outer, target = self._after, self._names.get(id(handler.target))
         if target is not None:
             self._after = handler.event, target
-            if handler.event == "exit" and _ends_launch(handler.actions):
+            if handler.event == "exit" and ends_launch(handler.actions):
                 self.nodes = [replace(n, required=True) if n.full_name == target else n for n in self.nodes]
         try:
             self.visit_all(handler.actions)
@@ -172,9 +193,8 @@ class Carrier:
 
     def _group(self, action: act.GroupAction) -> None:
         context = self.context
-        if not is_true(performed(action.scoped, context)):
-            self.visit_all(action.actions)
-            return
+        given = action.launch_configurations.items()
+        configurations = {performed(name, context): performed(value, context) for name, value in given}
         kept = (
             dict(context.launch_configurations),
             dict(context.environment),
@@ -182,25 +202,35 @@ class Carrier:
             list(context.remaps),
             dict(context.parameters),
         )
+        is_scoped = is_true(performed(action.scoped, context))
+        if is_scoped and not is_true(performed(action.forwarding, context)):
+            context.begin_anew()
+        context.launch_configurations.update(configurations)
         try:
             self.visit_all(action.actions)
         finally:
-            (
-                context.launch_configurations,
-                context.environment,
-                context.namespace,
-                context.remaps,
-                context.parameters,
-            ) = kept
+            if is_scoped:
+                (
+                    context.launch_configurations,
+                    context.environment,
+                    context.namespace,
+                    context.remaps,
+                    context.parameters,
+                ) = kept
 
     def _include(self, action: act.IncludeLaunchDescription, origin: Origin) -> None:
         context = self.context
         path = performed(action.location, context)
         passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
         context.launch_configurations.update(passed)
-        stand_in = known_packages.stand_in_file(path)
+        stand_in = known_packages.stand_in_file(path) or _not_built(path)
         if stand_in:
             package, name = stand_in[0], Path(stand_in[1]).name
+            makers = neighbours.LAUNCH_FILES.get((package, name), ())
+            for maker in makers:
+                self.visit_all([maker(**passed)])
+            if makers:
+                return
             if (package, name) not in known_packages.LAUNCH_FILES_2:
                 message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
                 raise Fault("L012", message, "install the package, or leave the include out")
@@ -214,42 +244,16 @@ class Carrier:
 
     def _node(self, action: act.Node, origin: Origin) -> None:
         context = self.context
-        package = performed(action.package, context) if action.package is not None else ""
-        executable = performed(action.executable, context)
-        name = performed(action.name, context) if action.name is not None else executable
-        own = performed(action.namespace, context) if action.namespace is not None else ""
-        namespace = names.as_namespace(names.join(context.namespace, own)) if own else context.namespace
-        node = Node(
-            package=package,
-            type=executable,
-            name=name,
-            namespace=namespace,
-            args=" ".join(_word(a, performed(a, context)) for a in action.arguments),
-            origin=origin,
-            spans={"type": origin, "args": origin},
-            remaps=(
-                *context.remaps,
-                *((performed(a, context), performed(b, context)) for a, b in action.remappings),
-            ),
-            env=tuple((performed(k, context), performed(v, context)) for k, v in action.environment.items()),
-            output=performed(action.output, context) if act.is_value(action.output) else "log",
-            respawn=is_true(performed(action.respawn, context)),
-            respawn_delay=action.respawn_delay or 0.0,
-            required=_ends_launch(action.on_exit),
-            launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
-            parameter_files=parameter_files(action.parameters, context),
-            delay=self._delay,
-            after=self._after,
-        )
+        node = replace(node_of(action, context, origin), delay=self._delay, after=self._after)
         self._names[id(action)] = full = node.full_name
         values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
         for key, placed in values.items():
             self._set(f"{full}/{key}", placed.value, placed.origin or origin)
-        known_nodes = known_packages.NODES.get(package, {})
-        if known_nodes and executable not in known_nodes:
-            hint = did_you_mean(executable, known_nodes)
+        known_nodes = known_packages.NODES.get(node.package, {})
+        if known_nodes and node.type not in known_nodes:
+            hint = did_you_mean(node.type, known_nodes)
             if hint:
-                message = f"the package {package} has no executable '{executable}'"
+                message = f"the package {node.package} has no executable '{node.type}'"
                 self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
         self.nodes.append(node)
 
@@ -258,43 +262,14 @@ class Carrier:
         self.params[name] = Param(names.canonical(name), value, origin, description)
 
     def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
-        words = [word for written in action.command for word in _words(written, self.context)]
-        if is_true(performed(action.shell, self.context)):
-            words = split_words(" ".join(words))
-        program = Path(words[0]).name if words else ""
-        name = performed(action.name, self.context) if action.name is not None else program
-        node = Node(
-            package="",
-            type=program,
-            name=name,
-            namespace=self.context.namespace,
-            args=shlex.join(words[1:]),
-            origin=origin,
-            spans={"type": origin, "args": origin},
-            required=_ends_launch(action.on_exit),
-            delay=self._delay,
-            after=self._after,
-        )
+        made = process_of(action, self.context, origin)
+        node = replace(made, delay=self._delay, after=self._after)
         self._names[id(action)] = node.full_name
         self.nodes.append(node)
 
 
-def _ends_launch(on_exit: Any) -> bool:
-    reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
-    return any(
-        isinstance(reaction, act.Shutdown)
-        or (isinstance(reaction, act.EmitEvent) and isinstance(reaction.event, act.Shutdown))
-        for reaction in reactions
-    )
-
-
-def _words(written: Any, context: Context) -> list[str]:
-    """One word of a command, or all of a command line."""
-    text = performed(written, context)
-    return split_words(text) if isinstance(written, CommandLine) else [text]
-
-
-def _word(argument: object, text: str) -> str:
-    if isinstance(argument, CommandLine):
-        return text
-    return f"'{text}'" if " " in text or not text else text
+def _not_built(path: str) -> tuple[str, str] | None:
+    """Package and file, of one whose sources are here and which its build would make."""
+    package, file = Path(path).parts[-3:-2], Path(path).name
+    known = package and (package[0], file) in known_packages.LAUNCH_FILES_2
+    return (package[0], file) if known and not Path(path).exists() else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -11,7 +11,7 @@ from kbot.launch import commands
 from kbot.launch.evaluation import BUILTINS, evaluated
 from kbot.launch.faults import Fault
 from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
-from kbot.launch.plan import Description
+from kbot.launch.plan import Description, Param
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
@@ -42,10 +42,17 @@ class Context:
     remaps: list[tuple[str, str]] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
     descriptions: dict[str, Description] = field(default_factory=dict)
+    launched: Mapping[str, Param] = field(default_factory=dict)
+    """The parameters of the nodes so far, by full name."""
 
     def perform_substitution(self, substitution: Performed) -> str:
         """The text of a substitution, as launch files ask for it."""
         return substitution.perform(self)
+
+    def begin_anew(self) -> None:
+        """Forget what was set, as a group does that forwards nothing."""
+        self.launch_configurations, self.environment = {}, dict(os.environ)
+        self.namespace, self.remaps, self.parameters = "/", [], {}
 
     def share(self, package: str) -> str:
         """A package's share folder, or that which stands in for a package KBot knows.
@@ -60,14 +67,32 @@ class Context:
                 return share_of(package)
             raise Fault("L012", f"the package '{package}' is not found", error.hint, package) from None
 
+    def has_resource(self, kind: str, name: str) -> str | bool:
+        """The prefix of a package, of the kind `packages`, or no; nothing else is indexed here."""
+        try:
+            return self.share(name) if kind == "packages" else False
+        except Fault:
+            return False
+
     def command(self, text: str, origin: Origin | None) -> str:
         """What a command prints, where KBot stands in for it."""
+        words = [word for word in text.split() if not word.startswith("-")]
+        if words[:3] == ["ros2", "param", "get"] and len(words) == 5:
+            return self._parameter(*words[3:])
         packages = self.packages.beside(self.file)
         where = origin or self.here
         output, description = commands.run(text, packages, where, self.note, self.allow_commands)
         if description:
             self.descriptions[output] = description
         return output
+
+    def _parameter(self, node: str, name: str) -> str:
+        """What `ros2 param get` prints, with `--hide-type`."""
+        found = self.launched.get(f"/{node.strip('/')}/{name}")
+        if found is None:
+            hint = "the node that has it stands before in the launch file"
+            raise Fault("L041", f"no node {node} with the parameter '{name}' is launched yet", hint)
+        return str(found.value)
 
     def evaluate(self, expression: str) -> str:
         """A Python expression's value as text; it can compute and nothing more."""

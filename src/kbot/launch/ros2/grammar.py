@@ -27,6 +27,13 @@ _MAKERS: dict[str, Callable[..., sub.Substitution]] = {
     "or": lambda left, right: sub.OrSubstitution(left, right),
     "equals": lambda left, right: sub.EqualsSubstitution(left, right),
     "not-equals": lambda left, right: sub.NotEqualsSubstitution(left, right),
+    "any": lambda *values: sub.AnySubstitution(*values),
+    "all": lambda *values: sub.AllSubstitution(*values),
+    "file-content": lambda path: sub.FileContent(path),
+    "param": lambda name: sub.Parameter(name),
+    "launch_log_dir": lambda: sub.LaunchLogDir(),
+    "log_dir": lambda: sub.LaunchLogDir(),
+    "path-join": lambda *parts: sub.PathJoinSubstitution(parts),
     "if": lambda condition, yes="", no="": sub.IfElseSubstitution(condition, yes, no),
 }
 _WHOLE: dict[str, Callable[..., sub.Substitution]] = {"command": sub.Command, "eval": sub.PythonExpression}

@@ -8,13 +8,15 @@ from typing import Any
 from kbot.launch.faults import Fault
 from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
+from kbot.launch.ros2 import neighbours
+from kbot.launch.ros2.conditions import Condition, IfCondition, UnlessCondition
 from kbot.launch.ros2.grammar import parse
-from kbot.launch.ros2.substitutions import CommandLine, Condition, IfCondition, UnlessCondition
+from kbot.launch.ros2.substitutions import CommandLine
 from kbot.launch.values import load_yaml
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
 from kbot.text.suggest import did_you_mean
 
-_LISTS = {"arg", "let", "param", "remap", "env", "keep_order"}
+_LISTS = {"arg", "let", "param", "remap", "env", "keep"}
 
 
 def read_xml(source: Source, reporter: Reporter) -> list[object]:
@@ -99,7 +101,13 @@ class _Markup:
             "let": lambda e: act.SetLaunchConfiguration(self._of(e, "name"), self._of(e, "value")),
             "set_env": lambda e: act.SetEnvironmentVariable(self._of(e, "name"), self._of(e, "value")),
             "unset_env": lambda e: act.UnsetEnvironmentVariable(self._of(e, "name")),
-            "append_env": lambda e: act.AppendEnvironmentVariable(self._of(e, "name"), self._of(e, "value")),
+            "append_env": self._append_env,
+            "set_use_sim_time": lambda e: act.SetUseSimTime([self._of(e, "value")]),
+            "ros_timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
+            "gz_server": lambda e: neighbours.gz_server(**self._all(e)),
+            "ros_gz_bridge": lambda e: neighbours.ros_gz_bridge(**self._all(e)),
+            "gz_spawn_model": lambda e: neighbours.gz_spawn_model(**self._all(e)),
+            "set_ros_log_dir": lambda e: act.Silent(),
             "include": self._include,
             "group": self._group,
             "node": self._node,
@@ -115,13 +123,15 @@ class _Markup:
             "composable_node": lambda e: act.Silent(),
             "load_composable_node": lambda e: act.Silent(),
             "node_container": lambda e: act.Silent(),
-            "reset": lambda e: act.Silent(),
+            "reset": lambda e: act.ResetLaunchConfigurations(dict(self._pairs(e, "keep"))),
         }
 
     def actions(self, parent: Element) -> list[object]:
         """The actions of an element's children, each with its place and its condition."""
         made: list[object] = []
         for element in parent.elements():
+            if element.tag == "keep":  # it is no action: groups and resets read it
+                continue
             maker = self._makers.get(element.tag)
             if maker is None:
                 hint = did_you_mean(element.tag, self._makers)
@@ -145,6 +155,19 @@ class _Markup:
 
     def _get(self, element: Element, name: str) -> object:
         return parse(element.attributes[name]) if name in element.attributes else None
+
+    def _all(self, element: Element) -> dict[str, Any]:
+        """Every attribute but the conditions."""
+        return {
+            name: parse(text) for name, text in element.attributes.items() if name not in ("if", "unless")
+        }
+
+    def _pairs(self, element: Element, tag: str) -> list[tuple[object, object]]:
+        return [(self._of(child, "name"), self._of(child, "value")) for child in element.elements(tag)]
+
+    def _append_env(self, element: Element) -> act.Action:
+        given = {key: self._of(element, key) for key in ("prepend", "separator") if key in element.attributes}
+        return act.AppendEnvironmentVariable(self._of(element, "name"), self._of(element, "value"), **given)
 
     def _condition(self, element: Element) -> Condition | None:
         if "if" in element.attributes and "unless" in element.attributes:
@@ -172,7 +195,13 @@ class _Markup:
         return act.IncludeLaunchDescription(self._of(element, "file"), launch_arguments=pairs)
 
     def _group(self, element: Element) -> act.Action:
-        return act.GroupAction(self.actions(element), scoped=element.attributes.get("scoped", "true"))
+        kept = self._pairs(element, "keep")
+        return act.GroupAction(
+            self.actions(element),
+            scoped=self._get(element, "scoped") or "true",
+            forwarding=self._get(element, "forwarding") or "true",
+            launch_configurations=dict(kept),
+        )
 
     def _node(self, element: Element) -> act.Action:
         parameters: list[Any] = []

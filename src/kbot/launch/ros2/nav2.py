@@ -9,9 +9,10 @@ import tempfile
 from collections.abc import Mapping
 from typing import Any
 
+from kbot.launch.ros2.conditions import Condition
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.parameters import read_parameter_file
-from kbot.launch.ros2.substitutions import Condition, Substitution, as_substitution, is_true, performed
+from kbot.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
 from kbot.launch.values import convert
 from kbot.text import read_source
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from kbot.launch.faults import Fault
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import here
+from kbot.text import read_source
 from kbot.text.suggest import did_you_mean
 
 
@@ -149,7 +150,8 @@ class EnvironmentVariable(Substitution):
             return context.environment[name]
         if self.default is not None:
             return performed(self.default, context)
-        raise Fault("L013", f"the environment variable {name} is not set", "", name)
+        hint = f"set it: {name}=… kbot launch …"
+        raise Fault("L013", f"the environment variable {name} is not set", hint, name)
 
 
 class PythonExpression(Substitution):
@@ -185,6 +187,51 @@ class NotSubstitution(Substitution):
 
     def perform(self, context: Context) -> str:
         return str(not is_true(self.value.perform(context))).lower()
+
+
+class FileContent(Substitution):
+    def __init__(self, path: object) -> None:
+        self.path = as_substitution(path)
+
+    def perform(self, context: Context) -> str:
+        return read_source(self.path.perform(context)).text
+
+
+class Parameter(Substitution):
+    """A parameter that SetParameter set."""
+
+    def __init__(self, name: object, *, default: object = None) -> None:
+        self.name, self.default = as_substitution(name), default
+
+    def perform(self, context: Context) -> str:
+        name = self.name.perform(context)
+        if name in context.parameters:
+            return str(context.parameters[name].value)
+        if self.default is not None:
+            return performed(self.default, context)
+        hint = did_you_mean(name, context.parameters)
+        raise Fault("L011", f"the parameter '{name}' is set for no node here", hint, name)
+
+
+class LaunchLogDir(Substitution):
+    def perform(self, context: Context) -> str:
+        folder = context.environment.get("ROS_LOG_DIR")
+        return folder or str(Path(context.environment.get("ROS_HOME", "~/.ros")).expanduser() / "log")
+
+
+class _Several(Substitution):
+    def __init__(self, *values: object) -> None:
+        self.values = [as_substitution(value) for value in values]
+
+
+class AnySubstitution(_Several):
+    def perform(self, context: Context) -> str:
+        return str(any(is_true(value.perform(context)) for value in self.values)).lower()
+
+
+class AllSubstitution(_Several):
+    def perform(self, context: Context) -> str:
+        return str(all(is_true(value.perform(context)) for value in self.values)).lower()
 
 
 class _Pair(Substitution):
@@ -226,39 +273,3 @@ class IfElseSubstitution(Substitution):
     def perform(self, context: Context) -> str:
         chosen = self.if_value if is_true(self.condition.perform(context)) else self.else_value
         return chosen.perform(context)
-
-
-class Condition:
-    """Whether an action is carried out."""
-
-    def __init__(self, predicate: object) -> None:
-        self.predicate = as_substitution(predicate)
-
-    def evaluate(self, context: Context) -> bool:
-        return is_true(self.predicate.perform(context))
-
-
-class IfCondition(Condition):
-    pass
-
-
-class UnlessCondition(Condition):
-    def evaluate(self, context: Context) -> bool:
-        return not super().evaluate(context)
-
-
-class LaunchConfigurationEquals(Condition):
-    def __init__(self, launch_configuration_name: str, expected_value: object) -> None:
-        self.name, self.expected = launch_configuration_name, expected_value
-
-    def evaluate(self, context: Context) -> bool:
-        return self._is(context)
-
-    def _is(self, context: Context) -> bool:
-        actual = context.launch_configurations.get(self.name)
-        return actual == (None if self.expected is None else performed(self.expected, context))
-
-
-class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    def evaluate(self, context: Context) -> bool:
-        return not self._is(context)

@@ -1,0 +1,52 @@
+"""Where a file of a package stands in its sources: what `install(DIRECTORY …)` of its CMakeLists.txt would
+put at another place, is looked for where it is taken from. So a package that was never built can be read."""
+
+from __future__ import annotations
+
+import os
+import re
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_COMMENT = re.compile(r"#[^\n]*")
+_INSTALL = re.compile(
+    r'\binstall\s*\(\s*(?:DIRECTORY|FILES)\s([^)]*?)\bDESTINATION\s+"?([^\s)"]+)', re.IGNORECASE
+)
+_SHARE = re.compile(r"share/[^/]+/?")
+_MOST_BYTES = 1_000_000
+
+
+def in_sources(path: str) -> str | None:
+    """The source of a file that is missing at `path`, in the package around it; None where there is none."""
+    package = os.path.dirname(os.path.abspath(path))
+    while not os.path.isfile(os.path.join(package, "package.xml")):
+        above = os.path.dirname(package)
+        if above == package:
+            return None
+        package = above
+    inner = os.path.relpath(os.path.abspath(path), package).replace(os.sep, "/")
+    for source, place in _installed(package):
+        if inner == place or not place or inner.startswith(f"{place}/"):
+            found = os.path.normpath(os.path.join(package, source, inner[len(place) :].lstrip("/")))
+            if os.path.exists(found):
+                return found
+    return None
+
+
+def _installed(package: str) -> Iterator[tuple[str, str]]:
+    """Files and folders that are installed, each with its place in the share folder, without slashes."""
+    try:
+        with open(os.path.join(package, "CMakeLists.txt"), encoding="utf-8", errors="replace") as file:
+            text = _COMMENT.sub("", file.read(_MOST_BYTES))
+    except OSError:
+        return
+    for sources, destination in _INSTALL.findall(text):
+        share = _SHARE.match(destination)
+        if share is None:
+            continue
+        for source in sources.replace('"', "").split():
+            # the contents of a folder with a slash at its end, else the folder itself
+            name = source.rsplit("/", 1)[-1]
+            yield source.rstrip("/"), f"{destination[share.end() :]}/{name}".strip("/")
