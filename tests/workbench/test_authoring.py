@@ -221,17 +221,49 @@ def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
     editor = Editor()
     editor.replace(str(file), 1, 1, "1", "2")
     file.write_text("3")
-    with pytest.raises(KbotError, match="was changed since"):
+    with pytest.raises(KbotError, match="was changed at this place since"):
         editor.undo()
     assert file.read_text() == "3"
     file.write_text("2")
     editor.undo()
     file.write_text("4")
-    with pytest.raises(KbotError, match="was changed since"):
+    with pytest.raises(KbotError, match="was changed at this place since"):
         editor.redo()
     assert file.read_text() == "4"
     editor.replace(str(file), 1, 1, "4", "5")
     assert editor.redo_title == ""
+
+
+def test_what_was_saved_elsewhere_stays_where_a_change_is_undone_and_done_again(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_bytes(b"one\r\ntwo 2\r\nthree\r\nfour 4\r\nfive\r\n")
+    editor = Editor()
+    editor.replace(str(file), 2, 5, "2", "22")
+    editor.replace(str(file), 4, 6, "4", "44")
+    file.write_bytes(b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 44\r\nfive\r\n")
+    editor.undo()
+    assert file.read_bytes() == b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 4\r\nfive\r\n"
+    editor.undo()
+    undone = b"new\r\none\r\ntwo 2\r\nthree 3\r\nfour 4\r\nfive\r\n"
+    assert file.read_bytes() == undone
+    file.write_bytes(undone + b"six\r\n")
+    editor.redo()
+    editor.redo()
+    assert file.read_bytes() == b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 44\r\nfive\r\nsix\r\n"
+
+
+@pytest.mark.parametrize("saved", ["a\nx 9\nb\n", "x 2\n", "a\nb\n", "a\nx 2\nx 2\nb\n", "q\nx 2\nq\n"])
+def test_where_the_changed_line_is_gone_doubled_or_elsewhere_nothing_is_undone(
+    tmp_path: Path, saved: str
+) -> None:
+    file = tmp_path / "a"
+    file.write_text("a\nx 1\nb\n")
+    editor = Editor()
+    editor.replace(str(file), 2, 3, "1", "2")
+    file.write_text(saved)
+    with pytest.raises(KbotError, match="was changed at this place since"):
+        editor.undo()
+    assert file.read_text() == saved
 
 
 def test_the_robot_that_ships_is_not_changed() -> None:

@@ -103,6 +103,27 @@ def test_a_number_is_changed_undone_and_done_again_by_keys_alone(
     until(source.get_by_role("button", name="Redo").is_hidden)
 
 
+def test_a_change_is_undone_after_an_editor_saved_another_line(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page = open_page(viewing)
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    number.dblclick()
+    page.keyboard.type("0.26")
+    page.keyboard.press("Enter")
+    until(lambda: '"base_len" default="0.26"' in xacro.read_text())
+    saved = xacro.read_text().replace('"base_height" default="0.01"', '"base_height" default="0.02"')
+    assert saved != xacro.read_text()
+    xacro.write_text(saved)
+    until(lambda: page.get_by_label("base_height, as a number").input_value() == "0.02")
+    page.keyboard.press("Control+z")
+    until(
+        lambda: xacro.read_text() == saved.replace('"base_len" default="0.26"', '"base_len" default="0.16"')
+    )
+
+
 def test_what_is_no_number_is_refused_and_the_old_one_stays(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kbot.text import Edit, KbotError, Span, read_source, rewrite
@@ -84,34 +84,71 @@ class Editor:
         self._undone.clear()
 
     def undo(self) -> None:
-        """Take back the last change.
+        """Take back the last change; what was changed elsewhere since stays.
 
         Raises:
-            KbotError: there is none, or the file was changed after it.
+            KbotError: there is none, or what it wrote was changed since.
         """
         if not self._done:
             raise KbotError("there is nothing to undo")
-        change = self._done[-1]
-        for file, _, after in change.texts:
-            if read_source(file).text != after:
-                raise KbotError(f"{Path(file).name} was changed since: undo it where that was done")
-        rewrite({file: (after, before) for file, before, after in change.texts})
-        self._undone.append(self._done.pop())
+        texts = _swapped([(file, after, before) for file, before, after in self._done[-1].texts])
+        change = self._done.pop()
+        self._undone.append(replace(change, texts=tuple((file, put, was) for file, was, put in texts)))
 
     def redo(self) -> None:
-        """Do again what was taken back last.
+        """Do again what was taken back last; what was changed elsewhere since stays.
 
         Raises:
-            KbotError: there is nothing, or the file was changed since.
+            KbotError: there is nothing, or what was there was changed since.
         """
         if not self._undone:
             raise KbotError("there is nothing to do again")
-        change = self._undone[-1]
-        for file, before, _ in change.texts:
-            if read_source(file).text != before:
-                raise KbotError(f"{Path(file).name} was changed since: it is not done again")
-        rewrite({file: (before, after) for file, before, after in change.texts})
-        self._done.append(self._undone.pop())
+        texts = _swapped(self._undone[-1].texts)
+        self._done.append(replace(self._undone.pop(), texts=tuple(texts)))
+
+
+def _swapped(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """Put texts in the place of others, by file that to be replaced and that to be put; as what was on disk
+    was replaced by what."""
+    done = []
+    for file, was, put in texts:
+        now = read_source(file).text
+        text = put if now == was else _merged(now, was, put)
+        if text is None:
+            raise KbotError(
+                f"{Path(file).name} was changed at this place since: change it back where that was done"
+            )
+        done.append((file, now, text))
+    rewrite({file: (now, text) for file, now, text in done})
+    return done
+
+
+def _merged(now: str, was: str, put: str) -> str | None:
+    """A text with the lines in which `put` differs from `was`; None where those of `was` do not stand in it
+    once, beside one of their neighbours."""
+    old, new, lines = (text.splitlines(keepends=True) for text in (was, put, now))
+    head = _same(old, new)
+    tail = min(_same(old[::-1], new[::-1]), len(old) - head, len(new) - head)
+    middle = old[head : len(old) - tail]
+    above, below = old[head - 1 : head], old[len(old) - tail : len(old) - tail + 1]
+    found = [
+        at
+        for at in range(len(lines) - len(middle) + 1)
+        if middle
+        and lines[at : at + len(middle)] == middle
+        and (lines[at - 1 : at] == above or lines[at + len(middle) : at + len(middle) + 1] == below)
+    ]
+    if len(found) != 1:
+        return None
+    (at,) = found
+    return "".join([*lines[:at], *new[head : len(new) - tail], *lines[at + len(middle) :]])
+
+
+def _same(one: Sequence[str], other: Sequence[str]) -> int:
+    """How many lines are the same from the start."""
+    return next(
+        (n for n, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other))
+    )
 
 
 def _is_value(text: str) -> bool:
