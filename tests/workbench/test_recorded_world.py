@@ -143,3 +143,16 @@ def test_a_world_that_is_not_here_is_told_of(tmp_path: Path) -> None:
     assert "The world 'hall.world' of the recording cannot be shown" in session.note
     assert "cannot be shown" in json.dumps([getattr(m, "reason", "") for m in session.greeting(1)])
     assert session.scene.bodies == ()
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
+def test_one_that_broke_off_is_shown_with_a_word_of_it(tmp_path: Path, name: str) -> None:
+    sim, path = Simulation("kbot"), tmp_path / name
+    lost = recorder(sim, path)
+    sim.run(0.5)
+    lost.flush()  # and then nothing more, as after a kill
+    session = played_session(str(path))
+    assert session.note.startswith(f"{path} is not whole: it was not closed")
+    assert session.note.endswith("what can be read is shown.")
+    lost.close()
+    assert played_session(str(path)).note == ""

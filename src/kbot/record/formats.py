@@ -83,6 +83,8 @@ class Index(Protocol):
 
     start: int
     end: int
+    broken: str
+    """Why it ends early, where it was read without its index; else empty."""
 
     @property
     def topics(self) -> Mapping[str, str]:

@@ -19,7 +19,9 @@ class WholeIndex:
         """Raises KbotError: there is no such recording."""
         entries: dict[str, list[Entry]] = {}
         recording = Recording(path)
-        self.notes: Mapping[str, Mapping[str, str]] = recording.summary().notes
+        summary = recording.summary()
+        self.notes: Mapping[str, Mapping[str, str]] = summary.notes
+        self.broken = summary.broken
         for entry in recording.entries():
             if entry.topic != NOTES_TOPIC:
                 told = entries.setdefault(entry.topic, [])

@@ -23,6 +23,8 @@ FIRST_WINDOW = 1_000_000_000
 class BagIndex:
     """One recording, open until `close` or while it is in use."""
 
+    broken = ""
+
     def __init__(self, path: str) -> None:
         """Raises KbotError: it is no such recording, or has no index."""
         self._path = path

@@ -28,6 +28,8 @@ ALLOWED_DISORDER = 100_000_000
 class McapIndex:
     """One file, opened for each chunk that is read."""
 
+    broken = ""
+
     def __init__(self, path: str) -> None:
         """Raises NoIndex."""
         self._path = path

@@ -36,7 +36,8 @@ def played_session(
     )
     session.played, session.marks = path, Marks(path)
     session.way = RecordedWay(run, session.shown.robot)
-    session.note = " ".join(note for note in (world.note, session.marks.note) if note)
+    broken = run.index.broken and f"{path} is not whole: {run.index.broken}; what can be read is shown."
+    session.note = " ".join(note for note in (broken, world.note, session.marks.note) if note)
     session.topics.counts = False
     session.paused = False
     return session
