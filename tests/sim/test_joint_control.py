@@ -89,8 +89,9 @@ def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(ur
     post turns 0.5 kg m^2 when it lies, a hundredth of that when it stands."""
     sim = Simulation(
         urdf(
-            '<robot name="post"><link name="world"/><link name="turret">'
-            '<inertial><mass value="1"/><inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
+            '<robot name="post"><link name="world"/>'
+            '<link name="turret"><inertial><mass value="1"/>'
+            '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
             '</inertial></link><link name="bar"><inertial><origin xyz="0 0 0.5"/><mass value="2"/>'
             '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
             '<joint name="pan" type="revolute"><parent link="world"/><child link="turret"/>'
@@ -128,6 +129,19 @@ def test_a_trajectory_goes_along_cubics_through_its_points(controlled):
         sim.run(seconds)
         assert sim.joint_positions["shoulder"] == pytest.approx(-share, abs=2e-3)
     assert sim.joint_positions["shoulder"] == pytest.approx(-1.0, abs=2e-4)
+
+
+def test_a_joint_that_is_told_beyond_its_limit_says_so_once_and_stops_there(controlled):
+    sim = controlled(TRAJECTORY)
+    told: list[str] = []
+    sim.tells.append(told.append)
+    for position in (3.0005, 9.0, 8.0):
+        sim.bus.publish(
+            "arm/joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, position),))
+        )
+    sim.run(2.0)
+    assert told == ["'shoulder' was told 9, beyond its limit: it goes to 3"]
+    assert sim.joint_positions["shoulder"] == pytest.approx(3.0, abs=1e-3)
 
 
 def test_without_speeds_a_trajectory_goes_straight(controlled):

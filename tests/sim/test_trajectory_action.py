@@ -11,6 +11,7 @@ from kbot.messages.types import Header, Time
 from kbot.model.spawned import Setting, SpawnedController, with_controllers
 from kbot.sim import Simulation
 from kbot.sim.trajectory_action import MOST_KEPT
+from kbot.text import KbotError
 
 from .test_spawned import MANAGER, arm, transmission
 
@@ -119,6 +120,24 @@ def test_what_becomes_of_a_goal_that_fails_is_told(urdf):
     refused, aborted = told
     assert refused.startswith("/arm/follow: a goal was rejected: the trajectory leaves out 'elbow'")
     assert aborted.startswith("/arm/follow: a goal was aborted: 'shoulder' is off by")
+
+
+def test_a_trajectory_of_some_joints_is_taken_where_its_controller_allows_it(urdf):
+    """`allow_partial_joints_goal`, of both ways in; else it is refused, and the joints stay."""
+    some = goal(point(0.5, 0.4), joints=("shoulder",))
+    strict, partial = made(urdf), made(urdf, allow_partial_joints_goal=True)
+    for client in (strict, partial):
+        client.send(some)
+        client.simulation.run(1.0)
+    assert strict.ends == [("one", Status.REJECTED, Result.INVALID_JOINTS)]
+    assert partial.ends == [("one", Status.SUCCEEDED, Result.SUCCESSFUL)]
+    back = goal(point(0.5, 0.1), joints=("elbow",)).trajectory
+    with pytest.raises(KbotError, match=r"leaves out 'shoulder'.*allow_partial_joints_goal"):
+        strict.simulation.bus.publish("/arm/follow/command", back)
+    partial.simulation.bus.publish("/arm/follow/command", back)
+    partial.simulation.run(1.0)
+    assert partial.simulation.joint_positions == pytest.approx({"shoulder": 0.4, "elbow": 0.1}, abs=2e-3)
+    assert strict.simulation.joint_positions == pytest.approx({"shoulder": 0.0, "elbow": 0.0}, abs=2e-3)
 
 
 def test_joints_may_stand_in_another_order(client):

@@ -9,6 +9,7 @@ from kbot.messages.bus import Bus, Subscription
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
 from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.kinds import Input
+from kbot.sim.joint_control.trajectory_goal import require_joints
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
 
@@ -43,10 +44,7 @@ def _array(robot: SimulatedRobot, controller: JointController, message: Float64M
 
 
 def _trajectory(robot: SimulatedRobot, controller: JointController, message: JointTrajectory) -> None:
-    strangers = [joint for joint in message.joint_names if joint not in controller.joints]
-    if strangers:
-        known = ", ".join(controller.joints)
-        raise KbotError(f"{controller.name} does not command '{strangers[0]}', only {known}")
+    require_joints(message.joint_names, controller.joints, takes_part=controller.takes_part)
     points = [
         (point.time_from_start.seconds, point.positions, point.velocities, point.accelerations)
         for point in message.points

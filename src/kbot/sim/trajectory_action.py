@@ -86,7 +86,10 @@ class TrajectoryAction:
             return
         try:
             self._robot.require_running(self._controller.name)
-            goal = read_goal(message.goal, self._controller.joints, self._constraints, now / NANOSECONDS)
+            one = self._controller
+            goal = read_goal(
+                message.goal, one.joints, self._constraints, now / NANOSECONDS, takes_part=one.takes_part
+            )
             self._robot.follow_trajectory(goal.joints, goal.points)
         except KbotError as error:
             code = error.code if isinstance(error, GoalRefused) else Result.INVALID_GOAL

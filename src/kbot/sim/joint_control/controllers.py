@@ -171,6 +171,7 @@ class _Reader:
             joints,
             interface,
             found.is_active,
+            found.values.get("allow_partial_joints_goal") is True,
             Constraints.of(found.values, joints) if has_action else None,
         )
 

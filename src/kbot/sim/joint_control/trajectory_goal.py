@@ -72,15 +72,21 @@ class TrajectoryGoal:
 
 
 def read_goal(
-    goal: FollowJointTrajectoryGoal, known: tuple[str, ...], constraints: Constraints, now: float
+    goal: FollowJointTrajectoryGoal,
+    known: tuple[str, ...],
+    constraints: Constraints,
+    now: float,
+    *,
+    takes_part: bool = False,
 ) -> TrajectoryGoal:
-    """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on.
+    """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on. Some of
+    them may be left out where it `takes_part`.
 
     Raises:
         GoalRefused: it names other joints than the controller's, is over already, or is none.
     """
     way = goal.trajectory
-    _require_joints(way.joint_names, known)
+    require_joints(way.joint_names, known, takes_part=takes_part)
     written = [
         (point.time_from_start.seconds, point.positions, point.velocities, point.accelerations)
         for point in way.points
@@ -104,15 +110,19 @@ def read_goal(
     return TrajectoryGoal(joints, points, bounds)
 
 
-def _require_joints(named: tuple[str, ...], known: tuple[str, ...]) -> None:
+def require_joints(named: tuple[str, ...], known: tuple[str, ...], *, takes_part: bool) -> None:
+    """Raises GoalRefused: a trajectory of these joints is none of a controller's that are `known`."""
     strangers = [joint for joint in named if joint not in known]
     lacking = [joint for joint in known if joint not in named]
     if strangers:
         hint = did_you_mean(strangers[0], known) or f"its joints are {', '.join(known)}"
         what = f"the controller does not command '{strangers[0]}': {hint}"
-    elif lacking:
-        what = f"the trajectory leaves out '{lacking[0]}', which the controller commands"
-    elif len(named) > len(known):
+    elif lacking and not (takes_part and named):
+        what = (
+            f"the trajectory leaves out '{lacking[0]}', which the controller commands: without"
+            " allow_partial_joints_goal it takes none of some joints"
+        )
+    elif len(named) > len(set(named)):
         what = f"the trajectory names a joint twice: {', '.join(named)}"
     else:
         return
