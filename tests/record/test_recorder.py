@@ -325,6 +325,18 @@ def test_a_folder_that_rosbag2_could_not_find_again_is_not_made(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_recording_goes_on_where_the_program_goes_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    sim = Simulation(kbot.load("kbot"))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), "run.mcap") as recorder:
+        monkeypatch.chdir("/")
+        sim.run(0.2)
+    assert recorder.failure is None
+    assert Recording(str(tmp_path / "run.mcap")).summary().topics["/odom"].count == 10
+
+
 @pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
 def test_what_is_taken_away_while_it_is_recorded_is_told(tmp_path: Path, name: str) -> None:
     folder = tmp_path / "stick"

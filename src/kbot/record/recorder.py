@@ -67,6 +67,7 @@ class Recorder:
         if simulation.has_diverged:
             raise KbotError("the run has diverged: reset it first")
         self.path = path
+        self._place = Path(path).absolute()
         self.failure: KbotError | None = None
         self.count = 0
         self._simulation, self._feed = simulation, feed
@@ -185,7 +186,7 @@ class Recorder:
 
     def _require_file(self) -> None:
         """Raises OSError: what is written would go where nobody finds it."""
-        if not Path(self.path).exists():
+        if not self._place.exists():
             raise OSError(errno.ENOENT, "it was moved or deleted, or its disk was taken away")
 
     def _note(self, what: str, numbers: dict[str, Any]) -> None:
