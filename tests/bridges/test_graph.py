@@ -7,6 +7,7 @@ import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Timer
 from urllib.parse import urlsplit
 
 import pytest
@@ -148,6 +149,20 @@ def test_echo(graph: GraphServer, capsys: Said) -> None:
     assert told(capsys, "topic", "echo", "/joint_states", "--once", "--field", "name") != ""
     wrong = told(capsys, "topic", "echo", "/odom", "--once", "--field", "pose.psoe", status=2)
     assert "there is no 'psoe': did you mean 'pose'" in wrong
+
+
+def test_who_waits_is_told_what_for(running: Running, graph: GraphServer, capsys: Said) -> None:
+    running.simulation.pause_physics()
+    for words, topic in ((("topic", "echo", "/odom"), "/odom"), (("tf", "echo", "odom", "base_link"), "/tf")):
+        goes_on = Timer(3.0, running.simulation.unpause_physics)
+        goes_on.start()
+        assert run((*words, "--once")) == 0
+        captured = capsys.readouterr()
+        assert captured.err == f"waiting for {topic}: time stands still there: is it paused?\n"
+        assert captured.out != ""
+        goes_on.join()
+        running.simulation.pause_physics()
+    running.simulation.unpause_physics()
 
 
 def test_echo_in_other_styles(graph: GraphServer, capsys: Said) -> None:
@@ -301,5 +316,7 @@ def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:
         "left_wheel"
     )
     assert json.loads(echoed)["translation"] == pytest.approx(pose.translation.tolist(), abs=1e-4)
-    wrong = told(capsys, "tf", "echo", "odom", "base_lnik", "--once", status=2)
+    began = time.monotonic()
+    wrong = told(capsys, "tf", "echo", "odom", "base_lnik", status=2)
+    assert time.monotonic() - began < 4.0
     assert "there is no frame 'base_lnik': did you mean 'base_link'" in wrong

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack
 from types import TracebackType
@@ -36,6 +37,8 @@ class GraphClient:
         except (OSError, InvalidHandshake, InvalidURI, TimeoutError) as error:
             raise KbotError(f"no KBot answers at {address.rpartition('/')[0]}: {error}") from None
         self._calls = 0
+        self._early: deque[Values] = deque()
+        """What was heard while something else was waited for."""
 
     def __enter__(self) -> GraphClient:
         return self
@@ -57,15 +60,21 @@ class GraphClient:
                 if not said.get("result"):
                     raise KbotError(str(values.get("message", f"{service} says no")))
                 return values
+            if said.get("op") == "publish":
+                self._early.append(said)
 
     def listen(self, *topics: str, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
         """Topic and message, as they come, for good or for so many seconds. Raises KbotError: no such topic,
         or the KBot is gone."""
         for topic in topics:
             self.subscribe(topic, self.type_of(topic))
+        yield from self.heard(seconds)
+
+    def heard(self, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
+        """As `listen`, of the topics that are subscribed already."""
         end = None if seconds is None else time.monotonic() + seconds
         while True:
-            said = self._receive_until(end)
+            said = self._early.popleft() if self._early else self._receive_until(end)
             if said is None:
                 return
             if said.get("op") == "publish":
@@ -105,6 +114,11 @@ class GraphClient:
         """Wait until all that was sent is taken. Raises KbotError: one of it was refused."""
         self.call("/rosapi/get_time")
 
+    def nanoseconds(self) -> int:
+        """What time it is there."""
+        now = self.call("/rosapi/get_time")["time"]
+        return int(now["secs"]) * 10**9 + int(now["nsecs"])
+
     def topics(self) -> dict[str, str]:
         """Names and types, as ROS 2 writes them."""
         found = self.call("/rosapi/topics")
@@ -114,7 +128,8 @@ class GraphClient:
     def subscribed(self) -> set[str]:
         """Names of the topics that are heard there."""
         nodes = self.call("/rosapi/nodes")["nodes"]
-        return {name for node in nodes for name in self.call("/rosapi/node_details", node=node)["subscribing"]}
+        details = [self.call("/rosapi/node_details", node=node) for node in nodes]
+        return {name for found in details for name in found["subscribing"]}
 
     def type_of(self, topic: str) -> str:
         """Raises KbotError: there is no such topic."""

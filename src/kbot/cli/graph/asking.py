@@ -22,6 +22,7 @@ MOST_VALUES = 1_000_000
 _EXPONENT = re.compile(
     r"(?P<minus>[+-]?)(?P<mantissa>\d+\.?\d*|\.\d+)[eE](?P<sign>[+-]?)(?P<digits>\d+)", re.ASCII
 )
+QUIET_SECONDS = 1.0
 SHORTENED = 120
 """Items of a list that `echo` prints; the rest is counted."""
 
@@ -89,6 +90,26 @@ def ask(at: str) -> GraphClient:
     from kbot.bridges.graph.presence import find
 
     return GraphClient(find(at))
+
+
+def listen(graph: GraphClient, *topics: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """As `GraphClient.listen`, for good; after a second of silence stderr says what is waited for."""
+    began = graph.nanoseconds()
+    for topic in topics:
+        graph.subscribe(topic, graph.type_of(topic))
+    first = next(graph.heard(QUIET_SECONDS), None)
+    if first is not None:
+        yield first
+    else:
+        tell_of_silence(graph, began, *topics)
+    yield from graph.heard()
+
+
+def tell_of_silence(graph: GraphClient, began: int, *topics: str) -> None:
+    """Say on stderr what is waited for since the KBot's clock said `began` nanoseconds."""
+    is_paused = graph.nanoseconds() == began
+    why = "time stands still there: is it paused?" if is_paused else "nobody says anything there yet"
+    click.echo(f"waiting for {' and '.join(topics)}: {why}", err=True)
 
 
 def full_name(name: str) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name
+from kbot.cli.graph.asking import ask, at_option, full_name, listen
 from kbot.cli.output import fail
 
 REPORT_SECONDS = 1.0
@@ -51,7 +51,7 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
         return f"average rate: {len(gaps) / sum(gaps):.3f}\n\t{_spread(gaps)}s window: {len(times)}"
 
     with ask(at) as graph:
-        heard = graph.listen(full_name(topic))
+        heard = listen(graph, full_name(topic))
         _report_on(heard, lambda said, message: times.append(time.monotonic()), report, count)
 
 
@@ -84,7 +84,7 @@ def bw(topic: str, window: int, count: int | None, at: str) -> None:
         def hear(_: str, message: dict[str, Any]) -> None:
             said.append((time.monotonic(), len(encode_cdr(from_plain(message, kind)))))
 
-        _report_on(graph.listen(name), hear, report, count)
+        _report_on(listen(graph, name), hear, report, count)
 
 
 @click.command("delay", epilog=examples("kbot topic delay /scan"))
@@ -111,7 +111,7 @@ def delay(topic: str, window: int, count: int | None, at: str) -> None:
     with ask(at) as graph:
         if name == CLOCK:
             fail(f"{name} has no header, and so no stamp")
-        _report_on(graph.listen(CLOCK, name), hear, report, count)
+        _report_on(listen(graph, CLOCK, name), hear, report, count)
 
 
 def _report_on(

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, json_option, to_line
+from kbot.cli.graph.asking import ask, at_option, json_option, tell_of_silence, to_line
 from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
+    from kbot.bridges.graph.client import GraphClient
     from kbot.kinematics.transform import Transform
 
 TOPICS = ("/tf_static", "/tf")
 LOOK_SECONDS = 1.0
-WAIT_SECONDS = 5.0
+KNOWN_SECONDS = 0.5
+"""In which all frames are heard of that move."""
 
 
 @click.group("tf", epilog=examples("kbot tf tree", "kbot tf echo odom base_link --once"))
@@ -57,23 +59,36 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
     """Print where CHILD is in FRAME, as tf2_echo does: metres, a quaternion x y z w, and roll, pitch, yaw."""
     frames = _Frames()
     with ask(at) as graph:
-        started, due = time.monotonic(), 0.0
-        topics = _offered(graph.topics())
-        for topic, message in graph.listen(*topics, seconds=WAIT_SECONDS if once else None):
+        due = 0.0
+        for topic, message in _until_known(graph, frames, frame, child):
             frames.hear(topic, message)
             now = time.monotonic()
             found = frames.between(frame, child)
-            if found is None:
-                if now - started > WAIT_SECONDS:
-                    _explain(frames, frame, child)
-                continue
-            if now < due:
+            if found is None or now < due:
                 continue
             due = now + 1.0 / rate
             click.echo(to_line(_plain(frames.stamp, found)) if as_json else _text(frames.stamp, found))
             if once:
                 return
-    _explain(frames, frame, child)
+
+
+def _until_known(
+    graph: GraphClient, frames: _Frames, frame: str, child: str
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What is heard of frames, for good. Raises KbotError: they were heard for a moment, and those two are
+    not among them or do not hang together."""
+    began, topics = graph.nanoseconds(), _offered(graph.topics())
+    yield from graph.listen(*topics, seconds=KNOWN_SECONDS)
+    if "/tf" in topics and not frames.moves:
+        tell_of_silence(graph, began, "/tf")
+        for heard in graph.heard():
+            yield heard
+            if frames.moves:
+                break
+        yield from graph.heard(KNOWN_SECONDS)
+    if frames.between(frame, child) is None:
+        _explain(frames, frame, child)
+    yield from graph.heard()
 
 
 class _Frames:
@@ -83,6 +98,8 @@ class _Frames:
         self.parents: dict[str, str] = {}
         self.static: set[str] = set()
         self.stamp = 0.0
+        self.moves = False
+        """Whether any was said that moves."""
         self._places: dict[str, Transform] = {}
 
     def hear(self, topic: str, message: dict[str, Any]) -> None:
@@ -98,6 +115,7 @@ class _Frames:
             if topic == "/tf_static":
                 self.static.add(child)
             else:
+                self.moves = True
                 stamp = item["header"]["stamp"]
                 self.stamp = stamp["sec"] + stamp["nanosec"] * 1e-9
 

@@ -15,6 +15,7 @@ from kbot.cli.graph.asking import (
     at_option,
     full_name,
     json_option,
+    listen,
     listing_options,
     print_listing,
     print_of_type,
@@ -135,8 +136,7 @@ def echo(
             known = graph.type_of(name)
             if type_name not in (known, known.replace("/msg/", "/")):
                 fail(f"{name} carries {known}, not {type_name}")
-        messages = graph.listen(name)
-        for _, message in itertools.islice(messages, 1 if once else count):
+        for _, message in itertools.islice(listen(graph, name), 1 if once else count):
             click.echo(style.text(_part(message, field) if field else message))
 
 
