@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import kbot
 from kbot.record import Recorder
 from kbot.sim import Simulation
@@ -195,6 +197,28 @@ def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page:
     until(lambda: page.locator(".line.here .t-number").inner_text() == "0.26")
     page.locator("#source").get_by_role("button", name="Undo").click()
     until(lambda: '"base_len" default="0.16"' in xacro.read_text())
+
+
+LEFT_OF_CARET = """caret => {
+  const range = document.createRange(), at = caret.firstChild.data.indexOf("^");
+  range.setStart(caret.firstChild, at);
+  range.setEnd(caret.firstChild, at + 1);
+  return range.getBoundingClientRect().left;
+}"""
+
+
+def test_a_caret_stands_below_its_place_in_a_line_with_tabs(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, macros = open_page(viewing), xacro.with_name("kbot_macros.xacro")
+    macros.write_text(macros.read_text().replace('<axis xyz="0 1 0"/>', '\t<axis xyz="0 1 0"\trpy="0 0 0"/>'))
+    card = page.locator("#findings li[data-code]").filter(has_text="rpy").first
+    until(lambda: card.count() == 1)
+    card.locator(".finding").click()
+    until(lambda: page.locator(".caret").count() == 1)
+    caret = page.locator(".caret .text").evaluate(LEFT_OF_CARET)
+    first = page.locator(".line.here .t-number").nth(3)  # after the three of the axis
+    assert caret == pytest.approx(first.bounding_box()["x"], abs=1.0)
 
 
 def test_a_fix_is_carried_out_by_a_click(xacro: Path, viewing: str, open_page: OpenPage) -> None:

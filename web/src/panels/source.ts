@@ -122,19 +122,20 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
   }
   const row = body.querySelector<HTMLElement>(`.line[data-line="${spot.place.line}"]`);
   if (row === null) return;
-  if (spot.finding !== null) row.after(caret(spot.finding, spot));
+  if (spot.finding !== null) row.after(caret(spot.finding, spot, row.querySelector(".text")?.textContent ?? ""));
   if (shown === spot) return; // an edit elsewhere moves nothing
   shown = spot;
   const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
   body.scrollTo({ top: Math.max(0, top) });
 }
 
-function caret(finding: Finding, spot: Spot): HTMLElement {
+function caret(finding: Finding, spot: Spot, line: string): HTMLElement {
   const { column, length } = spot.place;
+  const before = [...line].slice(0, column - 1).map((one) => (one === "\t" ? one : " ")).join("");
   return h(
     "div",
     { class: "caret", "data-severity": finding.severity },
     h("span", { class: "gutter" }),
-    h("span", { class: "text" }, `${" ".repeat(column - 1)}${"^".repeat(Math.max(1, length))} `, h("span", { class: "says" }, finding.message)),
+    h("span", { class: "text" }, `${before}${"^".repeat(Math.max(1, length))} `, h("span", { class: "says" }, finding.message)),
   );
 }
