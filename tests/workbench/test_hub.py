@@ -37,9 +37,9 @@ def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
     for tick in range(10_000):
         client.put(state(tick / 50))
     client.put(Refused("no"))
-    client.put(SourceText("a", "1", ()))
-    client.put(SourceText("b", "1", ()))
-    client.put(SourceText("a", "2", ()))
+    client.put(SourceText("a", "1", (), ()))
+    client.put(SourceText("b", "1", (), ()))
+    client.put(SourceText("a", "2", (), ()))
     sent = sent_by(client)
     assert [message["type"] for message in sent] == ["state", "refused", "source", "source"]
     assert sent[0]["time"] == 9_999 / 50
@@ -68,3 +68,38 @@ def test_all_pages_are_told_until_they_leave() -> None:
     assert sent_by(first) == []
     assert len(sent_by(second)) == 1
     assert len(hub) == 1
+
+
+def test_a_page_that_answers_late_has_no_more_than_two_beats_under_way() -> None:
+    client = Hub().join()
+    got: list[dict[str, object]] = []
+
+    async def run() -> None:
+        async def take(text: str | bytes) -> None:
+            got.append(json.loads(text))
+
+        async def tell(start: int, rounds: int) -> None:
+            for tick in range(start, start + rounds):
+                client.put(state(tick))
+                for _ in range(5):
+                    await asyncio.sleep(0)
+
+        def beats() -> int:
+            return sum(message["type"] == "beat" for message in got)
+
+        pump = asyncio.create_task(client.pump(take))
+        await tell(0, 100)
+        assert beats() == 25  # one that never answers is told all
+        for _ in range(beats()):
+            client.heard()
+        await tell(100, 100)
+        assert beats() == 27
+        assert got[-2]["time"] == 107
+        client.heard()
+        await tell(200, 1)
+        assert got[-1]["time"] == 200  # and all between is dropped
+        await tell(201, 100)
+        assert beats() == 28
+        pump.cancel()
+
+    asyncio.run(run())

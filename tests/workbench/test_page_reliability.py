@@ -16,7 +16,10 @@ from kbot.workbench.serving.past import Past
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import WORLD, Show, Speaker, do, pose
+from .displayed import WORLD, Show, Speaker, do, pose, state_of
+from .test_page_access import axe
+
+__all__ = ["axe"]
 
 OpenPage = Callable[..., Any]
 
@@ -29,6 +32,15 @@ KEEP_SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocke
 
 COUNT_MESSAGES = """window.told = 0; window.WebSocket = class extends WebSocket {
   constructor(...words) { super(...words); this.addEventListener('message', () => { told += 1; }); } };"""
+
+SLOW = """window.WebSocket = class extends WebSocket {
+  constructor(...words) {
+    super(...words);
+    this.addEventListener('message', () => {
+      for (const end = performance.now() + 100; performance.now() < end;);
+    });
+  } };"""
+"""Lets a page take a tenth of a second for each message, of which there are more than fifty a second."""
 
 HEAR = """async (count) => {
   const say = (data) => sockets.at(-1).dispatchEvent(new MessageEvent('message', { data }));
@@ -61,8 +73,8 @@ def inks(page: Any) -> set[str]:
     return {one.evaluate("e => getComputedStyle(e).color") for one in numbers.all()}
 
 
-def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any) -> None:
-    page = browser.new_page(viewport={"width": 960, "height": 560})
+def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any, axe: str) -> None:
+    page = browser.new_page(viewport={"width": 960, "height": 560}, color_scheme="dark")
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
         wait_for_page(page)
@@ -75,6 +87,8 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
     until(lambda: page.get_by_text("The server does not answer.").is_visible())
     assert page.inner_text(".status") == "connection lost"
     assert inks(page).isdisjoint(live)  # numbers from before look so
+    page.evaluate(axe)
+    assert [(v["id"], v["nodes"][0]["html"]) for v in page.evaluate("axe.run()")["violations"]] == []
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
@@ -167,6 +181,21 @@ def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], br
     assert later_document["nodes"] <= document["nodes"] + 20
     assert later_document["jsEventListeners"] <= document["jsEventListeners"]
     context.close()
+
+
+def test_a_slow_page_is_told_less_and_does_not_fall_behind(
+    driving: tuple[str, Session], browser: Any
+) -> None:
+    address, session = driving
+    page = browser.new_page(viewport={"width": 320, "height": 200})
+    page.add_init_script(SLOW)
+    page.goto(address)
+    until(lambda: page.evaluate("!!window.kbot && kbot.time > 0"))
+    began = state_of(session).time
+    until(lambda: state_of(session).time > began + 15.0, 120.0)  # without that, ten of them behind
+    shown = page.evaluate("kbot.time")
+    assert shown > began + 10.0
+    page.close()
 
 
 def test_what_was_said_once_stays_when_time_is_told_of_later(

@@ -111,8 +111,9 @@ def say(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]:
             count += 1
             connection.send(data)
             connection.send(json.dumps({"type": f"canary{count}."}))
-            while f"canary{count}." not in str(connection.recv(timeout=60)):
-                pass
+            while f"canary{count}." not in (heard := str(connection.recv(timeout=60))):
+                if heard == '{"type":"beat"}':  # or it is told no more, once it has said that it heard one
+                    connection.send('{"type":"heard"}')
 
         yield say_one
 

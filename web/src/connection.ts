@@ -62,7 +62,9 @@ export class Connection implements Line {
       this.wait = FIRST_WAIT;
       this.silence = 0;
       this.link.set("live");
-      this.hear(typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data));
+      const message = typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data);
+      if (message.type === "beat") this.send({ type: "heard" });
+      else this.hear(message);
     });
     socket.addEventListener("close", (event) => {
       this.link.set(event.code === FULL ? "full" : "lost");

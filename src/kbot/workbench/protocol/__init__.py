@@ -9,6 +9,7 @@ from kbot.workbench.protocol.from_page import (
     Advance,
     Drive,
     FromPage,
+    Heard,
     Pause,
     Reset,
     SetJoint,
@@ -53,7 +54,7 @@ from kbot.workbench.protocol.time import (
     Timeline,
     Trail,
 )
-from kbot.workbench.protocol.to_page import About, FromServer, Refused, State, Told
+from kbot.workbench.protocol.to_page import About, Beat, FromServer, Refused, State, Told
 from kbot.workbench.protocol.topics import Publish, Subscribe, TopicMessage, Topics, TopicView, Unsubscribe
 from kbot.workbench.protocol.values import (
     Length,
@@ -90,6 +91,7 @@ __all__ = [
     "ApplyFix",
     "AskSeries",
     "AskTrail",
+    "Beat",
     "BodyView",
     "Bookmark",
     "Bookmarks",
@@ -110,6 +112,7 @@ __all__ = [
     "FromPage",
     "FromServer",
     "GoLive",
+    "Heard",
     "Hint",
     "InertiaView",
     "JointSpeed",

@@ -102,6 +102,13 @@ class SetSpeed:
     type: Literal["set_speed"] = "set_speed"
 
 
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """All up to a `Beat` is taken in."""
+
+    type: Literal["heard"] = "heard"
+
+
 FromPage = (
     Drive
     | Stop
@@ -145,4 +152,5 @@ FromPage = (
     | AskTrail
     | AskSeries
     | DrawPlot
+    | Heard
 )

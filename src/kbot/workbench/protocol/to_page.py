@@ -86,6 +86,13 @@ class Refused:
     type: Literal["refused"] = "refused"
 
 
+@dataclass(frozen=True, slots=True)
+class Beat:
+    """Answered by `Heard` once all that was said before it is taken in: a page that lags is told less."""
+
+    type: Literal["beat"] = "beat"
+
+
 FromServer = (
     About
     | Scene
@@ -107,4 +114,5 @@ FromServer = (
     | PlotDrawn
     | Told
     | Refused
+    | Beat
 )

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
-from kbot.workbench.protocol import FromServer, Scene, SourceText, State, Things, Timeline
+from kbot.workbench.protocol import Beat, FromServer, Scene, SourceText, State, Things, Timeline
 from kbot.workbench.protocol.encode import encode
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 
+ROUNDS_IN_A_BEAT = 4
+"""A round is all that waits for a page at one time."""
+_BEAT = encode(Beat())
+
 
 class Client:
-    """One page. What waits for it is one message of each kind, so a slow page drops frames and
-    never grows a queue."""
+    """One page. What waits for it is one message of each kind, and no more than two beats are under way to
+    it, wherever on the way they are kept: a slow page drops frames and never grows a queue."""
 
     def __init__(self, number: int) -> None:
         self.number = number
@@ -29,6 +34,10 @@ class Client:
         """What it was told of time."""
         self._waiting: dict[str, str | bytes] = {}
         self._news = asyncio.Event()
+        self._beats = 0
+        """That are not answered."""
+        self._answers: asyncio.Event | None = None
+        """Set when one is; None where the page answers none."""
 
     def put(self, message: FromServer, text: str | None = None) -> None:
         """Queue a message; an older one of its kind that was not sent yet is dropped."""
@@ -60,12 +69,25 @@ class Client:
 
     async def pump(self, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         """Send what waits, for ever."""
-        while True:
+        for count in itertools.count(1):
             await self._news.wait()
-            while self._waiting:
+            for _ in range(len(self._waiting)):
                 key = next(iter(self._waiting))
                 await send(self._waiting.pop(key))
-            self._news.clear()
+            if not self._waiting:
+                self._news.clear()
+            if count % ROUNDS_IN_A_BEAT == 0:
+                self._beats += 1
+                await send(_BEAT)
+                while self._answers is not None and self._beats > 1:
+                    self._answers.clear()
+                    await self._answers.wait()
+
+    def heard(self) -> None:
+        """The page has answered a beat."""
+        self._answers = self._answers or asyncio.Event()
+        self._beats = max(0, self._beats - 1)
+        self._answers.set()
 
 
 def _key(message: FromServer) -> str:

@@ -24,6 +24,7 @@ from kbot.workbench.protocol import (
     Drive,
     FromPage,
     GoLive,
+    Heard,
     Mark,
     NoteMark,
     OpenSource,
@@ -75,6 +76,7 @@ _CHANGE_NOTHING = (
     | Mark
     | NoteMark
     | RemoveMark
+    | Heard
 )
 """What pages ask for that is answered, or seen when time passes."""
 
@@ -160,6 +162,8 @@ class Server:
             if isinstance(message, Seek):
                 client.asked = message.at
             match message:
+                case Heard():
+                    client.heard()
                 case Subscribe(topic=topic):
                     self._subscribe(client, topic)
                 case Unsubscribe(topic=topic):
