@@ -108,3 +108,24 @@ def test_a_model_of_sdf_is_a_thing_beside_the_robot(folder: Path) -> None:
     (model,) = found.models
     assert (model.path, model.spawn.model) == (str(folder / "crate.sdf"), "crate")
     assert (model.spawn.x, model.spawn.z) == (2.0, 0.1)
+
+
+def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path) -> None:
+    (folder / "r.urdf").write_text(
+        '<robot name="r"><link name="base"/><link name="wheel"/><joint name="j" type="fixed">'
+        '<parent link="base"/><child link="wheel"/></joint></robot>'
+    )
+    (folder / "same.sdf").write_text(
+        '<sdf version="1.7"><model name="r"><link name="base"/><link name="wheel"/></model></sdf>'
+    )
+    (folder / "other.sdf").write_text('<sdf version="1.7"><model name="o"><link name="box"/></model></sdf>')
+    described = '<param name="robot_description" textfile="$(dirname)/r.urdf"/>'
+    spawner = SPAWN.format("s", "-sdf -file $(dirname)/{}.sdf -model burger -x 2 -y -0.5")
+    spawner = spawner.replace("-urdf -param /robot_description", "")
+    found = staged(folder, described + spawner.format("same"))
+    assert (found.path, found.spawn.x, found.spawn.y) == (str(folder / "r.urdf"), 2.0, -0.5)
+    assert (found.spawn.model, found.models) == ("burger", ())
+    (note,) = (n for n in found.notes if n.code == "L063")
+    assert "same.sdf is the robot that r.urdf describes" in note.message
+    found = staged(folder, described + spawner.format("other"))
+    assert ([m.path for m in found.models], found.spawn.x) == ([str(folder / "other.sdf")], 0.0)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from kbot.launch.known_packages import Role, role
 from kbot.launch.nodes.spawning import Spawn, SpawnedRobot, is_sdf, read_spawn, spawned
 from kbot.launch.plan import Description, Node, Param, Plan
 from kbot.model.spawned import SpawnedController
-from kbot.text import Diagnostic, Severity
+from kbot.text import DescriptionError, Diagnostic, Severity, read_source
+
+_LINK = re.compile(r"<link\s+name\s*=\s*[\"']([^\"']+)")
 
 
 def read_population(
@@ -39,6 +43,11 @@ def read_population(
     notes += [_no_robot(node) for node in strangers[not robots :]]
     if not robots:
         robots = _first(plan, strangers[:1])
+        twin = next((m for m in models if robots and _is_robot(m, plan)), None)
+        if twin is not None:
+            robots = [replace(robots[0], spawn=twin.spawn, origin=twin.origin)]
+            models.remove(twin)
+            notes.append(_in_its_place(twin, robots[0]))
     if len(robots) > 1:
         robots = [_apart(robot, number, notes) for number, robot in enumerate(robots)]
         notes += _shared(robots)
@@ -60,6 +69,25 @@ def _first(plan: Plan, spawners: Sequence[Node]) -> list[SpawnedRobot]:
     for node in spawners:
         return [_robot(plan, node, description, read_spawn(node)[0])]
     return [SpawnedRobot(description.path, description.arguments, Spawn(), param.origin)]
+
+
+def _is_robot(model: SpawnedRobot, plan: Plan) -> bool:
+    """Whether a model of SDF is the robot that a parameter describes: most links are of the same names."""
+    texts = (str(param.value) for param in plan.params.values() if param.description)
+    described = {name for text in texts for name in _LINK.findall(text)}
+    try:
+        own = set(_LINK.findall(read_source(model.path).text))
+    except DescriptionError:
+        return False
+    return 2 * len(own & described) > len(own)
+
+
+def _in_its_place(model: SpawnedRobot, robot: SpawnedRobot) -> Diagnostic:
+    message = (
+        f"{Path(model.path).name} is the robot that {Path(robot.path).name} describes, which is simulated"
+    )
+    hint = "in its place: its sensors and plugins are those of the description"
+    return Diagnostic("L063", Severity.INFO, message, model.origin, hint)
 
 
 def _described(found: Param | Description | None) -> Description | None:

@@ -24,6 +24,7 @@ from kbot.launch.population import read_population
 from kbot.launch.running.programs import Program, find_program
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
+from kbot.text.installed import in_sources
 from kbot.xacro.packages import Packages
 
 _T = TypeVar("_T")
@@ -115,7 +116,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         paused=(gazebo.paused and not any(robot.spawn.unpause for robot in robots))
         or any(playing is not None and playing.paused for playing in playings),
         window=gazebo.window or bool(viewers),
-        displays=next((file for node in viewers if (file := display_config(node.args))), ""),
+        displays=_in_sources(next((file for node in viewers if (file := display_config(node.args))), "")),
         fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),
         spawn=spawn,
         frame_prefix=first.frame_prefix if first else "",
@@ -132,6 +133,11 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         programs=tuple(programs),
         notes=tuple(notes),
     )
+
+
+def _in_sources(file: str) -> str:
+    """A file, or where the sources of its package have it."""
+    return file if not file or Path(file).exists() else in_sources(file) or file
 
 
 def display_config(arguments: str) -> str:
