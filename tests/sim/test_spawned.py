@@ -238,6 +238,66 @@ def test_a_spawned_drive_hears_and_tells_on_topics_of_its_name(launched):
     assert heard[-1].pose.pose.position.x == pytest.approx(0.195, abs=7e-3)
 
 
+@pytest.mark.parametrize(
+    ("said", "topic", "kind"),
+    [
+        ("", "/base/cmd_vel", msg.TwistStamped),
+        ("use_stamped_vel: true", "/base/cmd_vel", msg.TwistStamped),
+        ("use_stamped_vel: false", "/base/cmd_vel_unstamped", msg.Twist),
+    ],
+)
+def test_a_drive_of_ros2_hears_on_the_topic_and_in_the_type_of_its_namesake(
+    urdf, tmp_path, said, topic, kind
+):
+    """Stamped on `~/cmd_vel` by default; only Humble's `use_stamped_vel: false` has `~/cmd_vel_unstamped`."""
+    (tmp_path / "c.yaml").write_text(
+        "controller_manager:\n  ros__parameters:\n    base:\n"
+        "      type: diff_drive_controller/DiffDriveController\n"
+        "base:\n  ros__parameters:\n    left_wheel_names: [left_joint]\n"
+        f"    right_wheel_names: [right_joint]\n    {said}\n"
+    )
+    plugin = (
+        f'<gazebo><plugin name="r" filename="x"><parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>'
+    )
+    sim = Simulation(urdf(ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + plugin)))
+    inputs = {name: sim.bus.topics[name] for name in sim.bus.inputs}
+    assert inputs == {"/cmd_vel": msg.Twist, topic: kind}
+    assert sim.bus.topics["/base/odom"] is msg.Odometry
+    twist = msg.Twist(msg.Vector3(0.1, 0.0, 0.0))
+    sim.run(2.0)
+    for _ in range(10):
+        sim.bus.publish(topic, twist if kind is msg.Twist else msg.TwistStamped(twist=twist))
+        sim.run(0.2)
+    # 0.1 m/s for 2 s less the start at 1 m/s^2
+    assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
+
+
+def test_a_stamped_command_that_is_older_than_the_timeout_is_refused(urdf, tmp_path):
+    """As DiffDriveController does; one without a stamp is of now, one of the wall's clock too."""
+    (tmp_path / "c.yaml").write_text(
+        "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
+        "base: {ros__parameters: {cmd_vel_timeout: 0.3}}\n"
+    )
+    plugin = (
+        f'<gazebo><plugin name="r" filename="x"><parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>'
+    )
+    sim = Simulation(urdf(ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + plugin)))
+    sim.run(2.0)
+
+    def drive(seconds: float) -> None:
+        header = msg.Header(msg.Time.from_nanoseconds(round(seconds * 1e9)))
+        sim.bus.publish("/base/cmd_vel", msg.TwistStamped(header, msg.Twist(msg.Vector3(0.1, 0.0, 0.0))))
+
+    with pytest.raises(KbotError, match=r"0\.350 s old, more than the cmd_vel_timeout of 0\.3 s"):
+        drive(1.65)
+    assert sim.named().commanded_twist.x == 0.0
+    for stamp in (1.75, 0.0, 1.8e9):
+        drive(stamp)
+        assert sim.named().commanded_twist.x == 0.1
+        sim.run(0.4)
+        assert sim.named().commanded_twist.x == 0.0
+
+
 def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(launched):
     gears = transmission("left_joint", "Velocity") + transmission("right_joint", "Velocity")
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER + gears)
@@ -259,7 +319,7 @@ def test_a_drive_without_its_wheels_is_said(launched):
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
     sim = Simulation(launched(rover, DRIVE.replace("  left_wheel: left_joint\n", ""), "base", ns="/"))
     assert findings(sim) == [("W137", "controllers.yaml", 2)]
-    assert sim.named().settings.command_topics == ("cmd_vel",)
+    assert sim.named().settings.command_topics == {"cmd_vel": msg.Twist}
 
 
 def test_a_description_that_was_written_down_runs_the_same(launched):

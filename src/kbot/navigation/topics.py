@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.messages import String, Twist
+from kbot.messages import String, Twist, TwistStamped
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
@@ -56,8 +56,10 @@ class NavigationTopics:
         self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
         self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
-            topics = (naming.topic(topic) for topic in settings.command_topics)
-            self._heard += [bus.subscribe(topic, Twist, self._driven) for topic in topics]
+            self._heard += [
+                bus.subscribe(naming.topic(topic), kind, self._driven)
+                for topic, kind in settings.command_topics.items()
+            ]
         self.goals.watch(self._tell)
 
     def close(self) -> None:
@@ -103,7 +105,8 @@ class NavigationTopics:
         simulation = self._simulation
         return simulation.ground_truth.pose @ simulation.odometry.pose.inverse()
 
-    def _driven(self, message: Twist) -> None:
+    def _driven(self, message: Twist | TwistStamped) -> None:
+        message = message if isinstance(message, Twist) else message.twist
         if message.linear.x or message.angular.z:
             self.goals.give_way("somebody else drives")
 

@@ -11,13 +11,14 @@ from typing import Any
 from kbot.kinematics.joint_pose import product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
-from kbot.messages.clock import Clock
+from kbot.messages.clock import NANOSECONDS, Clock
 from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.trajectory_action import TrajectoryAction
+from kbot.text import KbotError
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
 """Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
@@ -65,8 +66,8 @@ class RobotTopics:
                 (advertise("/tf", msg.TFMessage), self._transform),
             ]
             self._commands += [
-                bus.subscribe(naming.topic(topic), msg.Twist, self._drive)
-                for topic in robot.settings.command_topics
+                bus.subscribe(naming.topic(topic), kind, self._drive)
+                for topic, kind in robot.settings.command_topics.items()
             ]
             self._outputs += [
                 (advertise(naming.topic(topic), msg.Odometry), self._odometry)
@@ -99,11 +100,23 @@ class RobotTopics:
         if controller.constraints is not None:
             heard.append(TrajectoryAction(self._bus, self._clock, self._robot, controller))
 
-    def _drive(self, message: msg.Twist) -> None:
+    def _drive(self, message: msg.Twist | msg.TwistStamped) -> None:
         settings = self._robot.settings
         if settings is not None:
             self._robot.require_running(settings.controller)
+        if isinstance(message, msg.TwistStamped):
+            self._require_new(message.header.stamp)
+            message = message.twist
         self._robot.command(message.linear.x, message.angular.z)
+
+    def _require_new(self, stamp: msg.Time) -> None:
+        """Raises KbotError: the command is older than what its controller waits for. One without a stamp, and
+        one of another clock that is ahead, are of now, as its namesake has it."""
+        settings = self._robot.settings
+        age = (self._clock.nanoseconds - stamp.nanoseconds) / NANOSECONDS
+        if settings is not None and stamp.nanoseconds and age > settings.watchdog:
+            what = f"its stamp is {age:.3f} s old, more than the cmd_vel_timeout of {settings.watchdog:g} s"
+            raise KbotError(f"{what}: stamp it with the time of /clock")
 
     def find_listeners(self) -> bool:
         """Find out who listens, to be called whenever that may have changed; whether anyone does."""

@@ -10,6 +10,7 @@ from math import inf, isfinite
 
 from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_plugins
 from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.messages.types import Twist, TwistStamped
 from kbot.model import Robot
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
@@ -45,16 +46,21 @@ class DriveSettings:
     odometry_topic: str = "odom"
     odometry_frame: str = "odom"
     controller: str = ""
-    """The full name of the controller that was spawned: it hears and tells on its own topics too."""
+    """The full name of the controller that drives: it hears and tells on its own topics too."""
     ros: int = 2
-    """Whose controller it is: ROS 1 hears a Twist on `cmd_vel`, ROS 2 on `cmd_vel_unstamped`."""
+    """Whose controller it is, ROS 1's or ROS 2's."""
+    is_stamped: bool = False
+    """Whether that hears TwistStamped, as ROS 2's does unless Humble's `use_stamped_vel` is false."""
 
     @property
-    def command_topics(self) -> tuple[str, ...]:
-        """All on which a Twist is heard: the controller's own besides `command_topic`, where a page and a
-        twist_mux speak."""
-        own = "cmd_vel" if self.ros == 1 else "cmd_vel_unstamped"
-        return (self.command_topic, *([f"{self.controller}/{own}"] if self.controller else []))
+    def command_topics(self) -> Mapping[str, type[Twist] | type[TwistStamped]]:
+        """All on which twists are heard, and how: the controller's own besides `command_topic`, where a page
+        and a twist_mux speak."""
+        topics: dict[str, type[Twist] | type[TwistStamped]] = {self.command_topic: Twist}
+        if self.controller:
+            own = "cmd_vel" if self.ros == 1 or self.is_stamped else "cmd_vel_unstamped"
+            topics[f"{self.controller}/{own}"] = TwistStamped if self.is_stamped else Twist
+        return topics
 
     @property
     def odometry_topics(self) -> tuple[str, ...]:
@@ -263,8 +269,9 @@ def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Find
         _controller_limits(values, number, switched_on=found.ros == 2),
         watchdog=number("cmd_vel_timeout", WATCHDOG) or WATCHDOG,
         odometry_frame=str(values.get("odom_frame_id", "odom")),
-        controller=found.controller if found.is_spawned else "",
+        controller=found.controller,
         ros=found.ros,
+        is_stamped=found.ros == 2 and values.get("use_stamped_vel") is not False,
     )
 
 

@@ -79,8 +79,8 @@ def read_goal(
     *,
     takes_part: bool = False,
 ) -> TrajectoryGoal:
-    """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on. Some of
-    them may be left out where it `takes_part`.
+    """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on. It may
+    leave some of them out where it `takes_part`.
 
     Raises:
         GoalRefused: it names other joints than the controller's, is over already, or is none.
