@@ -303,3 +303,19 @@ def test_gazebo_as_a_process(folder: Path, command: str, expected: tuple[str, bo
     staged = stage(plan)
     assert staged.notes == ()
     assert (staged.world, staged.paused, staged.window) == expected
+
+
+def test_a_description_that_the_launch_file_has_changed_is_still_the_robot(folder: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="package://mine/a.stl"/></geometry></visual>'
+    (folder / "r.urdf").write_text(ROBOT.replace('"base"/>', f'"base">{mesh}</link>'))
+    before = "import xacro\ntext = xacro.process_file(os.path.dirname(__file__) + '/r.urdf').toxml()\n"
+    publisher = (
+        "Node(package='robot_state_publisher', executable='robot_state_publisher',"
+        " parameters=[{'robot_description': text.replace(%s)}])"
+    )
+    moved = clean(python(folder, publisher % "'package://mine/', 'file:///there/'", before=before))
+    assert stage(moved).path == str(folder / "r.urdf")
+    renamed = clean(python(folder, publisher % "'base', 'other'", before=before))
+    path = stage(renamed).path
+    assert path is not None
+    assert '"other"' in Path(path).read_text()

@@ -258,7 +258,7 @@ class Carrier:
         self.nodes.append(node)
 
     def _set(self, name: str, value: Any, origin: Origin) -> None:
-        description = self.context.descriptions.get(value) if isinstance(value, str) else None
+        description = self.context.described(value) if isinstance(value, str) else None
         self.params[name] = Param(names.canonical(name), value, origin, description)
 
     def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:

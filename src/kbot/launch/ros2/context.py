@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -16,6 +18,9 @@ from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import PackageNotFound, Packages
+
+_ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
+"""Where a mesh is, without its name."""
 
 
 class Performed(Protocol):
@@ -48,6 +53,21 @@ class Context:
     def perform_substitution(self, substitution: Performed) -> str:
         """The text of a substitution, as launch files ask for it."""
         return substitution.perform(self)
+
+    def described(self, text: str) -> Description | None:
+        """Which robot file a text came from, also where a launch file has changed it since: the addresses of
+        its files alone, or more, and then it is a file of its own."""
+        known = self.descriptions.get(text)
+        if known is not None or "<robot" not in text:
+            return known
+        same = _without_folders(text)
+        for own, description in self.descriptions.items():
+            if _without_folders(own) == same:
+                return description
+        with tempfile.NamedTemporaryFile("w", suffix=".urdf", delete=False, encoding="utf-8") as file:
+            file.write(text)
+        found = self.descriptions[text] = Description(file.name, {})
+        return found
 
     def begin_anew(self) -> None:
         """Forget what was set, as a group does that forwards nothing."""
@@ -97,6 +117,10 @@ class Context:
     def evaluate(self, expression: str) -> str:
         """A Python expression's value as text; it can compute and nothing more."""
         return evaluated(expression, _Names())
+
+
+def _without_folders(text: str) -> str:
+    return _ADDRESS.sub("", "".join(text.split()))
 
 
 class _Names:
