@@ -8,10 +8,10 @@ the same topics are heard within the process, so that simulating and making mess
 bridges add. Shares are CPU time of the simulating process over time that passed; memory is what it has more
 than without bridges. A delay is from the publication of /clock to its arrival at a peer, both by this
 machine's clock, at the median: with one bridge and its peer alone, and with all at once. The libraries alone
-are a process that says the same messages to the same peers, all at once, with what the bridges are made of
-(rosbags, json, cyclonedds, zenoh, websockets, asyncio) and nothing else: how much of a figure is theirs, the
-peers' and the machine's. A command's way is from its arrival at the bridge to the first control period that
-drives by it. Beside each number stands what is wanted of it.
+are a process that says the same messages to the same peers, all at once, with what bridges can be made of
+(rosbags, orjson, cyclonedds, zenoh, websockets, asyncio) and nothing else: how much of a figure is theirs,
+the peers' and the machine's. A command's way is from its arrival at the bridge to the first control period
+that drives by it. Beside each number stands what is wanted of it.
 """
 
 from __future__ import annotations
