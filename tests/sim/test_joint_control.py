@@ -274,6 +274,13 @@ def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(con
         ([(-1.0, [0.1])], "from 0 on"),
         ([(1.0, [float("nan")])], "finite"),
         ([(1.0,)], "a point is a time"),
+        ([(1.0, ["0.1"])], "finite"),
+        ([(1.0, "a")], "lists of numbers, not 'a'"),
+        ([(1.0, [float("inf")])], "finite"),
+        (
+            [(0.01 * n, [0.1]) for n in range(100_001)],
+            "at most 100,000 points, not 100,001: give",
+        ),
     ],
 )
 def test_a_trajectory_that_is_none_is_refused_and_changes_nothing(controlled, points, message):
