@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 import zenoh
@@ -50,18 +51,24 @@ def port(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
         bridge.close()
 
 
-@pytest.fixture
-def session(port: int) -> Iterator[zenoh.Session]:
+def opened(port: int) -> zenoh.Session:
+    """A client that is served."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", f'["tcp/127.0.0.1:{port}"]')
     config.insert_json5("scouting/multicast/enabled", "false")
-    opened = zenoh.open(config)
+    session = zenoh.open(config)
+    wait_until(lambda: ask(session, PROPERTIES))
+    return session
+
+
+@pytest.fixture
+def session(port: int) -> Iterator[zenoh.Session]:
+    found = opened(port)
     try:
-        wait_until(lambda: ask(opened, PROPERTIES))
-        yield opened
+        yield found
     finally:
-        opened.close()
+        found.close()
 
 
 def ask(session: zenoh.Session, key: str, payload: bytes = NOTHING, **options: object) -> list[zenoh.Reply]:
@@ -217,9 +224,9 @@ while True:
 """
 
 
-def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running, port: int) -> None:
-    """It asks on and on for what is large, and then reads nothing more: time passes, and others are served
-    when it was given up."""
+@contextmanager
+def greedy(session: zenoh.Session, running: Running, port: int) -> Iterator[None]:
+    """A caller that asks on and on for what is large, and then reads nothing more."""
     running.link.set_parameters({"/large": "x" * 100_000})
     request, key = names_of(*["large"] * 100), called(session, "/kbot/get_parameters")
     assert ask(session, key, request)[0].ok is not None
@@ -231,6 +238,17 @@ def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running,
         assert caller.stdout.readline() == "ready\n"
         time.sleep(0.2)
         os.kill(caller.pid, signal.SIGSTOP)
+        yield
+    finally:
+        caller.kill()
+        caller.wait()
+        assert caller.stdout is not None
+        caller.stdout.close()
+
+
+def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running, port: int) -> None:
+    """Time passes, and others are served when it was given up."""
+    with greedy(session, running, port):
         longest = 0.0
         end = time.monotonic() + 3.0
         while time.monotonic() < end:
@@ -239,11 +257,21 @@ def test_a_caller_that_takes_no_answer(session: zenoh.Session, running: Running,
             longest = max(longest, time.monotonic() - before)
         assert longest < 3.0  # it is given up after 5 s
         wait_until(lambda: serves(session))
+
+
+def test_a_caller_that_takes_no_answer_does_not_keep_the_bridge(
+    running: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = free_port()
+    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", port)
+    bridge = ZenohBridge(running.link)
+    session = opened(port)
+    try:
+        with greedy(session, running, port):
+            bridge.close()
     finally:
-        caller.kill()
-        caller.wait()
-        assert caller.stdout is not None
-        caller.stdout.close()
+        session.close()
+    assert running.goes_on()
 
 
 def test_encoded_as_ros_2_has_it() -> None:
