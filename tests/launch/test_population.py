@@ -129,3 +129,9 @@ def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path
     assert "same.sdf is the robot that r.urdf describes" in note.message
     found = staged(folder, described + spawner.format("other"))
     assert ([m.path for m in found.models], found.spawn.x) == ([str(folder / "other.sdf")], 0.0)
+
+
+def test_a_description_in_whose_comments_xacro_is_left_is_one(folder: Path) -> None:
+    (folder / "r.urdf").write_text('<robot name="r"><!-- <xacro:wheel/>\n --><link name="a"/></robot>')
+    described = '<param name="robot_description" textfile="$(dirname)/r.urdf"/>'
+    assert staged(folder, described).path == str(folder / "r.urdf")

@@ -319,3 +319,18 @@ def test_a_description_that_the_launch_file_has_changed_is_still_the_robot(folde
     path = stage(renamed).path
     assert path is not None
     assert '"other"' in Path(path).read_text()
+
+
+def test_a_group_of_yaml_may_be_a_list(folder: Path) -> None:
+    text = """launch:
+- let: {name: wait, value: "2.5"}
+- group:
+  - push_ros_namespace: {namespace: up}
+  - node: {pkg: p, exec: e, name: n, respawn: "true", respawn_delay: $(var wait)}
+- node: {pkg: p, exec: e, name: m}
+- executable: {cmd: prog -x, args: y, on_exit: shutdown}
+"""
+    nodes = clean(read(folder / "a.launch.yaml", text)).nodes
+    assert [n.full_name for n in nodes] == ["/up/n", "/m", "/prog"]
+    assert (nodes[0].respawn, nodes[0].respawn_delay) == (True, 2.5)
+    assert (nodes[2].args, nodes[2].required) == ("-x y", True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path, PurePath
@@ -16,6 +17,7 @@ from kbot.xacro.packages import Packages
 _XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
 _XACRO_VALUES = {"--verbosity", "-o"}
 _TIMEOUT_S = 60.0
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 
 Note = Callable[[Diagnostic], None]
 
@@ -50,7 +52,7 @@ def run(
 
 def description_of(path: str, text: str) -> Description | None:
     """The robot that a file's text is as it stands; xacro would have to be expanded first."""
-    is_robot = "<robot" in text and "xacro:" not in text
+    is_robot = "<robot" in text and "xacro:" not in _COMMENT.sub("", text)
     return Description(path, {}) if is_robot else None
 
 

@@ -181,7 +181,7 @@ class Node(Action):
         ros_arguments: Iterable[Value] | None = None,
         output: Value = "log",
         respawn: Value = False,
-        respawn_delay: float | None = None,
+        respawn_delay: Value = None,
         prefix: Value = None,
         on_exit: Value = None,
         additional_env: Mapping[Value, Value] | None = None,

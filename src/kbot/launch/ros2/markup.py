@@ -83,6 +83,9 @@ def _element(tag: str, node: Any, source: Source, key: Any) -> Element:
         # push_ros_namespace: NAME and the like
         element.attributes["namespace" if "namespace" in tag else "value"] = node.value
         return element
+    if isinstance(node, yaml.SequenceNode):  # as `group: [...]`
+        element.children.extend(_elements(node, source))
+        return element
     for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
         if isinstance(value, yaml.ScalarNode):
             element.attributes[name.value] = value.value
@@ -91,6 +94,10 @@ def _element(tag: str, node: Any, source: Source, key: Any) -> Element:
         elif name.value in _LISTS and isinstance(value, yaml.SequenceNode):
             element.children.extend(_element(name.value, child, source, child) for child in value.value)
     return element
+
+
+def _on_exit(element: Element) -> act.Shutdown | None:
+    return act.Shutdown() if element.attributes.get("on_exit") == "shutdown" else None
 
 
 class _Markup:
@@ -111,7 +118,7 @@ class _Markup:
             "include": self._include,
             "group": self._group,
             "node": self._node,
-            "executable": lambda e: act.ExecuteProcess(cmd=self._words(e, "cmd"), name=self._get(e, "name")),
+            "executable": self._executable,
             "timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
             "push_ros_namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
             "push-ros-namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
@@ -217,7 +224,8 @@ class _Markup:
             namespace=self._get(element, "namespace") or self._get(element, "ns"),
             arguments=self._words(element, "args") + self._words(element, "ros_args"),
             output=element.attributes.get("output", "log"),
-            respawn=element.attributes.get("respawn", "false"),
+            respawn=self._get(element, "respawn") or "false",
+            respawn_delay=self._get(element, "respawn_delay"),
             prefix=self._get(element, "launch-prefix"),
             parameters=parameters,
             remappings=[(self._of(c, "from"), self._of(c, "to")) for c in element.elements("remap")],
@@ -225,7 +233,14 @@ class _Markup:
                 child.attributes.get("name", ""): self._of(child, "value")
                 for child in element.elements("env")
             },
-            on_exit=act.Shutdown() if element.attributes.get("on_exit") == "shutdown" else None,
+            on_exit=_on_exit(element),
+        )
+
+    def _executable(self, element: Element) -> act.Action:
+        return act.ExecuteProcess(
+            cmd=self._words(element, "cmd") + self._words(element, "args"),
+            name=self._get(element, "name"),
+            on_exit=_on_exit(element),
         )
 
     def _parameters(self, element: Element, above: str = "") -> Iterator[act.PlacedParameter]:

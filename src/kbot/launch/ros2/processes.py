@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from kbot.launch import names
+from kbot.launch.faults import Fault
 from kbot.launch.plan import Node
 from kbot.launch.quoting import split_words
 from kbot.launch.ros2 import actions as act
@@ -14,6 +15,7 @@ from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.parameters import parameter_files
 from kbot.launch.ros2.substitutions import CommandLine, is_true, performed
 from kbot.text import Origin
+from kbot.text.numbers import to_float
 
 
 def node_of(action: act.Node, context: Context, origin: Origin) -> Node:
@@ -38,7 +40,7 @@ def node_of(action: act.Node, context: Context, origin: Origin) -> Node:
         env=tuple((performed(k, context), performed(v, context)) for k, v in action.environment.items()),
         output=performed(action.output, context) if act.is_value(action.output) else "log",
         respawn=is_true(performed(action.respawn, context)),
-        respawn_delay=action.respawn_delay or 0.0,
+        respawn_delay=_seconds(action.respawn_delay, context),
         required=ends_launch(action.on_exit),
         launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
         parameter_files=parameter_files(action.parameters, context),
@@ -62,6 +64,16 @@ def process_of(action: act.ExecuteProcess, context: Context, origin: Origin) -> 
         spans={"type": origin, "args": origin},
         required=ends_launch(action.on_exit),
     )
+
+
+def _seconds(value: Any, context: Context) -> float:
+    if value is None or isinstance(value, int | float):
+        return float(value or 0.0)
+    text = performed(value, context)
+    try:
+        return to_float(text)
+    except ValueError:
+        raise Fault("L005", f"'{text}' is no number of seconds", "", text) from None
 
 
 def ends_launch(on_exit: Any) -> bool:
