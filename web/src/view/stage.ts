@@ -58,7 +58,7 @@ export class Stage {
     ({ renderer: this.renderer, isSoftware: this.isSoftware, draws: this.draws } = startDrawing());
     const asked = new URLSearchParams(location.search).get("shadows");
     this.hasShadows = asked === null ? !this.isSoftware : asked === "on";
-    this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.shadowMap.enabled = this.hasShadows;
     this.renderer.shadowMap.type = PCFShadowMap;
     const canvas = this.renderer.domElement;
@@ -76,6 +76,7 @@ export class Stage {
     this.hold("");
     this.controls.addEventListener("change", () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(holder);
+    onOtherScale(() => this.resize());
     this.resize();
   }
 
@@ -247,6 +248,11 @@ export class Stage {
     });
   }
 
+  /** Pixels of the picture in one of CSS: without a graphics card each costs too much to draw four. */
+  private get ratio(): number {
+    return this.isSoftware ? 1 : Math.min(devicePixelRatio, 2);
+  }
+
   private get aspect(): number {
     return this.size.x / Math.max(1, this.size.y) || 1;
   }
@@ -254,7 +260,10 @@ export class Stage {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.holder;
     const { x, y } = this.size;
-    if (width === 0 || height === 0 || (width === x && height === y)) return; // a new size costs a new buffer
+    const { ratio } = this;
+    const isSharp = ratio === this.renderer.getPixelRatio();
+    if (width === 0 || height === 0 || (width === x && height === y && isSharp)) return; // a new size costs a new buffer
+    if (!isSharp) this.renderer.setPixelRatio(ratio);
     this.size.set(width, height);
     const { zoom } = this.orthographic;
     this.fitCamera();
@@ -263,6 +272,15 @@ export class Stage {
     this.renderer.setSize(width, height);
     this.invalidate();
   }
+}
+
+/** Calls back whenever the page is enlarged, or comes to a finer screen. */
+function onOtherScale(action: () => void): void {
+  const changed = (): void => {
+    action();
+    onOtherScale(action);
+  };
+  matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", changed, { once: true });
 }
 
 /** Calls back once the browser says that something of the page is on the screen. */
