@@ -14,10 +14,10 @@ LEGEND_LINE = 20
 PIXELS_A_TICK = 70
 
 _COLOURS: dict[Theme, tuple[str, ...]] = {
-    "dark": ("#5aa9ff", "#f2b34b", "#56c785", "#e07be0", "#ff7b72", "#9fb4cc"),
-    "light": ("#0a66c8", "#b26a00", "#1a7f4b", "#9a36a8", "#c8281f", "#566373"),
+    "dark": ("#5aa9ff", "#f9a046", "#06ffb7", "#ffb1f1", "#ff606a", "#a9a5ab"),
+    "light": ("#0a66c8", "#c15600", "#168749", "#9b5395", "#c0002b", "#3f5f59"),
 }
-"""Those of the page's plots (`web/src/style/tokens.css`)."""
+"""Those of the page's plots (`web/src/style/tokens.css`), which the colour-blind tell apart too."""
 _PAPER: dict[Theme, tuple[str, str, str]] = {
     "dark": ("#151a21", "#e6eaf0", "#2a333f"),
     "light": ("#ffffff", "#1b222b", "#dde2e9"),
