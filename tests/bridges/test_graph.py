@@ -16,10 +16,12 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from kbot.bridges.graph import presence
+from kbot.bridges.graph.client import GraphClient
 from kbot.bridges.graph.server import GraphServer
 from kbot.bridges.services import Service
 from kbot.cli.main import run
 from kbot.messages import controller_services as srv
+from kbot.text import KbotError
 from kbot.wire.services import service_type
 
 from .conftest import Running, wait_until
@@ -210,6 +212,15 @@ def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said
     error = told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: {x: .nan}}", status=2)
     assert "two finite numbers" in error
     assert "is to be YAML" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: [", status=2)
+
+
+def test_what_is_too_large_for_one_message_is_said(
+    running: Running, graph: GraphServer, capsys: Said
+) -> None:
+    with GraphClient(graph.address) as client, pytest.raises(KbotError, match="more than KBot takes in one"):
+        client.say("/cmd_vel", {"frame": "a" * (5 << 20)}, "geometry_msgs/msg/Twist")
+    assert running.goes_on()
+    assert told(capsys, "topic", "type", "/odom") == "nav_msgs/msg/Odometry\n"
 
 
 def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) -> None:

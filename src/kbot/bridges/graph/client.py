@@ -10,7 +10,8 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Any
 
-from websockets.exceptions import InvalidHandshake, InvalidURI, WebSocketException
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidURI, WebSocketException
+from websockets.frames import CloseCode
 from websockets.sync.client import connect
 
 from kbot.text import KbotError
@@ -144,8 +145,8 @@ class GraphClient:
     def _send(self, message: Values) -> None:
         try:
             self._socket.send(json.dumps(message))
-        except (OSError, WebSocketException):
-            raise KbotError("the KBot is gone") from None
+        except (OSError, WebSocketException) as error:
+            raise _gone(error) from None
 
     def _receive(self, timeout: float) -> Values:
         said = self._receive_until(time.monotonic() + timeout)
@@ -160,8 +161,15 @@ class GraphClient:
             said: Values = json.loads(self._socket.recv(left))
         except TimeoutError:
             return None
-        except (OSError, WebSocketException):
-            raise KbotError("the KBot is gone") from None
+        except (OSError, WebSocketException) as error:
+            raise _gone(error) from None
         if said.get("op") == "status" and said.get("level") == "error":
             raise KbotError(str(said.get("msg")))
         return said
+
+
+def _gone(error: Exception) -> KbotError:
+    closed = error.rcvd if isinstance(error, ConnectionClosed) else None
+    if closed is not None and closed.code == CloseCode.MESSAGE_TOO_BIG:
+        return KbotError("that is more than KBot takes in one message")
+    return KbotError("the KBot is gone")
