@@ -11,6 +11,7 @@ from nbclient import NotebookClient
 from nbconvert import HTMLExporter
 
 import kbot
+from kbot.checks import check_file
 
 from .conftest import until
 from .pages import Pages
@@ -93,3 +94,42 @@ def test_a_simulation_is_drawn_and_a_slider_goes_through_what_was(page: Any) -> 
     slider.press("Home")
     until(lambda: abs(x()) < 0.02)
     until(lambda: blue(picture()).sum() > 1000)
+
+
+def findings(path: Path, pages: Pages) -> list[str] | None:
+    """Codes in the panel of findings of a page that was saved; None where it has no such panel."""
+    page = pages.open(path.as_uri(), viewport={"width": 900, "height": 700})
+    until(lambda: page.evaluate("!!window.kbot && kbot.frames > 1"))
+    codes = page.locator("#findings .finding .code").all_inner_texts()
+    has_panel = page.locator("#findings").count() == 1
+    pages.give_back(page)
+    return sorted(codes) if has_panel else None
+
+
+@pytest.fixture
+def faulty(tmp_path: Path) -> Path:
+    """A robot that can be simulated, and that `kbot check` says something of."""
+    file = tmp_path / "faulty.urdf"
+    moment = '<inertia ixx="9" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'  # 9 > 1 + 1: no body has that
+    box = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+    inertial = f'<inertial><mass value="1"/>{moment}</inertial>'
+    file.write_text(f'<robot name="faulty"><link name="base">{inertial}{box}</link></robot>')
+    return file
+
+
+def test_the_findings_are_those_that_the_check_has(faulty: Path, tmp_path: Path, pages: Pages) -> None:
+    told = sorted(finding.code for finding in check_file(str(faulty)))
+    assert "I105" in told
+    robot = kbot.load(faulty)
+    robot.show().save(tmp_path / "robot.html")
+    assert findings(tmp_path / "robot.html", pages) == told
+    simulation = kbot.Simulation(robot)
+    moments = [simulation.state()]
+    simulation.step()
+    simulation.show([*moments, simulation.state()]).save(tmp_path / "run.html")
+    assert findings(tmp_path / "run.html", pages) == told
+
+
+def test_of_what_was_not_checked_nothing_is_said(faulty: Path, tmp_path: Path, pages: Pages) -> None:
+    kbot.Simulation(str(faulty)).show().save(tmp_path / "run.html")
+    assert findings(tmp_path / "run.html", pages) is None

@@ -3,7 +3,7 @@
 from kbot.checks.config import Config
 from kbot.checks.open_files import OpenFiles
 from kbot.checks.registry import Finding, Rule, all_rules, find_rule, rule
-from kbot.checks.runner import check_file, check_text
+from kbot.checks.runner import check_file, check_loaded, check_text
 from kbot.checks.settings import load_config
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Rule",
     "all_rules",
     "check_file",
+    "check_loaded",
     "check_text",
     "find_rule",
     "load_config",

@@ -12,6 +12,7 @@ from kbot.checks.registry import rules_by_need
 from kbot.text import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
+    from kbot.model.load import Loaded
     from kbot.xacro import Packages
 
 _OF_THE_WHOLE = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
@@ -30,6 +31,11 @@ def examine(source: Source, arguments: Mapping[str, str], packages: Packages, co
         robot = reading.robot
         problems += _not_said_before(problems, reading.diagnostics)
     return Context(source, expansion, robot, tuple(problems), packages, config, arguments)
+
+
+def as_loaded(loaded: Loaded, source: Source, config: Config) -> Context:
+    """What was loaded from a source, ready for the rules."""
+    return Context(source, loaded.expansion, loaded.robot, loaded.diagnostics, loaded.packages, config, {})
 
 
 def findings(context: Context) -> list[Diagnostic]:

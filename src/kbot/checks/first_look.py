@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
-from kbot.checks.context import Context
+from kbot.checks.examination import as_loaded
 from kbot.checks.merge import said_once
 from kbot.checks.registry import find_rule
 from kbot.text import Diagnostic, Severity
@@ -25,10 +25,7 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     document = loaded.expansion.document
     if loaded.robot is None or document is None:
         return []
-    source = document.source
-    context = Context(
-        source, loaded.expansion, loaded.robot, loaded.diagnostics, loaded.packages, Config(), {}
-    )
+    context = as_loaded(loaded, document.source, Config())
     rules = [find_rule(code) for code in codes]
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [

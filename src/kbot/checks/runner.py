@@ -9,13 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
-from kbot.checks.examination import examine, findings
+from kbot.checks.examination import as_loaded, examine, findings
 from kbot.checks.registry import all_rules
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
 
 if TYPE_CHECKING:
+    from kbot.checks.context import Context
+    from kbot.model.load import Loaded
     from kbot.xacro import Packages
 
 LAUNCH = (".launch", ".launch.xml", ".launch.yaml", ".launch.yml")
@@ -61,8 +63,22 @@ def check_text(
     packages = (packages or Finder()).beside(path)
     with _without_collecting():
         found = _findings(Source(path, text), path, arguments or {}, packages, config)
-    wanted = (d for d in found if config.wants(d.code, d.origin.span.file if d.origin else path))
-    return tuple(sorted(wanted, key=lambda d: _place(d, path)))
+    return _wanted(found, path, config)
+
+
+def check_loaded(loaded: Loaded, config: Config | None = None) -> tuple[Diagnostic, ...]:
+    """As `check_file`, for a description as it was loaded, with the values that it was given.
+
+    Raises:
+        KbotError: the configuration is not usable.
+    """
+    if loaded.expansion.document is None:
+        return loaded.diagnostics
+    source = loaded.expansion.document.source
+    config = config or load_config(str(Path(source.path).parent))
+    with _without_collecting():
+        found = _of_description(as_loaded(loaded, source, config))
+    return _wanted(found, source.path, config)
 
 
 @contextmanager
@@ -90,9 +106,19 @@ def _findings(
 
         found, sources = check_launch(source, arguments, packages, config)
     else:
-        context = examine(source, arguments, packages, config)
-        found, sources = findings(context), [f.source for f in context.sources] or [source]
+        return _of_description(examine(source, arguments, packages, config))
     return without_suppressed(found, sources, all_rules())
+
+
+def _of_description(context: Context) -> list[Diagnostic]:
+    sources = [file.source for file in context.sources] or [context.entry]
+    return without_suppressed(findings(context), sources, all_rules())
+
+
+def _wanted(found: list[Diagnostic], path: str, config: Config) -> tuple[Diagnostic, ...]:
+    """Those that the configuration wants, in order of place."""
+    wanted = (d for d in found if config.wants(d.code, d.origin.span.file if d.origin else path))
+    return tuple(sorted(wanted, key=lambda d: _place(d, path)))
 
 
 def _place(diagnostic: Diagnostic, path: str) -> tuple[bool, str, int, str]:

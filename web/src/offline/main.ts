@@ -34,7 +34,8 @@ app.about.watch((about) => {
 const picture = h("div", { class: "picture" });
 let view: View;
 const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture));
-const left = h("div", { class: "dock left" }, links(app), findings(app));
+const isChecked = saved.greeting.some((message) => message.type === "findings");
+const left = h("div", { class: "dock left" }, links(app), isChecked && findings(app));
 const right = h("div", { class: "dock right" }, joints(app));
 document.body.append(
   h("header", { class: "topbar" }, h("h1", { class: "brand" }, "KBot"), h("span", { class: "crumbs" }, file), h("span", { class: "spacer" }), theme),

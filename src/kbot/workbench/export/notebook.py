@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 
+from kbot.checks import check_loaded
 from kbot.model import Robot
 from kbot.model.load import Loaded
 from kbot.sim import Simulation
@@ -19,7 +20,7 @@ from kbot.workbench.export.page import saved_page
 from kbot.workbench.protocol import SetJoint, State
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Reading
+from kbot.workbench.source.description import Reading, findings_of_sensors
 from kbot.workbench.source.overrides import Overrides
 
 
@@ -135,6 +136,7 @@ def _reading(robot: Robot) -> Reading:
     if loaded is None:
         return Reading(robot, True, None, (), (robot.name,))
     expansion = loaded.expansion
+    findings = (*check_loaded(loaded), *findings_of_sensors(robot))
     document = expansion.document
     files = (*((document.source.path,) if document else ()), *expansion.dependencies)
-    return Reading(robot, True, expansion, loaded.diagnostics, tuple(dict.fromkeys(files)) or (robot.name,))
+    return Reading(robot, True, expansion, findings, tuple(dict.fromkeys(files)) or (robot.name,))

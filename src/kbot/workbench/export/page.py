@@ -14,7 +14,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
 from kbot.workbench.page_files import FOLDER
-from kbot.workbench.protocol import Scene, State
+from kbot.workbench.protocol import Findings, Scene, State
 from kbot.workbench.protocol.encode import encode
 from kbot.workbench.scene.scene import position_quaternion
 from kbot.workbench.session.session import Session
@@ -37,7 +37,12 @@ def saved_page(session: Session, robot: Robot, states: Sequence[State] = (), fol
         style = (folder / "offline" / "page.css").read_text("utf-8")
     except OSError:
         raise KbotError("the page is not built: run `python hatch_build.py` in the checkout") from None
-    greeting = [json.loads(encode(message)) for message in session.greeting(0)]
+    is_checked = session.shown.is_written
+    greeting = [
+        json.loads(encode(message))
+        for message in session.greeting(0)
+        if is_checked or not isinstance(message, Findings)  # what nobody looked for is not told of as none
+    ]
     saved = {
         "greeting": greeting,
         "sources": list(_sources(session)),

@@ -82,10 +82,8 @@ class Description:
         loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
         findings = check_file(self.path, arguments, packages) if usable else loaded.diagnostics
-        if usable and loaded.robot is not None and _has_sensors(loaded.robot):
-            from kbot.sensors.declared import declared_sensors
-
-            findings = (*findings, *declared_sensors(loaded.robot).diagnostics)
+        if usable and loaded.robot is not None:
+            findings = (*findings, *findings_of_sensors(loaded.robot))
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
         if loaded.robot is None:
             return Reading(None, usable, loaded.expansion, tuple(findings), tuple(files), began=began)
@@ -106,6 +104,11 @@ def _mesh_files(robot: Robot, packages: Packages) -> tuple[str, ...]:
     return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
-def _has_sensors(robot: Robot) -> bool:
+def findings_of_sensors(robot: Robot) -> tuple[Diagnostic, ...]:
+    """What is wrong with the sensors that a robot declares."""
     tags = ("gazebo", "ros2_control")
-    return any(e.tag in tags and e.find("sensor") is not None for e in robot.extensions)
+    if not any(e.tag in tags and e.find("sensor") is not None for e in robot.extensions):
+        return ()
+    from kbot.sensors.declared import declared_sensors
+
+    return tuple(declared_sensors(robot).diagnostics)

@@ -59,6 +59,11 @@ class Shown:
         return self._latest.files
 
     @property
+    def is_written(self) -> bool:
+        """Whether it was read from a file, so that there is something to find faults in."""
+        return self._latest.expansion is not None
+
+    @property
     def watched(self) -> tuple[str, ...]:
         """Those, and the mesh files that it names: what is shown anew when it changes."""
         return (*self._latest.files, *self._latest.meshes)
