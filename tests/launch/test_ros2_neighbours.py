@@ -334,3 +334,28 @@ def test_a_group_of_yaml_may_be_a_list(folder: Path) -> None:
     assert [n.full_name for n in nodes] == ["/up/n", "/m", "/prog"]
     assert (nodes[0].respawn, nodes[0].respawn_delay) == (True, 2.5)
     assert (nodes[2].args, nodes[2].required) == ("-x y", True)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (r"\$(var a) it\'s $(var a)", "$(var a) it's x"),
+        (r"$(eval '\'$(var a)\' == \'x\'')", "True"),
+        (r"$(eval '1 + \$(var a)')", None),
+        ("$(eval \"'$(var a)' == 'x'\")", "True"),
+        (r"$(var \$(var a))", None),
+        ("$(or true maybe)", None),
+        ("$(equals True 1)-$(equals 1.0 1)-$(equals a A)-$(not-equals false 0)", "true-true-false-false"),
+    ],
+)
+def test_what_is_escaped_in_markup_is_text(folder: Path, text: str, expected: str | None) -> None:
+    """Expected values are what the parser of launch itself gives."""
+    escaped = text.replace('"', "&quot;").replace("<", "&lt;")
+    xml = f'<launch><let name="a" value="x"/><let name="b" value="{escaped}"/>'
+    plan = read(
+        folder / "a.launch.xml", f'{xml}<node pkg="p" exec="e" name="n" namespace="$(var b)"/></launch>'
+    )
+    if expected is None:
+        assert any(p.is_error for p in plan.problems)
+    else:
+        assert [n.namespace.strip("/") for n in clean(plan).nodes] == [expected]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from kbot.launch.faults import Fault
@@ -36,6 +37,7 @@ _MAKERS: dict[str, Callable[..., sub.Substitution]] = {
     "path-join": lambda *parts: sub.PathJoinSubstitution(parts),
     "if": lambda condition, yes="", no="": sub.IfElseSubstitution(condition, yes, no),
 }
+_ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 _WHOLE: dict[str, Callable[..., sub.Substitution]] = {"command": sub.Command, "eval": sub.PythonExpression}
 
 
@@ -68,6 +70,10 @@ def _parts(text: str, at: int, *, inside: bool) -> tuple[list[object], int]:
             at = end + 1
             continue
         character = text[at]
+        if character == "\\" and at + 1 < len(text):  # within one, quotes are yet to be told from text
+            plain.append(text[at : at + 2] if inside else text[at + 1])
+            at += 2
+            continue
         if inside and character == ")" and depth == 0:
             break
         depth += (character == "(") - (character == ")") if inside else 0
@@ -85,7 +91,8 @@ def _made(inner: list[object], whole: str) -> sub.Substitution:
         pieces = [rest.lstrip(), *inner[1:]]
         if isinstance(pieces[0], str) and pieces[0][:1] in "'\"" and pieces[0]:
             pieces = _unquoted(pieces)
-        return _WHOLE[word](sub.Sequence(pieces))
+        texts = [_ESCAPED.sub(r"\1", piece) if isinstance(piece, str) else piece for piece in pieces]
+        return _WHOLE[word](sub.Sequence(texts))
     if word not in _MAKERS:
         known = [*_MAKERS, *_WHOLE]
         raise Fault("L010", f"unknown substitution $({word})", did_you_mean(word, known), whole)
@@ -101,9 +108,8 @@ def _unquoted(pieces: list[object]) -> list[object]:
     """The pieces without the quotes around all of them."""
     first, last = pieces[0], pieces[-1]
     if isinstance(first, str) and isinstance(last, str) and last.rstrip().endswith(first[0]):
-        quote = first[0]
         if len(pieces) == 1:
-            return [first.strip()[1:-1].replace("\\" + quote, quote)]
+            return [first.strip()[1:-1]]
         return [first[1:], *pieces[1:-1], last.rstrip()[:-1]]
     return pieces
 

@@ -5,6 +5,7 @@ The names and arguments are those of `launch.substitutions` and `launch_ros.subs
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -241,27 +242,40 @@ class _Pair(Substitution):
     def texts(self, context: Context) -> tuple[str, str]:
         return self.left.perform(context), self.right.perform(context)
 
+    def truths(self, context: Context) -> tuple[bool, bool]:
+        left, right = self.texts(context)
+        return is_true(left), is_true(right)
+
 
 class AndSubstitution(_Pair):
     def perform(self, context: Context) -> str:
-        return str(all(map(is_true, self.texts(context)))).lower()
+        return str(all(self.truths(context))).lower()
 
 
 class OrSubstitution(_Pair):
     def perform(self, context: Context) -> str:
-        return str(any(map(is_true, self.texts(context)))).lower()
+        return str(any(self.truths(context))).lower()
+
+
+def _equal(left: str, right: str) -> bool:
+    """Whether two texts are the same yes or no, the same number, or the same text."""
+    words = ("true", "1", "false", "0")
+    if left.lower() in words and right.lower() in words:
+        return is_true(left) == is_true(right)
+    try:
+        return math.isclose(float(left), float(right))
+    except ValueError:
+        return left == right
 
 
 class EqualsSubstitution(_Pair):
     def perform(self, context: Context) -> str:
-        left, right = self.texts(context)
-        return str(left == right).lower()
+        return str(_equal(*self.texts(context))).lower()
 
 
 class NotEqualsSubstitution(_Pair):
     def perform(self, context: Context) -> str:
-        left, right = self.texts(context)
-        return str(left != right).lower()
+        return str(not _equal(*self.texts(context))).lower()
 
 
 class IfElseSubstitution(Substitution):
