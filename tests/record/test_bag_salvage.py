@@ -84,7 +84,8 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, na
     process = subprocess.Popen([sys.executable, "-c", code])
     try:
         end = time.monotonic() + 60.0
-        while not (grows.exists() and grows.stat().st_size > 40_000):
+        # what comes last may be half committed yet: there is more than one second before it
+        while not (grows.exists() and grows.stat().st_size > 250_000):
             assert time.monotonic() < end
             time.sleep(0.1)
     finally:
