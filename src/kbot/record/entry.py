@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.wire.encoding import ONLY_ON_THE_WIRE
 from kbot.wire.types import known_type, ros1_types, ros2_types
-from kbot.wire.writer import ONLY_ON_THE_WIRE
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore

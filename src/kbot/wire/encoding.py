@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Callable
-from functools import cache
-from typing import Any, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from kbot.text import KbotError
 from kbot.wire.names import ros_name
-from kbot.wire.types import ros1_types, ros2_types
-from kbot.wire.writer import make_writer
+from kbot.wire.types import known_type, ros1_types, ros2_types
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from rosbags.interfaces.typing import FieldDesc
+    from rosbags.typesys.store import Typestore
 
 Convert = Callable[[Any], Any]
 Message = Any
 """Of the type that is asked for."""
+
+ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
+"""What ROS 1 has in headers, and ROS 2 in what is empty."""
 
 
 def encode_cdr(message: object, name: str = "") -> bytes:
@@ -34,16 +42,18 @@ def encode_ros1(message: object, name: str = "") -> bytes:
 @cache
 def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
     """What writes messages of a kind; all that is the same for each of them is looked up here."""
+    from rosbags.serde import SerdeError
+
     name = name or ros_name(kind)
-    store = ros1_types() if ros1 else ros2_types()
-    if name not in store.fielddefs:
-        raise KbotError(f"ROS {1 if ros1 else 2} has no {name}")
-    write = make_writer(store, name, kind, ros1=ros1)
+    convert = _outward(kind, ros1, name)
+    write: Callable[[object, str], memoryview] = (
+        ros1_types().serialize_ros1 if ros1 else partial(ros2_types().serialize_cdr, little_endian=True)
+    )
 
     def encode(message: object) -> bytes:
         try:
-            return write(message)
-        except (struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
+            return bytes(write(convert(message) if convert else message, name))
+        except (SerdeError, struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise KbotError(f"no {name}: {error}") from None
 
     return encode
@@ -71,6 +81,75 @@ def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: 
 
 def _same(value: object) -> object:
     return value
+
+
+@cache
+def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
+    """What turns a message into one the library can write; None where it can write it as it is.
+
+    The library wants arrays of numbers as numpy arrays, and ROS 1 a sequence number in the header; all
+    else it reads by name from our own objects.
+    """
+    store = ros1_types() if ros1 else ros2_types()
+    if name not in store.fielddefs:
+        raise KbotError(f"ROS {1 if ros1 else 2} has no {name}")
+    known = dict(store.fielddefs[name][1])
+    given = {field: 0 for field in ONLY_ON_THE_WIRE if field in known and not hasattr(message_type, field)}
+    parts = {field: _convert_field(store, kind, ros1) for field, kind in known.items() if field not in given}
+    if not given and not any(parts.values()):
+        return None
+    own = {field.name for field in dataclasses.fields(message_type)}
+    # ROS 1 has some names in capitals that ROS 2 has not
+    places = [(field, field if field in own else field.lower(), part) for field, part in parts.items()]
+
+    def convert(message: object) -> object:
+        values = {
+            field: part(getattr(message, name)) if part else getattr(message, name)
+            for field, name, part in places
+        }
+        return SimpleNamespace(**given, **values)
+
+    return convert
+
+
+def _convert_field(store: Typestore, kind: FieldDesc, ros1: bool) -> Convert | None:
+    from rosbags.interfaces import Nodetype
+
+    match kind:
+        case (Nodetype.NAME, name):
+            return _outward_by_name(name, ros1)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.BASE, (base, _)), _)):
+            return None if base == "string" else _to_array(base)
+        case (Nodetype.ARRAY | Nodetype.SEQUENCE, ((Nodetype.NAME, name), _)):
+            part = _outward_by_name(name, ros1)
+            return (lambda values: [part(value) for value in values]) if part else None
+    return None
+
+
+def _outward_by_name(name: str, ros1: bool) -> Convert | None:
+    message_type = known_type(name)
+    return _outward(message_type, ros1, name) if message_type else None
+
+
+def _to_array(base: str) -> Convert:
+    import numpy as np
+
+    dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
+    last: tuple[object, NDArray[Any]] = None, np.empty(0)
+
+    def convert(values: Sequence[float] | bytes) -> NDArray[Any]:
+        nonlocal last
+        if isinstance(values, bytes):
+            return np.frombuffer(values, dtype)
+        if type(values) is not tuple:
+            return np.asarray(values, dtype)
+        known, array = last
+        if values is not known:  # as a covariance is, the same in message after message
+            array = np.asarray(values, dtype)
+            last = values, array
+        return array
+
+    return convert
 
 
 @cache
