@@ -41,6 +41,8 @@ def codes(body: str, limits: Limits | None = None) -> list[str]:
         "[i for i in python.range(10**4) for j in python.range(10**4)]",
         "python.sum(i for i in python.range(10**4) for j in python.range(10**4))",
         "math.factorial(10**7)",
+        "round(12345, -10**9)",
+        "round(12345, ndigits=-10**9)",
         "math.comb(10**7, 5 * 10**6)",
         "math.perm(10**7, 10**7)",
         "math.prod([10**4000] * 20)",

@@ -123,6 +123,13 @@ def _combinations(budget: Budget, function: Value, args: list[Value], named: dic
     return function(*args, **named)
 
 
+def _round(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
+    for digits in (*args[1:], *named.values()):
+        if isinstance(digits, int):  # of a whole number it makes 10 to that power
+            budget.bits(-digits * math.log2(10))
+    return function(*args, **named)
+
+
 def _product(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
     if function is math.prod and args:
         args = [list(args[0]), *args[1:]]
@@ -157,6 +164,7 @@ _GUARDS: dict[Any, Guard] = {
     min: _calls_back,
     max: _calls_back,
     sum: _sum,
+    round: _round,
     math.factorial: _factorial,
     math.comb: _combinations,
     math.perm: _combinations,
