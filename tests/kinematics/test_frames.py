@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kbot.kinematics import FrameTree, Transform
+from kbot.kinematics.frames import unit_axis
 from kbot.model import Robot, read_robot
 from kbot.text import KbotError, Source, parse_xml, read_source
 
@@ -120,6 +121,15 @@ def test_mimics_that_lead_nowhere_move_freely(mimics):
         f"<axis xyz='0 0 1'/><mimic joint='{mimics[1]}'/></joint></robot>"
     )
     assert FrameTree(got).pose("b", joints={"j": 0.5}).yaw == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("axis", ["0 3e200 4e200", "0 3e-200 4e-200"])
+def test_an_axis_of_any_length_is_a_direction(axis):
+    got = robot(
+        "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'>"
+        f"<parent link='a'/><child link='b'/><axis xyz='{axis}'/></joint></robot>"
+    )
+    assert unit_axis(got.joints["j"]) == pytest.approx([0.0, 0.6, 0.8])
 
 
 def test_a_zero_axis_turns_nothing():

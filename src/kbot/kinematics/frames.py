@@ -195,7 +195,7 @@ class FrameTree:
 def unit_axis(joint: Joint) -> Array:
     """The joint's axis (3,) of length 1 in the joint's frame; zero where it was written as zero."""
     axis = np.array(joint.axis)
-    length = float(np.linalg.norm(axis))
+    length = math.hypot(*joint.axis)  # which no square makes too large or too small
     return axis / length if length > 0.0 else axis
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import JointType, Robot
@@ -64,7 +64,7 @@ class Told:
             if name in found or moved is None or parent != joint.parent or joint.mimic is not None:
                 continue
             motion = self.tree.pose(joint.child, joint.parent, {}).inverse() @ moved
-            axis = np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+            axis = unit_axis(joint)
             if joint.type is JointType.PRISMATIC:
                 found[name] = float(motion.translation @ axis)
             else:
