@@ -158,10 +158,12 @@ def test_a_process_of_ros2_control_spawns_too(folder, command, active):
     assert notes == []
 
 
-def test_a_file_that_is_no_yaml_is_a_note_at_the_spawner(folder):
+def test_a_file_that_is_no_yaml_is_a_note_at_its_own_place(folder):
     (folder / "bad.yaml").write_text("a: [1,")
     args = f"shoulder -p {folder}/bad.yaml"
     _, notes = spawned(
         folder, "a.launch.xml", f"<launch>\n{node_2('controller_manager', 'spawner', args=args)}</launch>"
     )
-    assert [(n.code, n.origin.span.line) for n in notes] == [("L059", 2)]
+    (note,) = notes
+    assert (note.code, Path(note.origin.span.file).name, note.origin.span.line) == ("L059", "bad.yaml", 1)
+    assert note.origin.call.span.line == 2

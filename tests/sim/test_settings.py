@@ -126,7 +126,8 @@ def test_a_file_of_parameters_that_is_no_yaml_is_said(with_extension, tmp_path, 
     plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
     _, (said,) = settings_of(with_extension(plugin))
     assert said.code == "W132"
-    assert said.message.startswith(f"{file} is no YAML: ")
+    assert "is no YAML" in said.message
+    assert said.origin.span.file == str(file)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,5 @@
 """The few findings that every verb tells of a robot it shows: meshes that are not there, sizes and masses
-that nothing has. All others are told by `kbot check`."""
+that nothing has, hardware that ros2_control does not find. All others are told by `kbot check`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 
 MESHES = ("G101", "G102")
 NUMBERS = ("I102", "G107")
+CONTROL = ("D129", "D130")
 
 
 def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
-    """What the rules of these codes say of a robot; of a missing mesh as a warning, for the rest is shown."""
+    """What the rules of these codes say of a robot; of a missing mesh or hardware as a warning, for the rest
+    is shown."""
     document = loaded.expansion.document
     if loaded.robot is None or document is None:
         return []
@@ -29,5 +31,6 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     rules = [find_rule(code) for code in codes]
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
-        replace(d, severity=Severity.WARNING) if d.code in MESHES else d for d in said_once(found, context)
+        replace(d, severity=Severity.WARNING) if d.code in (*MESHES, *CONTROL) else d
+        for d in said_once(found, context)
     ]

@@ -94,6 +94,7 @@ _FAMILIES = (
     "contact",
     "stability",
     "controllers",
+    "ros2_control",
     "drive_sizes",
     "skid_steer",
     "sensors",

@@ -7,16 +7,18 @@ from typing import Any
 
 from kbot.launch.values import yaml_loader
 from kbot.text import Source, Span
+from kbot.text.yaml_text import NOT_MADE
 
 Keys = tuple[str, ...]
 
 
 class BadYaml(ValueError):
-    """A file that is no valid YAML, and the place at which it ends to be; all of it where none is known."""
+    """A file that is no valid YAML, and the place at which it ends to be; all of it where none is known.
+    `problem` is what is wrong there, without the place."""
 
-    def __init__(self, words: str, span: Span) -> None:
+    def __init__(self, words: str, span: Span, problem: str = "") -> None:
         super().__init__(words)
-        self.span = span
+        self.span, self.problem = span, problem or words
 
 
 def load_placed_yaml(source: Source) -> tuple[Any, Mapping[Keys, Span]]:
@@ -34,9 +36,10 @@ def load_placed_yaml(source: Source) -> tuple[Any, Mapping[Keys, Span]]:
         root = loader.get_single_node()
         data = None if root is None else loader.construct_document(root)
     except yaml.YAMLError as error:
-        raise BadYaml(" ".join(str(error).split()), _at(error, source)) from None
-    except ValueError as error:
-        raise BadYaml(str(error), source.whole()) from None
+        problem = getattr(error, "problem", None) or ""
+        raise BadYaml(" ".join(str(error).split()), _at(error, source), problem) from None
+    except NOT_MADE as error:
+        raise BadYaml(f"a value is not of its tag's kind: {error}", source.whole()) from None
     except RecursionError:
         raise BadYaml("it is nested too deeply", source.whole()) from None
     finally:

@@ -143,9 +143,11 @@ def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
 
 
 def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
-    """What is wrong with the controllers that are spawned, of the robots that are simulated."""
+    """What is wrong with the controllers that are spawned, and with their hardware, of the robots that are
+    simulated."""
     if not (staged.path and staged.simulate):
         return ()
+    from kbot.checks.first_look import CONTROL, first_look
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
     from kbot.sim.preparation import controller_findings
@@ -154,8 +156,10 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]
     findings: list[Diagnostic] = []
     for path, arguments, controllers in spawned:
-        robot = load_robot(path, arguments, packages=packages).robot if controllers else None
-        findings += () if robot is None else controller_findings(with_controllers(robot, controllers))
+        loaded = load_robot(path, arguments, packages=packages)
+        findings += first_look(loaded, CONTROL)
+        if controllers and loaded.robot is not None:
+            findings += controller_findings(with_controllers(loaded.robot, controllers))
     return tuple(findings)
 
 

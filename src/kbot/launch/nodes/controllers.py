@@ -8,7 +8,7 @@ from typing import Any
 
 from kbot.launch import names
 from kbot.launch.node_arguments import Options, place_of, read_options
-from kbot.launch.placed_yaml import Keys, load_placed_yaml
+from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
 from kbot.launch.plan import Node, Plan
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
@@ -156,9 +156,10 @@ def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> lis
             first = error.diagnostics[0]
             notes.append(Diagnostic("L059", Severity.WARNING, first.message, origin, first.hint))
             continue
-        except ValueError as error:
-            message = f"the YAML in {path} cannot be read: {error}"
-            notes.append(Diagnostic("L059", Severity.WARNING, message, origin))
+        except BadYaml as error:
+            message = f"the controllers' file is no YAML: {error.problem}"
+            place = Origin(error.span, Call("include", path, origin.span, origin.call))
+            notes.append(Diagnostic("L059", Severity.WARNING, message, place))
             continue
         if isinstance(data, dict):
             found.append(_File(data, places, Call("include", path, origin.span, origin.call)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from kbot.launch.controller_files import unknown_type
 from kbot.model import Robot
 from kbot.sim.joint_control.control import JointControl, JointController, ManagedController
 from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
@@ -111,6 +112,9 @@ class _Reader:
             self.findings.warning("W137", what, found.origin, hint)
         elif kind is not None:
             yield from self._of_kind(kind, found)
+        elif found.ros == 2 and (meant := unknown_type(found.kind)) is not None:
+            what = f"the controller '{found.controller}' is not loaded: there is no type '{found.kind}'"
+            self.findings.warning("W143", what, found.place(), meant)
         elif is_done_elsewhere(found.kind):
             self._of_others(found)
         else:

@@ -4,23 +4,21 @@ from the launch that spawned them."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
+from kbot.launch.controller_files import controller_files
 from kbot.model import Robot
 from kbot.model.spawned import SpawnedController, spawned_controllers
 from kbot.sim.joint_control.kinds import DIFF_DRIVE, OTHERS_NEED
-from kbot.text import DescriptionError, Element, Origin
-from kbot.text.files import read_source
+from kbot.text import Origin, Severity
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import load_yaml
 from kbot.world.findings import Findings
 
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
     """A controller's parameters by dotted name; `origin` is where the description names the file, or the
-    launch the controller, and `places` tells where each parameter was written."""
+    launch the controller, and `places` tells where each parameter, and its type, was written."""
 
     kind: str
     controller: str
@@ -60,10 +58,12 @@ def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Paramete
     for controller in spawned:
         file = written.get(controller.name.rpartition("/")[2])
         values = {name: setting.value for name, setting in controller.settings.items()}
-        places = {name: setting.origin for name, setting in controller.settings.items()}
+        places = dict(file.places) if file else {}
+        places |= {name: setting.origin for name, setting in controller.settings.items()}
         kind = str(values.get("type") or (file.kind if file else ""))
         if not kind:
-            _say_unknown(controller, spawned, written, findings)
+            if controller.settings or not any(d.code == "W132" for d in findings.diagnostics):
+                _say_unknown(controller, spawned, written, findings)
             continue
         values = {**file.values, **values} if file else values
         ros, is_active = controller.ros, controller.is_active
@@ -87,53 +87,10 @@ def _say_unknown(
 
 
 def _of_description(robot: Robot, findings: Findings) -> Iterator[Parameters]:
-    for element in _parameter_files(robot):
-        document = _read(element, findings)
-        for name, kind in _parameters(document, "controller_manager").items():
-            if name.endswith(".type"):
-                controller = name.removesuffix(".type")
-                yield Parameters(str(kind), controller, _parameters(document, controller), element.origin)
-
-
-def _parameter_files(robot: Robot) -> Iterator[Element]:
-    """The `<parameters>` of Gazebo's ros2_control plugins."""
-    for extension in robot.extensions:
-        if extension.tag == "gazebo":
-            for plugin in extension.elements("plugin"):
-                yield from plugin.elements("parameters")
-
-
-def _read(element: Element, findings: Findings) -> Mapping[str, object]:
-    import yaml
-
-    path = element.text.strip()
-    try:
-        document = load_yaml(read_source(Path(path)).text)
-    except DescriptionError as error:
-        findings.warning("W132", f"the controllers' {error.diagnostics[0].message}", element.origin)
-        return {}
-    except yaml.YAMLError as error:
-        findings.warning("W132", f"{path} is no YAML: {error}", element.origin)
-        return {}
-    return document if isinstance(document, dict) else {}
-
-
-def _parameters(document: Mapping[str, object], node: str) -> dict[str, object]:
-    """A node's parameters with nested names joined by dots; `/**` counts for every node."""
-    found: dict[str, object] = {}
-    for key in ("/**", node, f"/{node}"):
-        entry = document.get(key)
-        if isinstance(entry, dict):
-            nested = entry.get("ros__parameters", entry.get(node, {}))
-            if isinstance(nested, dict):
-                found.update(_flat(nested))
-    return found
-
-
-def _flat(values: Mapping[object, object], prefix: str = "") -> Iterator[tuple[str, object]]:
-    for key, value in values.items():
-        name = f"{prefix}{key}"
-        if isinstance(value, dict):
-            yield from _flat(value, f"{name}.")
-        else:
-            yield name, value
+    for file in controller_files(robot):
+        findings.diagnostics += (replace(fault, severity=Severity.WARNING) for fault in file.faults)
+        for controller, (kind, origin) in file.types().items():
+            found = file.parameters(controller)
+            values = {name: value for name, (value, _) in found.items()}
+            places = {"type": origin} | {name: place for name, (_, place) in found.items()}
+            yield Parameters(kind, controller, values, file.named, places=places)

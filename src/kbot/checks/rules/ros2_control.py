@@ -1,0 +1,150 @@
+"""Rules of ros2_control: what stands in `<ros2_control>`, and in the file of its controllers' parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kbot.checks.context import Context
+from kbot.checks.registry import Finding, Found, rule
+from kbot.launch.controller_files import controller_files, unknown_type
+from kbot.text import Element, Severity
+from kbot.text.suggest import did_you_mean
+
+_GAZEBO = (
+    "gazebo_ros2_control/GazeboSystem",
+    "gz_ros2_control/GazeboSimSystem",
+    "ign_ros2_control/IgnitionSystem",
+    "ignition_ros2_control/IgnitionSystem",
+)
+_PLUGINS = (*_GAZEBO, "fake_components/GenericSystem", "mock_components/GenericSystem")
+_INTERFACES = ("position", "velocity", "effort")
+_SHORT = {"pos": "position", "vel": "velocity", "eff": "effort", "torque": "effort", "force": "effort"}
+
+
+@rule("D129", "hardware-plugin-unknown", Severity.ERROR, "robot")
+def hardware_plugin_unknown(context: Context) -> Found:
+    """A hardware plugin that its package does not have.
+
+    Why: pluginlib finds no such class, the controller manager does not load the hardware, and no controller
+    finds the interfaces of its joints.
+
+    Example: `<plugin>gz_ros2_control/GazeboSimSystm</plugin>`
+
+    Mend: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
+    left alone.
+
+    Fix: safe, where one known name is a single slip away: it is written.
+    """
+    packages = {name.partition("/")[0] for name in _PLUGINS}
+    for plugin in _plugins(context):
+        name = plugin.text.strip()
+        hint = did_you_mean(name, _PLUGINS)
+        if name not in _PLUGINS and (hint.sure or name.partition("/")[0] in packages):
+            what = f"there is no hardware plugin '{name}': the controller manager does not load it"
+            yield Finding(plugin.origin, what, hint)
+
+
+@rule("D130", "interface-unknown", Severity.ERROR, "robot")
+def interface_unknown(context: Context) -> Found:
+    """An interface of a joint that its hardware does not have, or that is another's misspelt.
+
+    Why: Gazebo's hardware knows position, velocity and effort, and offers no other; a controller that wants
+    `arm/position` is not loaded where the joint offers `arm/pos`.
+
+    Example: `<command_interface name="pos"/>`
+
+    Mend: `position`, `velocity` or `effort`. Hardware of one's own may have more: there a name is told only
+    where it is a slip away from one of these.
+
+    Fix: safe, where one known name is a single slip away: it is written.
+    """
+    for extension in context.robot.extensions:
+        if extension.tag != "ros2_control":
+            continue
+        is_gazebo = any(e.text.strip().partition("/")[0] in _GAZEBO_PACKAGES for e in _plugins_of(extension))
+        for joint in extension.elements("joint"):
+            for element in (*joint.elements("command_interface"), *joint.elements("state_interface")):
+                name = element.attributes.get("name", "").strip()
+                hint = did_you_mean(name, _INTERFACES)
+                if name in _INTERFACES or not (is_gazebo or hint.sure) or "$" in name:
+                    continue
+                who = joint.attributes.get("name", "")
+                told = hint or (f"did you mean '{_SHORT[name]}'?" if name in _SHORT else "")
+                yield Finding(
+                    element.attribute_origin("name"),
+                    f"{who}: its hardware has no interface '{name}'",
+                    told or f"there are {', '.join(_INTERFACES)}",
+                )
+
+
+_GAZEBO_PACKAGES = frozenset(name.partition("/")[0] for name in _GAZEBO)
+
+
+def _plugins(context: Context) -> Iterator[Element]:
+    for extension in context.robot.extensions:
+        if extension.tag == "ros2_control":
+            yield from _plugins_of(extension)
+
+
+def _plugins_of(control: Element) -> Iterator[Element]:
+    for hardware in control.elements("hardware"):
+        yield from hardware.elements("plugin")
+
+
+def _faults(context: Context, code: str) -> Found:
+    for file in controller_files(context.robot):
+        for fault in file.faults:
+            if fault.code == code and fault.origin is not None:
+                yield Finding(fault.origin, fault.message, fault.hint)
+
+
+@rule("W132", "controllers-unreadable", Severity.ERROR, "robot")
+def controllers_unreadable(context: Context) -> Found:
+    """A file of controller parameters that cannot be used.
+
+    Why: no controller is loaded; the drive's limits and sizes are not known.
+
+    Example: a YAML that is indented with a tab.
+
+    Mend: mend the file.
+
+    Fix: none.
+    """
+    return _faults(context, "W132")
+
+
+@rule("W143", "controller-type-unknown", Severity.ERROR, "robot")
+def controller_type_unknown(context: Context) -> Found:
+    """A controller of a type that its package does not have.
+
+    Why: the controller manager finds no such class and does not load the controller: its joints stay as
+    they are.
+
+    Example: `type: joint_trajectory_controller/JointTrajectoryControler`
+
+    Mend: write the type as its package declares it. Types of packages that KBot does not know are left alone.
+
+    Fix: none.
+    """
+    for file in controller_files(context.robot):
+        for name, (kind, origin) in file.types().items():
+            meant = unknown_type(kind)
+            if meant is not None:
+                what = f"the controller '{name}' is not loaded: there is no type '{kind}'"
+                yield Finding(origin, what, meant)
+
+
+@rule("W144", "parameters-misnamed", Severity.ERROR, "robot")
+def parameters_misnamed(context: Context) -> Found:
+    """Parameters of a node that stand beneath another word than `ros__parameters`, with two underscores.
+
+    Why: rcl refuses the whole file ("Cannot have a value before ros__parameters"), and the controller manager
+    ends before it starts.
+
+    Example: `arm_controller: {ros_parameters: {joints: [elbow]}}`
+
+    Mend: write `ros__parameters`.
+
+    Fix: none.
+    """
+    return _faults(context, "W144")

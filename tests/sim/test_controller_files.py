@@ -1,0 +1,108 @@
+"""What is wrong in the file of a robot's controllers is said once, where it stands in that file: by
+`kbot check`, and by the simulation, which goes on as well as it can."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.checks import check_file
+from kbot.checks.config import Config
+from kbot.model.load import load_robot
+from kbot.model.spawned import SpawnedController, with_controllers
+from kbot.sim import Simulation
+
+GOOD = """controller_manager:
+  ros__parameters:
+    joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}
+    follow:
+      type: joint_trajectory_controller/JointTrajectoryController
+follow:
+  ros__parameters:
+    joints: [shoulder]
+"""
+ROBOT = (
+    '<robot name="arm"><link name="world"/><link name="bar"><inertial><origin xyz="0.1 0 0"/>'
+    '<mass value="1"/>'
+    '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="shoulder" type="revolute"><parent link="world"/><child link="bar"/><origin xyz="0 0 1"/>'
+    '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="50" velocity="1"/></joint>'
+    '<ros2_control name="c" type="system"><hardware>'
+    "<plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>"
+    '<joint name="shoulder"><command_interface name="position"/></joint></ros2_control>'
+    '<gazebo><plugin filename="gz_ros2_control-system" name="g">\n'
+    "<parameters>{}</parameters></plugin></gazebo></robot>"
+)
+SPAWNED = "joint_state_broadcaster", "follow"
+
+
+@pytest.fixture
+def described(tmp_path: Path):
+    """The robot's file, for a text of its controllers' parameters."""
+
+    def write(yaml: str) -> Path:
+        (tmp_path / "c.yaml").write_text(yaml)
+        path = tmp_path / "arm.urdf"
+        path.write_text(ROBOT.format(tmp_path / "c.yaml"))
+        return path
+
+    return write
+
+
+def simulated(path: Path) -> Simulation:
+    """As a launch has it that spawns both controllers."""
+    robot = load_robot(path).require()
+    return Simulation(
+        with_controllers(robot, [SpawnedController(f"/{n}", {}, True, 2, robot.origin) for n in SPAWNED])
+    )
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "code", "place", "words"),
+    [
+        ("  ros__", "\tros__", "W132", (2, 1), "a tab stands where YAML wants blanks"),
+        ("[shoulder]", "[shoulder", "W132", (9, 1), "is no YAML"),
+        ("TrajectoryController", "TrajectoryControler", "W143", (5, 7), "'follow' is not loaded"),
+        ("joint_state_broadcaster/J", "joint_state_broadcster/J", "W143", (3, 31), "there is no type"),
+        ("joint_trajectory_controller/", "", "W143", (5, 7), "there is no type 'JointTrajectoryController'"),
+        ("  ros__parameters", "  ros_parameters", "W144", (2, 3), "'ros_parameters' is no 'ros__parameters'"),
+        ("low:\n  ros__param", "low:\n  ros__parm", "W144", (7, 3), "refuses the whole file"),
+    ],
+)
+def test_a_fault_is_said_once_where_it_stands(described, right, wrong, code, place, words):
+    assert right in GOOD
+    path = described(GOOD.replace(right, wrong, 1))
+    of_the_check = [d for d in check_file(str(path), config=Config()) if d.code[0] in "DW"]
+    of_the_run = [d for d in simulated(path).diagnostics if d.code != "W114"]
+    for found in (of_the_check, of_the_run):
+        assert [d.code for d in found] == [code]
+        span = found[0].origin.span
+        assert (Path(span.file).name, span.line, span.column) == ("c.yaml", *place)
+        assert words in found[0].message.replace("'/", "'")
+
+
+def test_what_is_not_there_is_said_where_it_is_named(described):
+    path = described(GOOD)
+    (path.parent / "c.yaml").unlink()
+    for found in (check_file(str(path), config=Config()), simulated(path).diagnostics):
+        (said,) = [d for d in found if d.code == "W132"]
+        assert (Path(said.origin.span.file).name, said.origin.span.line) == ("arm.urdf", 2)
+
+
+@pytest.mark.parametrize(
+    "yaml",
+    [
+        GOOD,
+        GOOD.replace("joint_trajectory_controller/JointTrajectoryController", "my_controllers/Follow"),
+        GOOD.replace("follow:\n  ros__", "/**/follow:\n  ros__"),
+        GOOD + "other:\n  some_parameters: {ros: 1}\n",
+        "- a list\n",
+        "",
+    ],
+)
+def test_what_may_be_meant_is_left_alone(described, yaml):
+    assert [d for d in check_file(str(described(yaml)), config=Config()) if d.code[0] in "DW"] == []
+
+
+def test_a_misspelt_name_of_the_parameters_leaves_a_controller_its_joints(described):
+    sim = simulated(described(GOOD.replace("ros__", "ros_")))
+    assert [c.joints for c in sim.named().control.controllers] == [("shoulder",)]
