@@ -1,16 +1,31 @@
 """Which keys drive and stop, wherever the focus is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from kbot.messages import Header, Point, Pose, Quaternion
+from kbot.messages.navigation import PoseStamped
+from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import state_of
+from .displayed import Speaker, state_of
 
 OpenPage = Callable[..., Any]
+
+INERTIA = '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>'
+MAST = f"""
+  <link name="mast"><inertial><mass value="0.05"/>{INERTIA}</inertial></link>
+  <joint name="mast_joint" type="revolute">
+    <origin xyz="0 0 0.1"/><parent link="base_link"/><child link="mast"/>
+    <axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" effort="5" velocity="3"/>
+  </joint>
+  <gazebo><plugin filename="gz-sim-joint-position-controller-system"
+    name="gz::sim::systems::JointPositionController"><joint_name>mast_joint</joint_name></plugin></gazebo>
+</robot>"""
 
 
 @pytest.mark.parametrize("focus", ["toggle", "list", "link"])
@@ -71,23 +86,110 @@ def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
     until(lambda: state_of(session).speed == 5.0)
 
 
-def test_a_slider_that_was_dragged_leaves_the_keys_with_the_robot(
+def drag(page: Any, slider: Any, part: float) -> None:
+    """Pull a slider's thumb to a part of its line, and let go of it above that."""
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * part, box["y"] - 40)
+    page.mouse.up()
+
+
+def commanded(page: Any, session: Session) -> tuple[float, ...]:
+    """What the robot is asked for once all is heard that the page has said."""
+    page.keyboard.press("p")
+    until(lambda: state_of(session).paused)
+    return state_of(session).command
+
+
+def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
     page = open_page(address)
     limit = page.get_by_label("Speed limit in percent")
-    box = limit.bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    page.mouse.down()
-    page.mouse.move(box["x"] + box["width"] * 0.7, box["y"] - 40)
-    page.mouse.up()
-    until(lambda: page.evaluate("document.activeElement === document.body"))
+    drag(page, limit, 0.7)
+    before = int(limit.input_value())
+    page.keyboard.down("ArrowLeft")
+    assert int(limit.input_value()) == before - 5  # a step
+    assert commanded(page, session) == (0.0, 0.0)
+    page.keyboard.up("ArrowLeft")
+    page.keyboard.down("w")
+    until(lambda: state_of(session).command[0] > 0.05)
+    page.keyboard.up("w")
+
+
+def test_arrows_drive_again_after_a_press_elsewhere(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    limit = page.get_by_label("Speed limit in percent")
+    drag(page, limit, 0.7)
+    page.get_by_label("Drive: drag").click()
     limited = limit.input_value()
     page.keyboard.down("ArrowUp")
     until(lambda: state_of(session).command[0] > 0.05)
     page.keyboard.up("ArrowUp")
     assert limit.input_value() == limited
+
+
+@pytest.fixture
+def with_mast(xacro: Path) -> Iterator[tuple[str, Session]]:
+    """A KBot with a mast that is turned by a controller."""
+    xacro.write_text(xacro.read_text().replace("</robot>", MAST))
+    session = open_session(str(xacro), simulate=True, seed=1)
+    with serving(session) as address:
+        yield address, session
+
+
+def turn_by_arrows(page: Any) -> None:
+    """Drag the mast's slider, then go on by keys until it has followed them."""
+    slider = page.get_by_role("slider", name="mast_joint", exact=True)
+    number = page.get_by_label("mast_joint in degrees", exact=True)
+    drag(page, slider, 0.75)
+    until(lambda: float(number.input_value()) > 20)
+    before = float(number.input_value())
+    page.keyboard.down("ArrowLeft")
+    for _ in range(20):
+        page.keyboard.down("ArrowLeft")  # as a key that is held repeats
+    until(lambda: float(number.input_value()) < before - 10)
+
+
+def test_arrows_after_a_drag_move_the_joint_alone(
+    with_mast: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = with_mast
+    page = open_page(address)
+    turn_by_arrows(page)
+    assert commanded(page, session) == (0.0, 0.0)
+
+
+def test_arrows_after_a_drag_leave_the_goal_alone(
+    with_mast: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = with_mast
+    page = open_page(address)
+    goal = PoseStamped(Header(frame_id="map"), Pose(Point(40.0, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0)))
+    Speaker(session).publish("goal_pose", goal)
+    until(lambda: page.locator(".goal").inner_text().startswith("Driving"))
+    turn_by_arrows(page)
+    assert commanded(page, session)[0] > 0.05
+    assert page.locator(".goal").inner_text().startswith("Driving")
+
+
+def test_a_slider_keeps_the_arrows_when_the_file_is_saved(
+    xacro: Path, with_mast: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = with_mast
+    page = open_page(address)
+    page.get_by_role("slider", name="mast_joint", exact=True).click()
+    revision = page.evaluate("kbot.revision")
+    xacro.write_text(xacro.read_text().replace('upper="1.5"', 'upper="1.4"'))
+    until(lambda: page.evaluate("kbot.revision") > revision)
+    turn_by_arrows(page)
+    assert commanded(page, session) == (0.0, 0.0)
 
 
 def test_driving_while_paused_says_so(driving: tuple[str, Session], open_page: OpenPage) -> None:

@@ -1,9 +1,21 @@
 /** Whether what has the focus got it by the keyboard, so that keys are meant for it. */
 let byKeyboard = true;
 
-/** A click leaves the keys with the robot: only fields to write in keep the focus that a pointer gave. */
+/**
+ * A click leaves the keys with the robot: only fields to write in and sliders keep the focus that a pointer gave.
+ * Arrows after a drag move the slider on, never the robot; a press anywhere else gives them back.
+ */
 export function keepKeysForDriving(): void {
-  addEventListener("pointerdown", () => (byKeyboard = false), true);
+  addEventListener(
+    "pointerdown",
+    ({ target }) => {
+      byKeyboard = false;
+      const focused = document.activeElement;
+      if (isSlider(target)) target.focus(); // not every browser does
+      else if (isSlider(focused)) focused.blur();
+    },
+    true,
+  );
   addEventListener("keydown", (event) => event.key === "Tab" && (byKeyboard = true), true);
   addEventListener(
     "click",
@@ -11,7 +23,7 @@ export function keepKeysForDriving(): void {
       const focused = document.activeElement;
       const byPointer = event.detail > 0;
       // a list that is just opening would close
-      if (byPointer && focused instanceof HTMLElement && !isField(focused) && !(focused instanceof HTMLSelectElement)) focused.blur();
+      if (byPointer && focused instanceof HTMLElement && !keepsFocus(focused)) focused.blur();
     },
     true,
   );
@@ -23,14 +35,23 @@ export function isField(target: EventTarget | null): boolean {
   return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
 }
 
+/** Whether it is still meant once the pointer has left it. */
+function keepsFocus(element: HTMLElement): boolean {
+  return isField(element) || element instanceof HTMLSelectElement || isSlider(element);
+}
+
+function isSlider(target: EventTarget | null): target is HTMLElement {
+  return target instanceof HTMLElement && target.matches("input[type=range], [role=slider]");
+}
+
 /** What moves a slider: all other keys go to the page. */
 const SLIDES: readonly string[] = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
 
-/** Whether a key belongs to where it is pressed: to a field, or to a slider or list one came to by keys. */
+/** Whether a key belongs to where it is pressed: to a field, to a slider, or to a list one came to by keys. */
 export function takesKeys({ target, key }: KeyboardEvent): boolean {
   if (isField(target)) return true;
-  if (!byKeyboard) return false;
-  return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type === "range" && SLIDES.includes(key));
+  if (isSlider(target)) return SLIDES.includes(key);
+  return byKeyboard && target instanceof HTMLSelectElement;
 }
 
 /** Whether Space presses it. */

@@ -2,7 +2,6 @@ import { wrap } from "../angles";
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
 import { h, panel, readout, write } from "../dom";
-import { letGo } from "../focus";
 
 /** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
 export function drive(app: App, driver: Driver): HTMLElement {
@@ -25,7 +24,6 @@ export function drive(app: App, driver: Driver): HTMLElement {
     share.style.setProperty("--at", String((share.valueAsNumber - 10) / 90));
   };
   share.addEventListener("input", limit);
-  share.addEventListener("change", () => letGo(share));
   limit();
 
   const forward = meter("Forward", "m/s", 2);

@@ -4,6 +4,7 @@ import { h } from "../dom";
 /** Keys, what they do, and whether something must be simulated for it. */
 const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
   ["W A S D, arrows", "drive, while held", "sim"],
+  ["arrows", "on the slider that was used last: move it"],
   ["Space", "stop", "sim"],
   ["Shift + drag", "push a link of the robot", "sim"],
   ["I", "turn the view and select"],

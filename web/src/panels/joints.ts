@@ -44,8 +44,11 @@ export function joints(app: App): HTMLElement {
     search.hidden = joints.length < MANY;
     if (search.hidden) search.value = "";
     rows = joints.map((joint, index) => row(app, joint, index));
+    const focused = list.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
     list.replaceChildren(search, nothing, ...rows.map(({ element }) => element));
     filter();
+    // the arrows would be the robot's all of a sudden
+    if (focused != null) list.querySelector<HTMLElement>(`[aria-label="${CSS.escape(focused)}"]`)?.focus();
     if (app.state.value !== null) update(rows, app.state.value);
   };
   let shown: readonly JointView[] | undefined;

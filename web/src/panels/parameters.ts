@@ -1,6 +1,5 @@
 import type { App } from "../app";
 import { h, panel } from "../dom";
-import { letGo } from "../focus";
 import { held } from "../held";
 import type { Parameter } from "../protocol";
 
@@ -74,7 +73,6 @@ function dragged(row: Row, send: (value: number) => void): Inputs {
     step: "any",
     "aria-label": parameter.name,
     oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
-    onchange: () => letGo(slider),
   });
   const number = h("input", { type: "number", step: "any", "aria-label": `${parameter.name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => show() });
   const isHeld = held(slider, () => show());
