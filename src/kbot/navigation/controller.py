@@ -22,6 +22,7 @@ from kbot.messages import Twist, Vector3
 
 STILL = Twist()
 AT_REST = PlanarTwist()
+_BEHIND = math.radians(150)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +62,12 @@ def twist(linear: float, angular: float) -> Twist:
 def wrapped(angle: float) -> float:
     """The same angle within half a turn; rad."""
     return math.remainder(angle, 2.0 * math.pi)
+
+
+def going_on(angle: float, before: float) -> float:
+    """An angle on the side where it was before, in rad: what lies behind is turned to one way only."""
+    flipped = angle * before < 0.0 and min(abs(angle), abs(before)) > _BEHIND
+    return angle - math.copysign(2.0 * math.pi, angle) if flipped else angle
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist
+from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
+from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
 from kbot.navigation.progress_checker import Progress
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
+from kbot.navigation.turning_centre import TurningCentre
 from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError
 
@@ -39,7 +41,8 @@ class Settings:
     """Bounds within which every goal ends; seconds, metres, tries.
 
     `patience`: without progress before it is tried anew. `attempts`: how often, each after backing up by
-    `back_up`. `silence`: how long a lidar that is relied on may say nothing. `slack`: a goal may take this
+    `back_up`. `corrections`: how often a robot that its last turn moved off the goal goes there again.
+    `silence`: how long a lidar that is relied on may say nothing. `slack`: a goal may take this
     many times the time that its path needs at full speed, and `grace` more, whatever else happens.
     """
 
@@ -47,6 +50,7 @@ class Settings:
     patience: float = 4.0
     attempts: int = 3
     back_up: float = 0.15
+    corrections: int = 5
     silence: float = 2.0
     slack: float = 4.0
     grace: float = 20.0
@@ -56,6 +60,11 @@ DEFAULTS = Settings()
 
 _BACKWARDS = 0.1
 """m/s."""
+_END = 0.1
+"""m of a path that are its end."""
+_STANDS = 0.01
+_STANDS_TURNING = 0.05
+"""m/s and rad/s below which a robot stands."""
 
 
 def require_goal(goal: PlanarPose) -> None:
@@ -81,6 +90,7 @@ class _Run:
     deadline: float = math.inf
     follower: Follower | None = None
     attempts: int = 0
+    corrections: int = 0
     backing_until: float = -math.inf
 
 
@@ -101,6 +111,7 @@ class Navigator:
         self.status: GoalStatus | None = None
         self._make_follower = follower
         self._progress = Progress(settings.patience)
+        self._turning_centre = TurningCentre()
         self._guard: ObstacleGuard | None = None
         if outline is not None:
             self.watch_out(outline)
@@ -137,6 +148,11 @@ class Navigator:
             self._end(GoalState.REFUSED, reason)
 
     def update(self, observation: Observation) -> Twist:
+        wanted = self._update(observation)
+        self._turning_centre.watch(observation, wanted)
+        return wanted
+
+    def _update(self, observation: Observation) -> Twist:
         run, settings = self._run, self.settings
         if run is None:
             return STILL
@@ -151,11 +167,10 @@ class Navigator:
         if observation.time > run.deadline:
             took = observation.time - run.begun
             return self._end(GoalState.STUCK, f"not there after {took:.1f} s, {self._left(run)} to go")
-        follower = run.follower
-        assert follower is not None
+        follower = self._follower(run)
         wanted = follower.update(observation)
         if follower.is_done:
-            return self._end(GoalState.REACHED, "")
+            return self._arrive(run, observation)
         allowed = self._guarded(observation, wanted)
         guard = self._guard
         silent = guard.silent_since if guard else None
@@ -168,6 +183,44 @@ class Navigator:
         if self._progress.stalled(observation.time, follower.remaining, follower.heading_error):
             return self._recover(run, observation)
         return allowed
+
+    def _follower(self, run: _Run) -> Follower:
+        """A path is followed by the base; its end by a robot that turns elsewhere, knowing where."""
+        follower = run.follower
+        assert follower is not None
+        lever = math.hypot(*self._turning_centre.in_base)
+        if isinstance(follower, GoToPose) or lever <= self.settings.limits.distance:
+            return follower
+        if follower.remaining < lever + _END:
+            run.follower = follower = self._last_piece(run.goal, closer=True)
+        return follower
+
+    def _last_piece(self, goal: PlanarPose, closer: bool) -> GoToPose:
+        limits = self.settings.limits
+        if closer:
+            limits = replace(limits, distance=limits.distance / 2.0)
+        return GoToPose(goal, limits, centre=self._turning_centre.in_base)
+
+    def _arrive(self, run: _Run, observation: Observation) -> Twist:
+        """Where the robot has come to a stand at the goal, that is reached; else go there again, knowing how
+        it turns."""
+        limits, pose, motion = self.settings.limits, observation.pose, observation.twist
+        if math.hypot(motion.x, motion.y) > _STANDS or abs(motion.yaw) > _STANDS_TURNING:
+            return STILL
+        off = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
+        turned = abs(wrapped(run.goal.yaw - pose.yaw))
+        if off <= limits.distance and turned <= limits.angle:
+            return self._end(GoalState.REACHED, "")
+        if run.corrections >= self.settings.corrections:
+            return self._end(
+                GoalState.STUCK,
+                f"{off * 1000:.0f} mm and {math.degrees(turned):.1f} degrees from the goal after "
+                f"{run.corrections} corrections: the robot drifts when it turns on the spot",
+            )
+        run.corrections += 1
+        run.follower = self._last_piece(run.goal, closer=off > limits.distance)
+        self._progress.begin(observation.time)
+        return STILL
 
     def _guarded(self, observation: Observation, wanted: Twist) -> Twist:
         return wanted if self._guard is None else self._guard.guard(observation, wanted)

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, going_on, twist, wrapped
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -55,7 +55,7 @@ class PurePursuit:
             self._arrived = True
             return self._finish(observation)
         x, y = observation.in_base(*self._ahead(self._lookahead_at(observation)))
-        bearing = math.atan2(y, x)
+        bearing = going_on(math.atan2(y, x), self.heading_error)
         self._turning = abs(bearing) > (_AIMED if self._turning else _TURN_FIRST)
         self.heading_error = bearing if self._turning else 0.0
         if self._turning:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.steered_drive import SteeredDrive
-from kbot.navigation.controller import Controller, Observation
+from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings, require_goal
@@ -174,6 +174,17 @@ class Trip:
     shortest: float
     pose: PlanarPose
     odometry_error: float
+
+    @property
+    def off(self) -> float:
+        """m that the robot truly stands from the goal."""
+        goal = self.status.goal
+        return math.hypot(goal.x - self.pose.x, goal.y - self.pose.y)
+
+    @property
+    def turned_off(self) -> float:
+        """rad between its true heading and the goal's, at most half a turn."""
+        return abs(wrapped(self.status.goal.yaw - self.pose.yaw))
 
     @property
     def reached(self) -> bool:

@@ -105,8 +105,14 @@ def _planar(pose: PlanarPose) -> dict[str, float]:
 
 
 def _words(pose: PlanarPose) -> str:
-    x, y, yaw = _rounded(pose.x, 4), _rounded(pose.y, 4), _rounded(math.degrees(pose.yaw), 3)
+    x, y, yaw = _rounded(pose.x, 4), _rounded(pose.y, 4), heading(pose.yaw, 3)
     return f"x {x:8.4f} m   y {y:8.4f} m   yaw {yaw:9.3f} deg"
+
+
+def heading(yaw: float, digits: int) -> float:
+    """A yaw in rad as people read it: degrees above -180 and up to 180."""
+    degrees = _rounded(math.remainder(math.degrees(yaw), 360.0), digits)
+    return degrees if degrees > -180.0 else 180.0
 
 
 def _rounded(value: float, digits: int) -> float:

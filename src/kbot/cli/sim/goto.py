@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import click
@@ -35,6 +36,8 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
             "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
             "state": str(trip.status.state),
             "reason": trip.status.reason,
+            "off_m": trip.off,
+            "off_rad": trip.turned_off,
             "time_s": trip.time,
             "shortest_m": trip.shortest,
             "odometry_error_m": trip.odometry_error,
@@ -43,5 +46,8 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
     else:
         planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m of a path of {trip.shortest:.2f} m"
         click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
+        click.echo(
+            f"            {trip.off * 1000.0:.1f} mm and {math.degrees(trip.turned_off):.1f} deg from it"
+        )
         click.echo(run.to_text())
     return 0 if trip.reached else 1

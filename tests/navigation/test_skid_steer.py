@@ -1,0 +1,101 @@
+"""Robots that turn about another point than their base's origin stand at the goal all the same."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from kbot.cli.main import main
+from kbot.kinematics import PlanarPose, PlanarTwist
+from kbot.kinematics.odometry import arc
+from kbot.navigation.controller import Observation, twist, wrapped
+from kbot.navigation.goal_status import GoalState
+from kbot.navigation.navigator import Navigator
+from kbot.navigation.planner import GridPlanner
+from kbot.navigation.turning_centre import TurningCentre
+from kbot.sim.report import heading
+from kbot.world.occupancy import OccupancyGrid
+
+STEP = 0.02
+
+
+def _moved(pose, wanted, centre):
+    """An ideal robot whose point `centre` alone goes by the twist."""
+    at_centre = pose @ PlanarPose(*centre) @ arc(wanted.linear.x * STEP, wanted.angular.z * STEP)
+    return at_centre @ PlanarPose(-centre[0], -centre[1])
+
+
+def _go(goal, centre, seconds=120.0):
+    """The status that a goal ends with, and the pose then."""
+    grid = OccupancyGrid(np.zeros((160, 160), np.int8), 0.05, PlanarPose(-4.0, -4.0))
+    navigator, pose, last = Navigator(GridPlanner(grid, 0.2)), PlanarPose(), PlanarTwist()
+    status = navigator.go(PlanarPose(*goal))
+    for tick in range(int(seconds / STEP)):
+        wanted = navigator.update(Observation(tick * STEP, pose, last))
+        status = navigator.status
+        if status.state.is_end:
+            break
+        pose, last = _moved(pose, wanted, centre), PlanarTwist(wanted.linear.x, 0.0, wanted.angular.z)
+    return status, pose
+
+
+@pytest.mark.parametrize("centre", [(0.07, 0.0), (-0.1, 0.0), (0.04, -0.05)])
+def test_the_turning_centre_is_learned_from_a_turn(centre):
+    watched, pose = TurningCentre(), PlanarPose(1.0, 2.0, 0.4)
+    assert watched.in_base == (0.0, 0.0)
+    for speed in [0.5] * 40 + [-0.8] * 10:
+        wanted = twist(0.0, speed)
+        watched.watch(Observation(0.0, pose), wanted)
+        pose = _moved(pose, wanted, centre)
+    watched.watch(Observation(0.0, pose), twist(0.3, 0.0))
+    pose = _moved(pose, twist(0.3, 0.0), centre)
+    watched.watch(Observation(0.0, pose), twist(0.0, 0.0))
+    assert watched.in_base == pytest.approx(centre, abs=1e-3)
+
+
+@pytest.mark.parametrize("centre", [(0.0, 0.0), (0.07, 0.0), (-0.1, 0.0), (0.04, -0.03)])
+@pytest.mark.parametrize("goal", [(0.0, -1.0, math.pi / 2), (1.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])
+def test_it_stands_at_the_goal_whatever_it_turns_about(goal, centre):
+    status, pose = _go(goal, centre)
+    assert status.state is GoalState.REACHED, status
+    assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
+    assert abs(wrapped(pose.yaw - goal[2])) <= 0.02
+
+
+def test_a_robot_on_wheels_that_skid_is_at_the_goal_that_it_says_it_reached(tmp_path, capsys):
+    """Four wheels about a point 0.1 m ahead of the base's origin: a turn moves that by as much a radian."""
+    inertia = '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
+    wheels = "".join(
+        f'<link name="{name}"><inertial><mass value="0.5"/>{inertia}</inertial><collision>'
+        f'<origin rpy="{math.pi / 2} 0 0"/><geometry><cylinder radius="0.08" length="0.05"/></geometry>'
+        f'</collision></link><joint name="{name}_joint" type="continuous"><parent link="base_link"/>'
+        f'<child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>'
+        for name, x, y in (
+            ("front_left", 0.25, 0.18), ("front_right", 0.25, -0.18),
+            ("rear_left", -0.05, 0.18), ("rear_right", -0.05, -0.18),
+        )
+    )  # fmt: skip
+    file = tmp_path / "skid.urdf"
+    file.write_text(
+        '<robot name="skid"><link name="base_link"><inertial><origin xyz="0.11 0 0.05"/><mass value="6"/>'
+        '<inertia ixx="0.1" iyy="0.15" izz="0.2" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        f"{wheels}</robot>"
+    )
+    with pytest.raises(SystemExit) as ended:
+        main(["sim", str(file), "--headless", "--goto", "0,-1,1.57", "--json"])
+    assert (ended.value.code or 0) == 0
+    said = json.loads(capsys.readouterr().out)
+    pose, told = said["pose"], said["navigation"]
+    assert told["off_m"] == pytest.approx(math.hypot(pose["x"], pose["y"] + 1.0))
+    assert told["off_m"] < 0.01
+    assert told["off_rad"] == pytest.approx(abs(wrapped(pose["yaw"] - 1.57)))
+    assert told["off_rad"] < 0.02
+
+
+@pytest.mark.parametrize(
+    ("degrees", "read"),
+    [(-269.097, 90.903), (180.0, 180.0), (-180.0, 180.0), (-179.99999, 180.0), (725.0, 5.0)],
+)
+def test_a_heading_is_read_within_half_a_turn(degrees, read):
+    assert heading(math.radians(degrees), 3) == read
