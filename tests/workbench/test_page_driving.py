@@ -8,11 +8,12 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
+from kbot.workbench.protocol import MoveModel
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import state_of
+from .displayed import do, state_of
 from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
 
 FROM_ABOVE = "kbot.look([0.3, -0.001, 2.4], [0.3, 0, 0])"
@@ -47,6 +48,22 @@ def test_held_keys_drive_the_robot_across_the_picture(
     page.locator("[data-option=trail]").click()
     left = (np.abs(screenshot(page).astype(int) - with_path).sum(axis=2) > 60) & ~robot
     assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # the way it took, behind it
+
+
+def test_where_the_robot_truly_is_stands_beside_its_odometry(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    world = page.get_by_role("group", name="In the world")
+    until(lambda: [reading(page, one, "In the world") for one in ("x", "y", "yaw")] == [0.0, 0.0, 0.0])
+    assert "not where odometry has it" not in world.inner_text()
+    do(session, lambda motion: motion.act(MoveModel("kbot", 1.2, -0.1, 0.0, np.radians(99.0))))
+    until(lambda: reading(page, "x", "In the world") == pytest.approx(1.2, abs=0.002))
+    assert reading(page, "y", "In the world") == pytest.approx(-0.1, abs=0.002)
+    assert reading(page, "yaw", "In the world") == pytest.approx(99.0, abs=0.2)
+    assert abs(reading(page, "x")) < 0.002  # no wheel turned
+    assert "not where odometry has it" in world.inner_text()
 
 
 def test_its_heading_is_told_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -202,9 +219,11 @@ def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: 
     until(lambda: state_of(session).poses[2] < 0.15)  # and falls, on its wheels or not
 
 
-def reading(page: Any, name: str) -> float:
-    """A number of the odometry read-out."""
-    return float(page.inner_text(f"[data-reading={name}]").replace("\u2212", "-") or "nan")
+def reading(page: Any, name: str, place: str = "Odometry") -> float:
+    """A number of the read-out of where the robot is."""
+    return float(
+        page.inner_text(f"[aria-label={place!r}] [data-reading={name}]").replace("\u2212", "-") or "nan"
+    )
 
 
 def standing(page: Any) -> bool:

@@ -11,6 +11,7 @@ from .conftest import until, wait_for_page
 from .pictures import decode_png
 
 OpenPage = Callable[..., Any]
+X = "[aria-label=Odometry] [data-reading=x]"
 
 
 def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -24,7 +25,7 @@ def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_
     assert page.locator("#plots .chip").count() == 3
     flat = decode_png(page.locator("#plots canvas").screenshot())
     page.keyboard.down("w")
-    until(lambda: float(page.inner_text("[data-reading=x]").replace("\u2212", "-")) > 0.15)
+    until(lambda: float(page.inner_text(X).replace("\u2212", "-")) > 0.15)
     page.keyboard.up("w")
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
@@ -37,7 +38,7 @@ def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_
     assert lines[0] == '"time [s]","forward speed [m/s]","forward speed asked [m/s]","left_wheel_joint [rad]"'
     table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
     assert (np.diff(table[:, 0]) > 0).all()
-    x = float(page.inner_text("[data-reading=x]").replace("\u2212", "-"))
+    x = float(page.inner_text(X).replace("\u2212", "-"))
     assert abs(table[-1, 3] * 0.035 - x) < 0.01
     page.reload()
     wait_for_page(page)

@@ -2,6 +2,11 @@ import { wrap } from "../angles";
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
 import { h, panel, readout, write } from "../dom";
+import type { State } from "../protocol";
+
+/** Metres and radians from which on one sees that the robot is not where its odometry has it. */
+const FAR = 0.005;
+const TURNED = Math.PI / 180;
 
 /** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
 export function drive(app: App, driver: Driver): HTMLElement {
@@ -28,9 +33,8 @@ export function drive(app: App, driver: Driver): HTMLElement {
 
   const forward = meter("Forward", "m/s", 2);
   const turn = meter("Turn", "rad/s", 2);
-  const x = reading("x", "m", 3);
-  const y = reading("y", "m", 3);
-  const yaw = reading("yaw", "°", 1);
+  const believed = place("Odometry", "As the wheels tell it, from where the robot started");
+  const truth = place("In the world", "Where the robot truly is, as the picture shows it");
   const who = h("p", { class: "who", role: "status" });
   const controls = h(
     "div",
@@ -38,7 +42,8 @@ export function drive(app: App, driver: Driver): HTMLElement {
     h("div", { class: "pad-row" }, pad, h("div", { class: "pad-side" }, h("label", { class: "limit" }, "Limit", percent, share), h("button", { type: "button", class: "stop", title: "Stop (Space)", onclick: () => stop(app, driver) }, "Stop"), who)),
     forward.element,
     turn.element,
-    h("div", { class: "pose", role: "group", "aria-label": "Odometry" }, x.element, y.element, yaw.element),
+    believed.element,
+    truth.element,
   );
   app.about.watch((about) => {
     controls.hidden = about === null || about.cannot_drive !== "";
@@ -50,9 +55,13 @@ export function drive(app: App, driver: Driver): HTMLElement {
     if (state === null || about === null) return;
     forward.set(state.twist[0] ?? 0, state.command[0] ?? 0, about.linear_limit);
     turn.set(state.twist[1] ?? 0, state.command[1] ?? 0, about.angular_limit);
-    x.set(state.odometry[0] ?? 0);
-    y.set(state.odometry[1] ?? 0);
-    yaw.set((wrap(state.odometry[2] ?? 0) * 180) / Math.PI);
+    const [x = 0, y = 0, yaw = 0] = state.odometry;
+    const [trueX, trueY, trueYaw] = standing(app, state);
+    believed.set(x, y, yaw);
+    truth.set(trueX, trueY, trueYaw);
+    const isApart = Math.hypot(trueX - x, trueY - y) > FAR || Math.abs(wrap(trueYaw - yaw)) > TURNED;
+    truth.element.classList.toggle("apart", isApart);
+    write(truth.title, isApart ? "In the world: not where odometry has it" : "In the world");
     const other = state.driver !== 0 && state.driver !== about.client;
     write(who, other ? "Driven from another tab" : "");
   });
@@ -115,8 +124,32 @@ function meter(label: string, unit: string, digits: number): Meter {
   };
 }
 
-function reading(label: string, unit: string, digits: number): { element: HTMLElement; set: (value: number) => void } {
-  const value = readout(`${label} in ${unit}`, { class: "number", "data-reading": label });
+/** Where the robot's root is in the world: x and y in m, its heading in rad. */
+function standing(app: App, state: State): [number, number, number] {
+  const scene = app.scene.value;
+  const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
+  const [x = 0, y = 0, , qx = 0, qy = 0, qz = 0, qw = 1] = root < 0 ? [] : state.poses.slice(root * 7, root * 7 + 7);
+  return [x, y, Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))];
+}
+
+/** Three numbers of a pose, under its title. */
+function place(name: string, what: string): { element: HTMLElement; title: HTMLElement; set: (x: number, y: number, yaw: number) => void } {
+  const [x, y, yaw] = [reading(name, "x", "m", 3), reading(name, "y", "m", 3), reading(name, "yaw", "°", 1)];
+  const title = h("span", { class: "title" }, name);
+  const element = h("div", { class: "pose", role: "group", "aria-label": name, title: what }, title, x.element, y.element, yaw.element);
+  return {
+    element,
+    title,
+    set: (atX, atY, heading) => {
+      x.set(atX);
+      y.set(atY);
+      yaw.set((wrap(heading) * 180) / Math.PI);
+    },
+  };
+}
+
+function reading(of: string, label: string, unit: string, digits: number): { element: HTMLElement; set: (value: number) => void } {
+  const value = readout(`${of}: ${label} in ${unit}`, { class: "number", "data-reading": label });
   return {
     element: h("span", { class: "reading" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit)),
     set: (now) => {
