@@ -16,11 +16,10 @@ from kbot.launch.ros2 import neighbours
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.handlers import EventHandler, RegisterEventHandler
 from kbot.launch.ros2.parameters import Placed, parameters_of, parameters_of_file, plain
-from kbot.launch.ros2.processes import ends_launch, node_of, process_of
+from kbot.launch.ros2.processes import ends_launch, node_of, process_of, seconds_of
 from kbot.launch.ros2.substitutions import is_true, performed
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
-from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 MAX_INCLUDES = 64
@@ -168,12 +167,7 @@ class Carrier:
             self.arguments[name] = Argument(name, value, default, action.description, origin)
 
     def _timer(self, action: act.TimerAction) -> None:
-        text = performed(action.period, self.context) if act.is_value(action.period) else str(action.period)
-        try:
-            seconds = to_float(text)
-        except ValueError:
-            raise Fault("L005", f"'{text}' is no number of seconds", "", text) from None
-        outer, self._delay = self._delay, self._delay + seconds
+        outer, self._delay = self._delay, self._delay + seconds_of(action.period, self.context)
         try:
             self.visit_all(action.actions)
         finally:

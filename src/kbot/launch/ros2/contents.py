@@ -9,37 +9,30 @@ from types import ModuleType
 from typing import Any
 
 from kbot.launch.faults import Fault
-from kbot.launch.plan import Description
 from kbot.launch.ros2 import actions, conditions, handlers, nav2, neighbours, substitutions
 from kbot.launch.ros2.context import Context
-from kbot.text import read_source
+from kbot.launch.ros2.xacro import xacro_functions
 from kbot.text.suggest import did_you_mean
 
-_SUBSTITUTIONS = {
-    name: value
-    for name, value in vars(substitutions).items()
-    if isinstance(value, type) and issubclass(value, substitutions.Substitution)
-}
-_CONDITIONS = {
-    name: value
-    for name, value in vars(conditions).items()
-    if isinstance(value, type) and issubclass(value, conditions.Condition)
-}
-_ACTIONS = {
-    name: value
-    for name, value in {**vars(actions), **vars(handlers)}.items()
-    if isinstance(value, type) and issubclass(value, actions.Action)
-}
-_HANDLERS = {
-    name: value
-    for name, value in vars(handlers).items()
-    if isinstance(value, type) and issubclass(value, handlers.EventHandler)
-} | dict.fromkeys(("OnProcessIO", "OnExecutionComplete"), handlers.OnShutdown)
+
+def _named(kind: type, *modules: ModuleType) -> dict[str, Any]:
+    """The classes of a kind, by their names."""
+    return {
+        name: value
+        for module in modules
+        for name, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, kind)
+    }
+
+
+_SUBSTITUTIONS = _named(substitutions.Substitution, substitutions)
+_CONDITIONS = _named(conditions.Condition, conditions)
+_ACTIONS = _named(actions.Action, actions, handlers)
+_HANDLERS = _named(handlers.EventHandler, handlers)
 _SOURCES = {
     f"{kind}LaunchDescriptionSource": actions.LaunchDescriptionSource
     for kind in ("Any", "Python", "Frontend", "XML", "YAML")
 }
-
 
 _IN_MODULES_OF_THEIR_OWN = (
     *("launch.actions", "launch.event_handlers", "launch.events", "launch.launch_description_sources"),
@@ -67,7 +60,7 @@ def modules_of(context: Context) -> dict[str, ModuleType]:
     ament = {
         "get_package_share_directory": context.share,
         "get_package_share_path": lambda n: Path(context.share(n)),
-        "get_package_prefix": lambda n: str(Path(context.share(n)).parents[1]),
+        "get_package_prefix": context.prefix,
         "PackageNotFoundError": Fault,
     }
     finders = {
@@ -139,7 +132,7 @@ def modules_of(context: Context) -> dict[str, ModuleType]:
         "ament_index_python": ament,
         "ament_index_python.packages": ament,
         "ament_index_python.resources": {"has_resource": context.has_resource},
-        "xacro": _Xacro(context).functions(),
+        "xacro": xacro_functions(context),
     }
     for name in _IN_MODULES_OF_THEIR_OWN:
         contents |= {f"{name}.{_snake(part)}": {part: value} for part, value in contents[name].items()}
@@ -152,49 +145,3 @@ def modules_of(context: Context) -> dict[str, ModuleType]:
         if parent:
             setattr(modules[parent], child, module)
     return modules
-
-
-class _Document:
-    """What xacro.process_file and xacro.parse give, as far as launch files use it."""
-
-    def __init__(self, text: str, path: str = "") -> None:
-        self.text, self.path = text, path
-
-    def toxml(self, *_: object, **__: object) -> str:
-        return self.text
-
-    toprettyxml = toxml
-
-
-class _Xacro:
-    def __init__(self, context: Context) -> None:
-        self.context = context
-
-    def process_file(
-        self, path: object, mappings: Mapping[str, object] | None = None, **_: object
-    ) -> _Document:
-        from kbot.xacro import expand
-
-        arguments = {str(name): str(value) for name, value in (mappings or {}).items()}
-        expansion = expand(str(path), arguments, packages=self.context.packages.beside(str(path)))
-        for diagnostic in expansion.diagnostics:
-            self.context.note(diagnostic)
-        self.context.descriptions[expansion.text] = Description(str(path), arguments)
-        return _Document(expansion.text)
-
-    def functions(self) -> dict[str, object]:
-        return {name: getattr(self, name) for name in ("process_file", "process", "parse", "process_doc")}
-
-    def parse(self, source: object, filename: object = None) -> _Document:
-        """A document that is not expanded yet, of an open file or of one that is named."""
-        text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
-        known = self.context.descriptions.get(text)
-        return _Document(text, str(filename) if filename else known.path if known else "")
-
-    def process_doc(
-        self, document: _Document, mappings: Mapping[str, object] | None = None, **more: object
-    ) -> None:
-        document.text = self.process_file(document.path, mappings, **more).text
-
-    def process(self, path: object, mappings: Mapping[str, object] | None = None, **more: object) -> str:
-        return self.process_file(path, mappings, **more).text

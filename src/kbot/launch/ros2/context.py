@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 from kbot.launch import commands
@@ -14,6 +14,7 @@ from kbot.launch.evaluation import BUILTINS, evaluated
 from kbot.launch.faults import Fault
 from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.plan import Description, Param
+from kbot.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
@@ -64,9 +65,7 @@ class Context:
         for own, description in self.descriptions.items():
             if _without_folders(own) == same:
                 return description
-        with tempfile.NamedTemporaryFile("w", suffix=".urdf", delete=False, encoding="utf-8") as file:
-            file.write(text)
-        found = self.descriptions[text] = Description(file.name, {})
+        found = self.descriptions[text] = Description(scratch_file(text, ".urdf"), {})
         return found
 
     def begin_anew(self) -> None:
@@ -87,10 +86,14 @@ class Context:
                 return share_of(package)
             raise Fault("L012", f"the package '{package}' is not found", error.hint, package) from None
 
+    def prefix(self, package: str) -> str:
+        """Where a package is installed: two above its share folder. Raises as `share` does."""
+        return str(Path(self.share(package)).parents[1])
+
     def has_resource(self, kind: str, name: str) -> str | bool:
         """The prefix of a package, of the kind `packages`, or no; nothing else is indexed here."""
         try:
-            return self.share(name) if kind == "packages" else False
+            return self.prefix(name) if kind == "packages" else False
         except Fault:
             return False
 

@@ -5,13 +5,13 @@ The names and arguments are those of `nav2_common.launch`. As there, each result
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from typing import Any
 
 from kbot.launch.ros2.conditions import Condition
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.parameters import read_parameter_file
+from kbot.launch.ros2.scratch import scratch_file
 from kbot.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
 from kbot.launch.values import convert
 from kbot.text import read_source
@@ -39,7 +39,7 @@ class RewrittenYaml(Substitution):
         keys = {name: performed(value, context) for name, value in self.keys.items()}
         data = self._rewritten(read_parameter_file(self.source.perform(context)), "", values, keys)
         root = performed(self.root_key, context).strip("/") if self.root_key is not None else ""
-        return _file(yaml.safe_dump({root: data} if root else data), ".yaml")
+        return scratch_file(yaml.safe_dump({root: data} if root else data), ".yaml")
 
     def _rewritten(
         self,
@@ -74,7 +74,7 @@ class ReplaceString(Substitution):
         text = read_source(path).text
         for old, new in self.replacements.items():
             text = text.replace(old, performed(new, context))
-        return _file(text, "")
+        return scratch_file(text, "")
 
 
 class HasNodeParams(Substitution):
@@ -95,9 +95,3 @@ class LaunchConfigAsBool(Substitution):
 
     def perform(self, context: Context) -> str:
         return str(is_true(context.launch_configurations.get(self.name, "false")))
-
-
-def _file(text: str, suffix: str) -> str:
-    with tempfile.NamedTemporaryFile("w", suffix=suffix, delete=False, encoding="utf-8") as file:
-        file.write(text)
-    return file.name

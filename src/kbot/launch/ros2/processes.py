@@ -40,7 +40,7 @@ def node_of(action: act.Node, context: Context, origin: Origin) -> Node:
         env=tuple((performed(k, context), performed(v, context)) for k, v in action.environment.items()),
         output=performed(action.output, context) if act.is_value(action.output) else "log",
         respawn=is_true(performed(action.respawn, context)),
-        respawn_delay=_seconds(action.respawn_delay, context),
+        respawn_delay=seconds_of(action.respawn_delay or 0.0, context),
         required=ends_launch(action.on_exit),
         launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
         parameter_files=parameter_files(action.parameters, context),
@@ -66,10 +66,9 @@ def process_of(action: act.ExecuteProcess, context: Context, origin: Origin) -> 
     )
 
 
-def _seconds(value: Any, context: Context) -> float:
-    if value is None or isinstance(value, int | float):
-        return float(value or 0.0)
-    text = performed(value, context)
+def seconds_of(value: Any, context: Context) -> float:
+    """A delay or a period. Raises Fault: L005, it is no number."""
+    text = performed(value, context) if act.is_value(value) else str(value)
     try:
         return to_float(text)
     except ValueError:

@@ -118,7 +118,7 @@ class FindPackageShare(Substitution):
 
 class FindPackagePrefix(FindPackageShare):
     def perform(self, context: Context) -> str:
-        return str(Path(super().perform(context)).parents[1])
+        return context.prefix(self.package.perform(context))
 
 
 class Command(Substitution):
@@ -224,15 +224,29 @@ class _Several(Substitution):
     def __init__(self, *values: object) -> None:
         self.values = [as_substitution(value) for value in values]
 
+    def truths(self, context: Context) -> list[bool]:
+        """Of all of them, so that one that is neither is told whatever the others are."""
+        return [is_true(value.perform(context)) for value in self.values]
+
 
 class AnySubstitution(_Several):
     def perform(self, context: Context) -> str:
-        return str(any(is_true(value.perform(context)) for value in self.values)).lower()
+        return str(any(self.truths(context))).lower()
 
 
 class AllSubstitution(_Several):
     def perform(self, context: Context) -> str:
-        return str(all(is_true(value.perform(context)) for value in self.values)).lower()
+        return str(all(self.truths(context))).lower()
+
+
+class OrSubstitution(AnySubstitution):
+    def __init__(self, left: object, right: object) -> None:
+        super().__init__(left, right)
+
+
+class AndSubstitution(AllSubstitution):
+    def __init__(self, left: object, right: object) -> None:
+        super().__init__(left, right)
 
 
 class _Pair(Substitution):
@@ -241,20 +255,6 @@ class _Pair(Substitution):
 
     def texts(self, context: Context) -> tuple[str, str]:
         return self.left.perform(context), self.right.perform(context)
-
-    def truths(self, context: Context) -> tuple[bool, bool]:
-        left, right = self.texts(context)
-        return is_true(left), is_true(right)
-
-
-class AndSubstitution(_Pair):
-    def perform(self, context: Context) -> str:
-        return str(all(self.truths(context))).lower()
-
-
-class OrSubstitution(_Pair):
-    def perform(self, context: Context) -> str:
-        return str(any(self.truths(context))).lower()
 
 
 def _equal(left: str, right: str) -> bool:
