@@ -56,6 +56,43 @@ def test_arguments_change_the_robot(capsys):
     assert large["pose"]["x"] == pytest.approx(0.2 * 2 - 0.2**2 / 2, abs=0.01)
 
 
+def test_what_a_macro_has_wrong_is_said_once_with_its_other_calls(capsys, tmp_path):
+    file = tmp_path / "rover.xacro"
+    file.write_text(
+        '<robot name="rover" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>\n'
+        '<xacro:macro name="ball" params="name">\n<link name="${name}"><inertial><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
+        '<joint name="${name}_joint" type="fixed"><parent link="base"/><child link="${name}"/></joint>\n'
+        '<gazebo reference="${name}"><mu1>1</mu1><mu2>0.5</mu2></gazebo>\n</xacro:macro>\n'
+        '<xacro:ball name="one"/>\n<xacro:ball name="two"/>\n<xacro:ball name="three"/>\n</robot>\n'
+    )
+    status, _, err = simulate(capsys, str(file), "--headless", "--duration", "0.1")
+    assert status == 0
+    assert err.count("[W136]") == 1
+    assert err.count("also: friction differs by direction") == 2
+    assert f"{file}:4:1: info: friction differs" in err
+
+
+def test_what_ros2_control_does_not_find_is_said_and_the_rest_is_simulated(capsys, tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text(
+        '<robot name="arm"><link name="world"/><link name="bar"><inertial><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>\n'
+        '<joint name="lift" type="revolute"><parent link="world"/><child link="bar"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="50" velocity="1"/></joint>\n'
+        '<ros2_control name="c" type="system">'
+        "<hardware>\n<plugin>gz_ros2_control/GazeboSimSystm</plugin></hardware>\n"
+        '<joint name="lift"><command_interface name="pos"/></joint></ros2_control></robot>'
+    )
+    status, _, err = simulate(capsys, str(file), "--headless", "--duration", "0.1")
+    assert status == 0
+    assert f"{file}:4:1: warning: there is no hardware plugin 'gz_ros2_control/GazeboSimSystm'" in err
+    assert "did you mean 'gz_ros2_control/GazeboSimSystem'" in err
+    assert "lift: its hardware has no interface 'pos'" in err
+    assert "did you mean 'position'?" in err
+
+
 def test_a_report_for_people(capsys):
     status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--cmd-vel", "0.2,0.5")
     assert status == 0

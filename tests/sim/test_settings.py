@@ -15,6 +15,8 @@ from kbot.sim.engine.surfaces import link_surfaces
 from kbot.sim.naming import Naming
 from kbot.world.findings import Findings
 
+from .test_spawned import ROVER, WHEEL
+
 
 @pytest.fixture(scope="module")
 def plain() -> str:
@@ -140,6 +142,20 @@ def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
     assert [d.code for d in diagnostics] == [code]
     assert settings.separation == pytest.approx(0.174)
     Simulation(robot).run(0.1)
+
+
+@pytest.mark.parametrize("said", ["0.156", "0.158", "0.16"])
+def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
+    """Left 78 mm, right 80 mm: 79 is the radius of neither."""
+    sides = WHEEL.replace('radius="0.1"', 'radius="0.078"').format("left", 0.2)
+    sides += WHEEL.replace('radius="0.1"', 'radius="0.08"').format("right", -0.2)
+    joints = "<leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>"
+    robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{said}</wheelDiameter>")))
+    settings, (found,) = settings_of(robot)
+    assert found.code == "W131"
+    assert "which is 0.078 m on 'left_joint' and 0.08 m on 'right_joint'" in found.message
+    assert "0.079" not in found.message.replace("reckons with 0.079 m", "") + found.hint
+    assert settings.radius == float(said) / 2.0
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,14 @@ NUMBERS = ("I102", "G107")
 CONTROL = ("D129", "D130")
 
 
+def folded(loaded: Loaded, found: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """What was found of a robot elsewhere, as `kbot check` has it: a fault in a macro is said once."""
+    document = loaded.expansion.document
+    if document is None:
+        return list(found)
+    return said_once(found, as_loaded(loaded, document.source, Config()))
+
+
 def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     """What the rules of these codes say of a robot; of a missing mesh or hardware as a warning, for the rest
     is shown."""

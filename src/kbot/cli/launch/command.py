@@ -147,7 +147,7 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     simulated."""
     if not (staged.path and staged.simulate):
         return ()
-    from kbot.checks.first_look import CONTROL, first_look
+    from kbot.checks.first_look import CONTROL, first_look, folded
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
     from kbot.sim.preparation import controller_findings
@@ -159,7 +159,7 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
         loaded = load_robot(path, arguments, packages=packages)
         findings += first_look(loaded, CONTROL)
         if controllers and loaded.robot is not None:
-            findings += controller_findings(with_controllers(loaded.robot, controllers))
+            findings += folded(loaded, controller_findings(with_controllers(loaded.robot, controllers)))
     return tuple(findings)
 
 

@@ -244,7 +244,7 @@ def _simulation(
     start: PlanarPose,
 ) -> tuple[Loaded, Simulation]:
     with loading(world):
-        from kbot.checks.first_look import CONTROL, MESHES, first_look
+        from kbot.checks.first_look import CONTROL, MESHES, first_look, folded
         from kbot.model.load import load_robot
         from kbot.sim import Simulation
         from kbot.world import load_world
@@ -254,6 +254,10 @@ def _simulation(
         loaded = load_robot(file, arguments, packages=Packages(package_path))
         robot = loaded.require()
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
-        found = [*loaded.diagnostics, *first_look(loaded, (*MESHES, *CONTROL)), *simulation.diagnostics]
+        found = [
+            *loaded.diagnostics,
+            *first_look(loaded, (*MESHES, *CONTROL)),
+            *folded(loaded, simulation.diagnostics),
+        ]
     report(found)
     return loaded, simulation

@@ -12,6 +12,7 @@ from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_p
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import Robot
+from kbot.sim.drive.sizes import ABSURD, compared, compared_radius
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
 from kbot.sim.naming import PLAIN, Naming
@@ -23,11 +24,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
 DEFAULT_LIMITS = DriveLimits()
-
-NOTICEABLE = 0.005
-"""Share by which a plugin's size may differ from the robot's before it is said."""
-ABSURD = 1000.0
-"""How many times too large or too small a size is not reckoned with."""
+TRACK = "distance between the wheels"
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +116,10 @@ class _PluginValues:
     def element(self, *names: str) -> Element | None:
         return next((e for name in names if (e := self._plugin.find(name)) is not None), None)
 
+    def place(self, *names: str) -> Origin | None:
+        element = self.element(*names)
+        return element.origin if element is not None else None
+
     def word(self, default: str, *names: str) -> str:
         element = self.element(*names)
         return (element.text.strip() if element is not None else "") or default
@@ -156,10 +157,12 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
     radius = values.positive("wheel_radius")
     if radius is None and diameter is not None:
         radius = diameter / 2.0
-    separation = _compare("distance between the wheels", separation, drive.separation, values,
-                          "wheelSeparation", "wheel_separation")  # fmt: skip
-    radius = _compare("wheels' radius", radius, drive.radius, values, "wheelDiameter", "wheel_diameter",
-                      "wheel_radius")  # fmt: skip
+    if separation is not None:
+        place = values.place("wheelSeparation", "wheel_separation")
+        separation = compared(TRACK, separation, drive.separation, place, values.findings)
+    if radius is not None:
+        place = values.place("wheelDiameter", "wheel_diameter", "wheel_radius")
+        radius = compared_radius(radius, drive, place, values.findings)
     _note_source(values)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     half = (separation or drive.separation) / 2.0
@@ -203,32 +206,6 @@ def _note_source(values: _PluginValues) -> None:
         )
 
 
-def _compare(what: str, said: float | None, true: float, values: _PluginValues, *names: str) -> float | None:
-    element = values.element(*names)
-    if said is None or element is None:
-        return said
-    return _compared(what, said, true, element.origin, values.findings)
-
-
-def _compared(what: str, said: float, true: float, origin: Origin | None, findings: Findings) -> float:
-    """The size that is said, in m, and a finding where it is not the true one; one that is out of all
-    proportion is not reckoned with."""
-    hint = f"write {true:g}, or compute it from the sizes that the wheels are made of"
-    if not true / ABSURD <= said <= true * ABSURD:
-        message = f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: it is left out"
-        findings.warning("W131", message, origin, hint)
-        return true
-    if abs(said - true) > NOTICEABLE * true:
-        findings.warning(
-            "W131",
-            f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: its odometry will be"
-            f" {100 * abs(said / true - 1):.0f} % off",
-            origin,
-            hint,
-        )
-    return said
-
-
 def _below_zero(value: float | None) -> float | None:
     """How far below zero a least value lies; None where there is none, or it is not below."""
     return -value if value is not None and value < 0.0 else None
@@ -246,10 +223,6 @@ def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Find
             findings.warning("W130", what, found.place(name))
         return default
 
-    def size(what: str, name: str, true: float) -> float:
-        said = number(name, 0.0)
-        return _compared(what, said, true, found.place(name), findings) if said else true
-
     def multiplier(name: str, default: float = 1.0) -> float:
         value = number(name, default)
         if 1.0 / ABSURD <= value <= ABSURD:
@@ -258,8 +231,13 @@ def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Find
         findings.warning("W130", what, found.place(name), "a multiplier is above zero and near 1")
         return default
 
-    separation = size("distance between the wheels", "wheel_separation", drive.separation)
-    radius = size("wheels' radius", "wheel_radius", drive.radius)
+    separation, radius = number("wheel_separation", 0.0), number("wheel_radius", 0.0)
+    if separation:
+        place = found.place("wheel_separation")
+        separation = compared(TRACK, separation, drive.separation, place, findings)
+    if radius:
+        radius = compared_radius(radius, drive, found.place("wheel_radius"), findings)
+    separation, radius = separation or drive.separation, radius or drive.radius
     separation *= multiplier("wheel_separation_multiplier")
     both = multiplier("wheel_radius_multiplier")
     radius *= sum(multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right")) / 2.0

@@ -1,0 +1,52 @@
+"""The sizes that a plugin or controller reckons with, held against those that its robot has."""
+
+from __future__ import annotations
+
+from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.text import Origin
+from kbot.world.findings import Findings
+
+NOTICEABLE = 0.005
+"""Share by which a plugin's size may differ from the robot's before it is said."""
+UNEQUAL = 0.002
+"""Share by which wheels may differ in radius before it is said, as for D111 of `kbot check`."""
+ABSURD = 1000.0
+"""How many times too large or too small a size is not reckoned with."""
+
+
+def compared(what: str, said: float, true: float, origin: Origin | None, findings: Findings) -> float:
+    """The size that is said, in m, and a finding where it is not the true one; one that is out of all
+    proportion is not reckoned with."""
+    hint = f"write {true:g}, or compute it from the sizes that the wheels are made of"
+    if not true / ABSURD <= said <= true * ABSURD:
+        message = f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: it is left out"
+        findings.warning("W131", message, origin, hint)
+        return true
+    if abs(said - true) > NOTICEABLE * true:
+        findings.warning(
+            "W131",
+            f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: its odometry will be"
+            f" {100 * abs(said / true - 1):.0f} % off",
+            origin,
+            hint,
+        )
+    return said
+
+
+def compared_radius(
+    said: float, drive: DifferentialDrive, origin: Origin | None, findings: Findings
+) -> float:
+    """As `compared`; of wheels that differ it is said which have which radius, for none has their mean."""
+    least, most = (of(drive.joints, key=lambda name: drive.wheels[name].radius) for of in (min, max))
+    small, large = drive.wheels[least].radius, drive.wheels[most].radius
+    is_absurd = not drive.radius / ABSURD <= said <= drive.radius * ABSURD
+    if is_absurd or large - small <= UNEQUAL * large:
+        return compared("wheels' radius", said, drive.radius, origin, findings)
+    findings.warning(
+        "W131",
+        f"the drive reckons with {said:g} m for every wheel's radius, which is {small:g} m on '{least}' and"
+        f" {large:g} m on '{most}': no figure is right for both",
+        origin,
+        "make the wheels by one macro, with one radius",
+    )
+    return said
