@@ -10,7 +10,7 @@ from kbot.workbench.protocol import Refused, Told
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import asked, state_of
+from .served import asked, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -157,7 +157,11 @@ OVERLAPS = """([one, other]) => {
 }"""
 
 
-@pytest.mark.parametrize("size", [(360, 740), (390, 844), (640, 400)], ids=["small", "phone", "zoomed"])
+@pytest.mark.parametrize(
+    "size",
+    [(360, 740), (390, 844), (844, 390), (640, 400)],
+    ids=["small", "phone", "phone on its side", "zoomed"],
+)
 def test_tools_and_notices_leave_each_other_room(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
 ) -> None:
@@ -169,6 +173,8 @@ def test_tools_and_notices_leave_each_other_room(
     until(lambda: page.locator(".notice.info").is_visible())
     for one, other in (
         (".tools", ".looks"),
+        (".transport", ".looks"),
+        (".transport", ".tools"),
         (".notice.info", ".looks"),
         (".notice.info", ".transport"),
         (".notice.info", ".timeline"),
@@ -188,7 +194,11 @@ COVERED = """() => [...document.querySelectorAll("button, select, summary, input
 """What a hand cannot get at: off the screen for good, or beneath something else."""
 
 
-@pytest.mark.parametrize("size", [(390, 844), (320, 640), (195, 422)], ids=["phone", "small", "half a phone"])
+@pytest.mark.parametrize(
+    "size",
+    [(390, 844), (844, 390), (320, 640), (195, 422)],
+    ids=["phone", "phone on its side", "small", "half a phone"],
+)
 def test_everything_is_within_reach_on_a_small_screen(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
 ) -> None:

@@ -32,7 +32,7 @@ def show(open_page: OpenPage) -> Iterator[Show]:
         one.add("PointStamped", "/ball")
         one.set("PointStamped", "radius", "0.1")
         one.set("PointStamped", "colour", "#ff0000")
-        one.hear("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
+        one.tell("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
         one.add("Camera", "/eye/image_raw")
         one.set("Camera", "rendering", "background")
         yield one

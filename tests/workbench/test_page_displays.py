@@ -53,7 +53,7 @@ def test_a_wall_a_lidar_sees_is_drawn_where_it_stands(open_page: OpenPage) -> No
         show.page.evaluate(FROM_ABOVE)
         show.add("LaserScan", "/laser")
         show.set("LaserScan", "colour", "#00ff00")
-        show.hear("LaserScan", "/laser", scan)
+        show.tell("LaserScan", "/laser", scan)
         seen = np.argwhere(show.mask(GREEN))
         low, high = show.pixels([(1.0, 1.0 * np.tan(0.6), 0.0), (1.0, -1.0 * np.tan(0.6), 0.0)])
         assert len(seen) > 500
@@ -69,7 +69,7 @@ def test_a_scan_is_drawn_in_its_own_frame(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("LaserScan", "/laser")
         show.set("LaserScan", "colour", "#00ff00")
-        show.hear("LaserScan", "/laser", scan)
+        show.tell("LaserScan", "/laser", scan)
         # its beams are 2 cm above the tops of the wheels, which are at 0.07 m
         middle = np.argwhere(show.mask(GREEN)).mean(axis=0)
         assert np.abs(middle - show.pixels([(1.0, 0.0, 0.09)])[0]).max() <= 3
@@ -85,13 +85,13 @@ def test_a_path_is_a_line_through_its_poses(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("Path", "/way")
         show.set("Path", "width", "7")
-        show.hear("Path", "/way", path)
+        show.tell("Path", "/way", path)
         on = [(-0.4, 0.0, 0.0), (0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.5, 0.3, 0.0)]
         off = [(0.0, 0.1, 0.0), (0.3, 0.3, 0.0), (-0.6, 0.0, 0.0)]
         line = (25, 255, 0)
         assert is_like(show.colours(*on), line)
         assert not any(is_like(show.colours(place), line) for place in off)
-        show.hear("Path", "/way", Path(WORLD))
+        show.tell("Path", "/way", Path(WORLD))
         until(lambda: not show.mask(line).any())
 
 
@@ -121,7 +121,7 @@ def test_a_pose_is_an_arrow(open_page: OpenPage, kind: str) -> None:
         show.add(kind, "/it")
         show.set(kind, "colour", "#ff2000")
         show.set(kind, "length", "0.5")
-        show.hear(kind, "/it", message)
+        show.tell(kind, "/it", message)
         arrows_from(show, "#ff2000", (0.2, -0.3), 0.5, 0.8)
         if kind == "PoseArray":
             arrows_from(show, "#ff2000", (-0.6, 0.4), 0.5, 0.0)
@@ -137,8 +137,8 @@ def test_odometry_keeps_where_it_was_and_shows_how_sure_it_is(open_page: OpenPag
         show.add("Odometry", "/told")
         show.set("Odometry", "colour", "#ff2000")
         show.set("Odometry", "length", "0.2")
-        show.hear("Odometry", "/told", odometry(-0.8))
-        show.hear("Odometry", "/told", odometry(-0.79))  # not far enough to be kept
+        show.tell("Odometry", "/told", odometry(-0.8))
+        show.tell("Odometry", "/told", odometry(-0.79))  # not far enough to be kept
         for x in (-0.4, 0.0):
             show.bus.publish("/told", odometry(x))
             ((row, column),) = show.pixels([(x + 0.06, 0.0, 0.0)])
@@ -166,7 +166,7 @@ def test_a_twist_is_an_arrow_and_a_ring(open_page: OpenPage) -> None:
         show.set("Twist", "angular", "#0040ff")
         show.set("Twist", "linear_scale", "1")
         show.set("Twist", "angular_scale", "0.15")
-        show.hear("Twist", "/speed", message)
+        show.tell("Twist", "/speed", message)
         # a turn about z of 2 rad/s is a ring of 0.3 m, open in its last quarter
         ring = show.colours((0.0, 0.3, 0.0), (-0.3, 0.0, 0.0))
         assert (ring[:, 2] > 120).all()
@@ -185,7 +185,7 @@ def test_a_wrench_is_an_arrow_along_the_force_and_a_ring_around_the_torque(open_
         show.set("Wrench", "angular", "#0040ff")
         show.set("Wrench", "linear_scale", "0.06")
         show.set("Wrench", "angular_scale", "0.1")
-        show.hear("Wrench", "/force", message)
+        show.tell("Wrench", "/force", message)
         assert (show.colours((0.0, 0.3, 0.0), (-0.3, 0.0, 0.0))[:, 2] > 120).all()  # 3 Nm
         assert show.colours((0.55, 0.0, 0.0))[0, 0] > 120  # 10 N
         assert show.colours((0.65, 0.0, 0.0))[0, 0] < 90
@@ -198,7 +198,7 @@ def test_a_polygon_is_a_closed_line(open_page: OpenPage) -> None:
         show.add("Polygon", "/footprint")
         show.set("Polygon", "colour", "#ff0000")
         show.set("Polygon", "width", "7")
-        show.hear("Polygon", "/footprint", PolygonStamped(WORLD, Polygon(corners)))
+        show.tell("Polygon", "/footprint", PolygonStamped(WORLD, Polygon(corners)))
         assert is_red(show.colours((0.0, -0.3, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0))).all()
         assert not is_red(show.colours((0.2, 0.0, 0.0), (0.0, 0.3, 0.0))).any()
 
@@ -211,7 +211,7 @@ def test_lines_of_a_path_are_as_wide_in_metres_as_is_asked(open_page: OpenPage) 
         show.set("Path", "colour", "#ff0000")
         show.set("Path", "style", "billboards")
         show.set("Path", "metres", "0.2")
-        show.hear("Path", "/way", way)
+        show.tell("Path", "/way", way)
         assert is_red(show.colours((0.0, 0.0, 0.0), (0.3, 0.09, 0.0), (-0.3, -0.09, 0.0))).all()
         assert not is_red(show.colours((0.0, 0.12, 0.0), (0.0, -0.12, 0.0))).any()
 
@@ -225,7 +225,7 @@ def test_a_range_is_a_cone_as_long_as_what_was_met(open_page: OpenPage) -> None:
         show.add("Range", "/sonar")
         show.set("Range", "colour", "#ff0000")
         show.set("Range", "alpha", "1")
-        show.hear("Range", "/sonar", sonar(0.8))
+        show.tell("Range", "/sonar", sonar(0.8))
         found = show.extent(show.mask(RED, 12))
         wide = 0.8 * np.tan(0.3)
         # the edge of a cone that lies flat is where it is widest, its rim half above the ground
@@ -244,6 +244,6 @@ def test_a_point_is_a_ball(open_page: OpenPage) -> None:
         show.add("PointStamped", "/clicked")
         show.set("PointStamped", "colour", "#ff0000")
         show.set("PointStamped", "radius", "0.1")
-        show.hear("PointStamped", "/clicked", PointStamped(WORLD, Point(0.4, 0.3)))
+        show.tell("PointStamped", "/clicked", PointStamped(WORLD, Point(0.4, 0.3)))
         assert is_red(show.colours((0.4, 0.3, 0.0), (0.47, 0.3, 0.0))).all()
         assert not is_red(show.colours((0.53, 0.3, 0.0))).any()

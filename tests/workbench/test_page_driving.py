@@ -13,8 +13,8 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import do, state_of
 from .pictures import blue, id_image, middle, pixels_per_metre, screenshot
+from .served import do, state_of
 
 FROM_ABOVE = "kbot.look([0.3, -0.001, 2.4], [0.3, 0, 0])"
 

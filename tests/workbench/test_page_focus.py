@@ -12,7 +12,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import Speaker, state_of
+from .served import Speaker, state_of
 
 OpenPage = Callable[..., Any]
 

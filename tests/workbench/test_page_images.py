@@ -26,7 +26,7 @@ def test_a_camera_picture_is_shown_pixel_by_pixel(open_page: OpenPage) -> None:
     padded[:, :6] = pixels[..., ::-1].reshape(2, 6)
     with showing(open_page, {"/eye": Image}) as show:
         show.add("Image", "/eye")
-        show.hear("Image", "/eye", Image(WORLD, 2, 2, "bgr8", 0, 8, padded.tobytes()))
+        show.tell("Image", "/eye", Image(WORLD, 2, 2, "bgr8", 0, 8, padded.tobytes()))
         canvas = show.page.locator(".camera-view canvas")
         until(canvas.is_visible)
         until(lambda: np.array(canvas.evaluate(READ)).reshape(2, 2, 4)[..., :3].tolist() == pixels.tolist())
@@ -47,7 +47,7 @@ YUV = {"yuv422": (84, 76, 255, 40), "uyvy": (84, 76, 255, 40), "yuv422_yuy2": (7
 def test_pictures_of_webcams_are_shown(open_page: OpenPage, encoding: str) -> None:
     with showing(open_page, {"/eye": Image}) as show:
         show.add("Image", "/eye")
-        show.hear("Image", "/eye", Image(WORLD, 1, 2, encoding, 0, 4, bytes(YUV[encoding])))
+        show.tell("Image", "/eye", Image(WORLD, 1, 2, encoding, 0, 4, bytes(YUV[encoding])))
         canvas = show.page.locator(".camera-view canvas")
         until(canvas.is_visible)
         seen = np.array(canvas.evaluate(READ)).reshape(2, 4)[:, :3]
@@ -60,7 +60,7 @@ def test_compressed_pictures_are_shown(open_page: OpenPage, kind: str) -> None:
     Picture.new("RGB", (16, 8), (255, 0, 0)).save(packed, kind)
     with showing(open_page, {"/eye/compressed": CompressedImage}) as show:
         show.add("Image", "/eye/compressed")
-        show.hear("Image", "/eye/compressed", CompressedImage(WORLD, f"rgb8; {kind}", packed.getvalue()))
+        show.tell("Image", "/eye/compressed", CompressedImage(WORLD, f"rgb8; {kind}", packed.getvalue()))
         canvas = show.page.locator(".camera-view canvas")
         until(canvas.is_visible)
         assert (canvas.evaluate("c => c.width"), canvas.evaluate("c => c.height")) == (16, 8)

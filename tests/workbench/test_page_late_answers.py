@@ -14,7 +14,7 @@ from kbot.workbench.serving.plotting import Asked, Plotting
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import asked, state_of
+from .served import asked, state_of
 from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, played, plot, shown, table
 
 __all__ = ["page", "played"]

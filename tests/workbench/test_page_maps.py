@@ -28,7 +28,7 @@ def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("Map", "/cells")
         show.set("Map", "alpha", "1")
-        show.hear("Map", "/cells", grid)
+        show.tell("Map", "/cells", grid)
         expected = {0: (255, 255, 255), 100: (0, 0, 0), -1: (112, 137, 134)}
         for row in range(2):
             for column in range(3):
@@ -55,10 +55,10 @@ def test_a_map_may_lie_behind_all_else(open_page: OpenPage) -> None:
         show.add("PointStamped", "/clicked")
         show.set("PointStamped", "colour", "#ff0000")
         show.set("PointStamped", "radius", "0.1")
-        show.hear("PointStamped", "/clicked", red)
+        show.tell("PointStamped", "/clicked", red)
         show.add("Map", "/cells")
         show.set("Map", "alpha", "1")
-        show.hear("Map", "/cells", grid)
+        show.tell("Map", "/cells", grid)
         assert is_like(show.colours((0.0, 0.0, 0.0), (0.3, 0.0, 0.2)), (0, 0, 0), 12)
         show.field("Map", "behind").check()
         until(lambda: is_red(show.colours((0.0, 0.0, 0.0))).all())

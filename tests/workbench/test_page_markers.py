@@ -63,7 +63,7 @@ def test_markers_of_every_shape(open_page: OpenPage) -> None:
         show.add("MarkerArray", "/marks")
         for one, on, beside in MARKERS.values():
             clear = Marker(action=DELETE_ALL)
-            show.hear("MarkerArray", "/marks", MarkerArray((clear, one)))
+            show.tell("MarkerArray", "/marks", MarkerArray((clear, one)))
             # the one before may still be there
             until(lambda on=on, beside=beside: red_at(show, on).all() and not red_at(show, beside).any())
 
@@ -72,13 +72,13 @@ def test_markers_have_colours_a_point_text_lives_and_namespaces(open_page: OpenP
     with showing(open_page, {"/mark": Marker}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("Marker", "/mark")
-        show.hear("Marker", "/mark", marker(7, id=1, points=SQUARE, colors=PAINTED))
+        show.tell("Marker", "/mark", marker(7, id=1, points=SQUARE, colors=PAINTED))
         for point, rgb in zip(SQUARE, (RED, GREEN, BLUE, (255, 255, 0)), strict=True):
             colour = show.colours((point.x, point.y, 0.0))[0]
             assert [part > 90 for part in colour] == [part > 0 for part in rgb], rgb
         show.bus.publish("/mark", marker(0, id=1, action=DELETE))
         until(lambda: not show.mask(RED, 90).any())
-        show.hear("Marker", "/mark", marker(9, id=2, text="KBot", scale=Vector3(0.0, 0.0, 0.2)))
+        show.tell("Marker", "/mark", marker(9, id=2, text="KBot", scale=Vector3(0.0, 0.0, 0.2)))
         until(
             lambda: is_red(show.colours((0.0, 0.0, 0.0)).reshape(-1, 3)).any() or show.mask(RED).sum() > 100
         )

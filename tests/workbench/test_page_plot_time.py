@@ -16,7 +16,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import asked, state_of
+from .served import asked, state_of
 from .test_plot import points, ticks
 
 OpenPage = Callable[..., Any]

@@ -39,7 +39,7 @@ def test_points_of_a_cloud_have_their_places_and_colours(open_page: OpenPage) ->
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "by", "rgb")
         show.set("PointCloud2", "size", "9")
-        show.hear("PointCloud2", "/cloud", cloud(places, [0xFF0000, 0x00FF00, 0x0000FF]))
+        show.tell("PointCloud2", "/cloud", cloud(places, [0xFF0000, 0x00FF00, 0x0000FF]))
         for place, rgb in zip(places, (RED, GREEN, BLUE), strict=True):
             assert is_like(show.colours(place), rgb), place
 
@@ -65,7 +65,7 @@ def test_points_may_be_as_large_as_things(open_page: OpenPage, style: str, flat:
         show.set("PointCloud2", "colour", "#ff00ff")
         show.set("PointCloud2", "style", style)
         show.set("PointCloud2", "metres", "0.3")
-        show.hear("PointCloud2", "/cloud", cloud([place], [0]))
+        show.tell("PointCloud2", "/cloud", cloud([place], [0]))
         image = show.mask((255, 0, 255), 140)[:300]  # without the bar below
         # the top of a box is nearer to the eye, which is 3 m above
         seen = 0.3 * (3.0 / 2.85 if style == "boxes" and not flat else 1.0)
@@ -88,7 +88,7 @@ def test_colours_go_between_the_values_that_are_set(open_page: OpenPage) -> None
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "size", "12")
         show.set("PointCloud2", "by", "intensity")
-        show.hear("PointCloud2", "/cloud", message)
+        show.tell("PointCloud2", "/cloud", message)
         assert "its points have no intensity" in show.status("PointCloud2")
         show.set("PointCloud2", "channel", "ring")
         show.bus.publish("/cloud", message)
@@ -111,7 +111,7 @@ def test_older_points_are_coloured_anew_too(open_page: OpenPage) -> None:
         show.set("LaserScan", "size", "12")
         show.set("LaserScan", "decay", "100")
         show.set("LaserScan", "colour", "#ff0000")
-        show.hear("LaserScan", "/laser", beam(1, 0.4))
+        show.tell("LaserScan", "/laser", beam(1, 0.4))
         show.bus.publish("/laser", beam(2, 0.8))
         until(lambda: is_like(show.colours((0.4, 0.0, 0.0), (0.8, 0.0, 0.0)), RED))
         show.set("LaserScan", "colour", "#00ff00")

@@ -10,8 +10,8 @@ import pytest
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import asked, state_of
 from .pictures import blue, middle, screenshot
+from .served import asked, state_of
 from .test_page_tools import at, drag, from_above, pose, show_what_is, tool
 
 OpenPage = Callable[..., Any]

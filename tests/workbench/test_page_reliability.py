@@ -16,7 +16,8 @@ from kbot.workbench.serving.past import Past
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import WORLD, Show, Speaker, do, pose, state_of
+from .displayed import WORLD, Show, pose
+from .served import Speaker, do, state_of
 from .test_page_access import axe
 
 __all__ = ["axe"]

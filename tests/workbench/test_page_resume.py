@@ -16,7 +16,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import asked, do, state_of
+from .served import asked, do, state_of
 from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture
 
 OpenPage = Callable[..., Any]

@@ -8,7 +8,7 @@ import numpy as np
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import state_of
+from .served import state_of
 
 OpenPage = Callable[..., Any]
 

@@ -12,7 +12,7 @@ from kbot.workbench.serving import server
 from kbot.workbench.serving.hub import Hub
 
 from .conftest import READY, until
-from .displayed import state_of
+from .served import state_of
 
 LINK = "document.querySelector('.status').dataset.link"
 IS_PAST = "document.documentElement.dataset.time === 'past'"

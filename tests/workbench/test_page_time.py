@@ -14,8 +14,8 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .displayed import asked, do, state_of
 from .pictures import pixels_per_metre, screenshot
+from .served import asked, do, state_of
 
 OpenPage = Callable[..., Any]
 

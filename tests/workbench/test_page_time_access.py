@@ -8,7 +8,7 @@ import pytest
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import state_of
+from .served import state_of
 from .test_page_access import axe
 
 OpenPage = Callable[..., Any]

@@ -8,8 +8,8 @@ import numpy as np
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import state_of
 from .pictures import blue, middle, screenshot
+from .served import state_of
 from .test_page_tools import at, drag, from_above, show_what_is, tool
 
 OpenPage = Callable[..., Any]

@@ -14,8 +14,8 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import hear, state_of
 from .pictures import blue, middle, screenshot
+from .served import hear, state_of
 
 OpenPage = Callable[..., Any]
 FROM_ABOVE = "kbot.look([0.6, 0.5999, 3.6], [0.6, 0.6, 0])"

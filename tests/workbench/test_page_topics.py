@@ -11,7 +11,7 @@ from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import Speaker, state_of
+from .served import Speaker, state_of
 
 OpenPage = Callable[..., Any]
 

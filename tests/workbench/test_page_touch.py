@@ -10,7 +10,7 @@ from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import hear, state_of
+from .served import hear, state_of
 from .test_page_tools import at, from_above, tool
 
 OpenPage = Callable[..., Any]

@@ -10,8 +10,8 @@ from kbot.cli.main import run
 from kbot.workbench.session.session import Session
 
 from .conftest import CHROMIUM_ARGUMENTS, until
-from .displayed import state_of
 from .pictures import screenshot
+from .served import state_of
 
 OpenPage = Callable[..., Any]
 

@@ -13,8 +13,8 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import state_of
 from .pictures import decode_png
+from .served import state_of
 
 OpenPage = Callable[..., Any]
 

@@ -9,8 +9,8 @@ from kbot.workbench.protocol import MoveModel
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import do, state_of
 from .pictures import blue, id_image, screenshot
+from .served import do, state_of
 
 OpenPage = Callable[..., Any]
 

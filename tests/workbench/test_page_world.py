@@ -14,7 +14,7 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .displayed import do, state_of
+from .served import do, state_of
 
 OpenPage = Callable[..., Any]
 
