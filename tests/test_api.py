@@ -53,6 +53,28 @@ def test_keywords_are_arguments_and_properties_are_properties(bot):
     assert "flipped" not in kbot.load(bot, arguments={"flip": False}).links
 
 
+def test_wheels_that_a_plugin_reckons_otherwise_are_a_warning(tmp_path):
+    """With 0.1 m told for wheels of 0.05 m, distances are twice what they are."""
+    wheels = "".join(
+        f'<link name="{side}"><collision><origin rpy="1.5707963 0 0"/><geometry><cylinder '
+        f'radius="${{radius}}" length="0.02"/></geometry></collision></link><joint name="{side}_joint" '
+        f'type="continuous"><parent link="base"/><child link="{side}"/><origin xyz="0 {y} 0"/>'
+        '<axis xyz="0 1 0"/></joint>'
+        for side, y in (("left", 0.1), ("right", -0.1))
+    )
+    path = tmp_path / "bot.xacro"
+    path.write_text(
+        '<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="r" default="0.1"/>'
+        f'<xacro:property name="radius" value="$(arg r)"/><link name="base"/>{wheels}<gazebo><plugin '
+        'name="drive" filename="libgazebo_ros_diff_drive.so"><leftJoint>left_joint</leftJoint>'
+        "<rightJoint>right_joint</rightJoint><wheelSeparation>0.2</wheelSeparation>"
+        "<wheelDiameter>0.2</wheelDiameter></plugin></gazebo></robot>"
+    )
+    kbot.load(path)
+    with pytest.warns(kbot.DescriptionWarning, match=r"\+100 % off \[D106\]"):
+        kbot.load(path, r=0.05)
+
+
 def test_an_argument_nobody_declares_is_a_warning(bot):
     with pytest.warns(kbot.DescriptionWarning, match="reech"):
         robot = kbot.load(bot, reech=3)

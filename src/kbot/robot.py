@@ -92,12 +92,15 @@ def load(
     Python names go into `arguments`. `properties` override the top level's properties. `packages`:
     folders in which packages are looked for first.
 
-    Warnings of the description are given as `DescriptionWarning`.
+    Warnings of the description are given as `DescriptionWarning`; so are wheel sizes of a plugin or a
+    controller that are not those of the wheels.
 
     Raises:
         DescriptionError: the description has errors; it carries all of them.
         KbotError: an argument's value is no text, number or truth value.
     """
+    from kbot.checks.first_look import SIZES, first_look
+
     loaded = load_robot(
         path,
         _texts("argument", {**(arguments or {}), **more_arguments}),
@@ -105,7 +108,7 @@ def load(
         _packages(packages),
     )
     robot = loaded.require()
-    for diagnostic in loaded.diagnostics:
+    for diagnostic in (*loaded.diagnostics, *first_look(loaded, SIZES)):
         warnings.warn(str(diagnostic), DescriptionWarning, stacklevel=2)
     return Robot(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
 

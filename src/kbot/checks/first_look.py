@@ -1,5 +1,6 @@
 """The few findings that every verb tells of a robot it shows: meshes that are not there, sizes and masses
-that nothing has, hardware that ros2_control does not find. All others are told by `kbot check`."""
+that nothing has, hardware that ros2_control does not find, wheel sizes told wrongly. All others are told by
+`kbot check`."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 MESHES = ("G101", "G102")
 NUMBERS = ("I102", "G107")
 CONTROL = ("D129", "D130")
+SIZES = ("D105", "D106")
 
 
 def folded(loaded: Loaded, found: Sequence[Diagnostic]) -> list[Diagnostic]:
@@ -36,7 +38,7 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     if loaded.robot is None or document is None:
         return []
     context = as_loaded(loaded, document.source, Config())
-    rules = [find_rule(code) for code in codes]
+    rules = [rule for rule in map(find_rule, codes) if context.has(rule.needs)]
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
         replace(d, severity=Severity.WARNING) if d.code in (*MESHES, *CONTROL) else d
