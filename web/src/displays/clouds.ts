@@ -32,7 +32,11 @@ export function readScan(message: Record<string, unknown>): Cloud {
   return { header: scan.header, places: places.subarray(0, 3 * count), intensity: intensity.subarray(0, count), rgb: null };
 }
 
-/** Readers of the numbers that a PointField may hold, by its datatype. */
+/** Bytes of each number that a PointField may hold, by its datatype. */
+const SIZES: Record<number, number> = { 1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 8: 8 };
+const PACKED = 4;
+
+/** Readers of those numbers. */
 const NUMBERS: Record<number, (view: DataView, at: number, little: boolean) => number> = {
   1: (view, at) => view.getInt8(at),
   2: (view, at) => view.getUint8(at),
@@ -49,12 +53,13 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
   const field = (name: string): msg.PointField | undefined => cloud.fields.find((one) => one.name === name);
   const [x, y, z] = ["x", "y", "z"].map(field);
   if (x === undefined || y === undefined || z === undefined) return { level: "error", reason: "its points have no x, y and z" };
-  if (cloud.data.length < cloud.row_step * cloud.height) return { level: "error", reason: "it has fewer bytes than its rows need" };
   const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
   const value = (one: msg.PointField, base: number): number => NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
   const packed = field("rgb") ?? field("rgba");
   const shade = field(channel || "intensity");
   const most = cloud.height * cloud.width;
+  const wrong = fault(cloud, [x, y, z, shade], packed);
+  if (wrong !== null) return { level: "error", reason: wrong };
   const places = new Float32Array(3 * most);
   const intensity = new Float32Array(shade === undefined ? 0 : most);
   const rgb = new Uint8Array(packed === undefined ? 0 : 3 * most);
@@ -83,4 +88,18 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
     intensity: shade === undefined ? null : intensity.subarray(0, count),
     rgb: packed === undefined ? null : rgb.subarray(0, 3 * count),
   };
+}
+
+/** What is wrong with how a cloud says that its bytes are to be read. */
+function fault({ height, width, row_step, point_step, data }: msg.PointCloud2, numbers: readonly (msg.PointField | undefined)[], packed: msg.PointField | undefined): string | null {
+  if (height * width === 0) return null;
+  if (height > 1 && row_step < width * point_step) return "its rows are shorter than their points";
+  if (data.length < (height - 1) * row_step + width * point_step) return "it has fewer bytes than its rows need";
+  for (const one of numbers) {
+    if (one === undefined) continue;
+    const size = SIZES[one.datatype];
+    if (size === undefined) return `its field ${one.name} is of datatype ${one.datatype}, which there is not`;
+    if (one.offset + size > point_step) return `its field ${one.name} does not lie within a point`;
+  }
+  return packed !== undefined && packed.offset + PACKED > point_step ? `its field ${packed.name} does not lie within a point` : null;
 }

@@ -40,6 +40,8 @@ export interface Display {
   state?(state: State): void;
   /** A message of its topic; what is wrong with it is said, at once or when it was read. */
   message?(message: TopicMessage): Status | null | Promise<Status | null>;
+  /** Whether it takes messages in which numbers are null: without this those are told to be wrong, and not shown. */
+  readonly takesGaps?: boolean;
   /** Namespaces of what it shows. */
   readonly namespaces?: readonly string[];
   /** Its topic is another one: what it showed of the one before is gone. */

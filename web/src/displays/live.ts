@@ -3,6 +3,7 @@ import { Group, type Object3D } from "three";
 import type { App } from "../app";
 import type { Scene, State, TopicMessage } from "../protocol";
 import type { Display, Picture } from "./display";
+import { GAPS, hasGaps } from "./gaps";
 import { MAKERS } from "./registry";
 import { kindOf, valuesOf, type DisplayConfig, type Status } from "./set";
 
@@ -157,6 +158,7 @@ export class LiveDisplays {
   }
 
   private hear(one: Live, message: TopicMessage): void {
+    if (one.display?.takesGaps !== true && hasGaps(message.message)) return this.take(one, { level: "error", reason: `it holds ${GAPS}` });
     const said = one.display?.message?.(message) ?? null;
     if (said instanceof Promise) void said.then((status) => this.live.get(one.config.id) === one && one.topic === message.topic && this.take(one, status));
     else this.take(one, said);

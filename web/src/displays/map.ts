@@ -96,6 +96,7 @@ export const map: Make = (picture) => {
       const { width, height } = grid.info;
       if (width * height !== grid.data.length) return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
       if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
+      if (!(grid.info.resolution > 0)) return { level: "error", reason: `cells of ${grid.info.resolution} m` };
       heard = grid;
       draw();
       listen(`${topic}_updates`);

@@ -74,7 +74,9 @@ function arrow(marker: msg.Marker): Object3D {
 /** From each point to the next. */
 function arrows(marker: msg.Marker): Object3D {
   const { points } = marker;
-  return new Group().add(...points.slice(1).map((point, i) => arrow({ ...marker, points: [points[i]!, point] })));
+  const all = new Group();
+  for (const [i, point] of points.slice(1).entries()) all.add(arrow({ ...marker, points: [points[i]!, point] }));
+  return all;
 }
 
 function arrowAlong(marker: msg.Marker, start: Vector3, way: Vector3, shaft: number, head: number, headLength: number): Object3D {

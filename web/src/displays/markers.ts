@@ -4,6 +4,7 @@ import type * as msg from "../messages";
 import type { State, TopicMessage } from "../protocol";
 import type { Display, Make, Picture } from "./display";
 import { placeAtHeader, seconds } from "./frames";
+import { GAPS, hasGaps } from "./gaps";
 import { BUILDERS } from "./marker-objects";
 import { poseMatrix } from "./pose-shapes";
 import type { Status, Values } from "./set";
@@ -21,6 +22,7 @@ interface Drawn {
 /** What programs draw, by namespace and number. */
 class Markers implements Display {
   readonly group = new Group();
+  readonly takesGaps = true; // one that is wrong does not take the others along
   protected readonly drawn = new Map<string, Drawn>();
   /** Namespaces that were heard of. */
   private readonly known = new Set<string>();
@@ -83,6 +85,7 @@ class Markers implements Display {
     const marker = this.prepared(received);
     const build = BUILDERS[marker.type];
     if (build === undefined) return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
+    if (hasGaps(marker)) return { level: "error", reason: `${named(marker)} holds ${GAPS}` };
     const holder = new Group();
     const object = new Group();
     object.matrixAutoUpdate = false;

@@ -27,14 +27,21 @@ const BRIGHTNESS: Record<string, readonly [number, number, number, number]> = {
   yuyv: [0, 2, 1, 3],
 };
 
+/** Bytes of what is taken for a depth. */
+const DEPTHS: Record<string, number> = { "32FC1": 4, "16UC1": 2, mono16: 2 };
+
 /** What a picture shows: its colours, or its depths in colours by `normalize`, `near` and `far`; else what is wrong with it. */
 export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   const { width, height, step, encoding, data } = image;
   if (width * height === 0 || data.length < step * height) return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
-  const pixels = new ImageData(width, height);
   const layout = COLOURED[encoding];
+  const pair = BRIGHTNESS[encoding];
+  const size = layout?.[0] ?? (pair !== undefined ? 2 : DEPTHS[encoding]);
+  if (size === undefined) return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
+  if (step < width * size) return { level: "error", reason: `rows of ${step} bytes, but ${width} pixels in ${encoding} need ${width * size}` };
+  const pixels = new ImageData(width, height);
   if (layout !== undefined) {
-    const [size, ...places] = layout;
+    const places = layout.slice(1);
     for (let row = 0, to = 0; row < height; row += 1) {
       for (let column = 0, at = row * step; column < width; column += 1, at += size, to += 4) {
         places.forEach((place, channel) => (pixels.data[to + channel] = data[at + place]!));
@@ -43,7 +50,6 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
     }
     return pixels;
   }
-  const pair = BRIGHTNESS[encoding];
   if (pair !== undefined) {
     for (let row = 0, to = 0; row < height; row += 1) {
       for (let column = 0; column < width; column += 1, to += 4) {
@@ -54,8 +60,7 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
     }
     return pixels;
   }
-  const depth = depths(image);
-  if (depth === null) return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
+  const depth = depths(image, size);
   let [low, high] = [Number(set["near"]), Number(set["far"])];
   if (set["normalize"] === true) {
     const known = depth.filter(Number.isFinite);
@@ -69,12 +74,10 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   return pixels;
 }
 
-/** Metres at each pixel, null where the picture is of another kind. */
-function depths({ encoding, width, height, step, data, is_bigendian }: msg.Image): number[] | null {
+/** Metres at each pixel, of so many bytes. */
+function depths({ width, height, step, data, is_bigendian }: msg.Image, size: number): number[] {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   const little = is_bigendian === 0;
-  const size = encoding === "32FC1" ? 4 : encoding === "16UC1" || encoding === "mono16" ? 2 : 0;
-  if (size === 0) return null;
   return Array.from({ length: width * height }, (_, pixel) => {
     const at = Math.floor(pixel / width) * step + (pixel % width) * size;
     return size === 4 ? view.getFloat32(at, little) : view.getUint16(at, little) / 1000 || NaN;

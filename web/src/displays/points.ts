@@ -88,6 +88,7 @@ class PointsDisplay implements Display {
     if (auto !== true) return shades(values, Number(this.values["low"]), Number(this.values["high"]));
     let [low, high] = [Infinity, -Infinity];
     for (const value of values) {
+      if (!Number.isFinite(value)) continue;
       low = Math.min(low, value);
       high = Math.max(high, value);
     }

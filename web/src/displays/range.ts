@@ -18,6 +18,7 @@ export const range: Make = (picture) => {
   put(0, 0);
   return {
     group,
+    takesGaps: true,
     configure(values) {
       material.color = new Color(values["colour"] as string);
       material.opacity = values["alpha"] as number;
