@@ -4,7 +4,7 @@ import { icon, type IconName } from "../icons";
 import type { Signal } from "../signal";
 
 /** As the style has it. */
-const NARROW = "(width <= 760px)";
+const NARROW = "(width <= 760px) or ((width <= 960px) and (height <= 520px))";
 
 const SHEETS: readonly [string, IconName, string][] = [
   ["drive", "drive", "Drive"],
