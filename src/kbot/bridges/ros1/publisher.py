@@ -71,7 +71,9 @@ class _Subscriber:
         writer.transport.set_write_buffer_limits(0)  # so that `drain` waits for all to be taken
 
     def send(self, packet: Packet) -> None:
-        """At once where it keeps up."""
+        """At once where it keeps up; nothing to one that is gone, which asyncio would complain of aloud."""
+        if self._writer.transport.is_closing():
+            return
         data = struct.pack("<I", len(packet.ros1)) + packet.ros1
         if self._sending is not None:
             self._waiting.append(data)
