@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 from collections.abc import Callable
-from pathlib import Path, PurePath
+from pathlib import PurePath
 
 from kbot.launch.faults import Fault
 from kbot.launch.plan import Description
@@ -80,10 +80,10 @@ def _xacro(
             files.append(word)
     if len(files) != 1:
         raise Fault("L041", f"xacro takes one file, not {len(files)}")
-    from kbot.text.installed import in_sources
+    from kbot.text.installed import find_file
     from kbot.xacro import expand
 
-    file = files[0] if Path(files[0]).exists() else in_sources(files[0]) or files[0]
+    file = find_file(files[0]) or files[0]
     expansion = expand(file, arguments, packages=packages.beside(file))
     for diagnostic in expansion.diagnostics:
         note(diagnostic)

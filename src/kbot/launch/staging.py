@@ -24,7 +24,7 @@ from kbot.launch.population import read_population
 from kbot.launch.running.programs import Program, find_program
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
-from kbot.text.installed import in_sources
+from kbot.text.installed import find_file
 from kbot.xacro.packages import Packages
 
 _T = TypeVar("_T")
@@ -108,6 +108,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     first = robots[0] if robots else None
     spawn = first.spawn if first else Spawn()
     viewers = cast.get(Role.VIEWER, [])
+    displays = next((file for node in viewers if (file := display_config(node.args))), "")
     return Stage(
         path=first.path if first else None,
         arguments=first.arguments if first else {},
@@ -116,7 +117,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         paused=(gazebo.paused and not any(robot.spawn.unpause for robot in robots))
         or any(playing is not None and playing.paused for playing in playings),
         window=gazebo.window or bool(viewers),
-        displays=_in_sources(next((file for node in viewers if (file := display_config(node.args))), "")),
+        displays=find_file(displays) or displays,
         fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),
         spawn=spawn,
         frame_prefix=first.frame_prefix if first else "",
@@ -133,11 +134,6 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         programs=tuple(programs),
         notes=tuple(notes),
     )
-
-
-def _in_sources(file: str) -> str:
-    """A file, or where the sources of its package have it."""
-    return file if not file or Path(file).exists() else in_sources(file) or file
 
 
 def display_config(arguments: str) -> str:

@@ -60,9 +60,9 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     try:
         data = _read_bytes(name, max_bytes)
     except FileNotFoundError:
-        from kbot.text.installed import in_sources
+        from kbot.text.installed import find_file
 
-        found = in_sources(name)
+        found = find_file(name)
         if found is not None and not os.path.isdir(found):
             return read_source(found, max_bytes)
         raise _unreadable(name, "F001", *_missing(name)) from None

@@ -18,8 +18,10 @@ _SHARE = re.compile(r"share/[^/]+/?")
 _MOST_BYTES = 1_000_000
 
 
-def in_sources(path: str) -> str | None:
-    """The source of a file that is missing at `path`, in the package around it; None where there is none."""
+def find_file(path: str) -> str | None:
+    """`path` where something is there, else its source in the package around it; None where there is none."""
+    if not path or os.path.exists(path):
+        return path or None
     package = os.path.dirname(os.path.abspath(path))
     while not os.path.isfile(os.path.join(package, "package.xml")):
         above = os.path.dirname(package)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from kbot.text.errors import KbotError
 from kbot.text.files import check_regular, from_file_uri
-from kbot.text.installed import in_sources
+from kbot.text.installed import find_file
 from kbot.text.suggest import did_you_mean
 
 TYPE_CHECKING = False
@@ -91,9 +91,7 @@ class Packages:
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
         """The path a mesh's or texture's URI names, or None when there is no such file; see `expected`."""
         path = self.expected(uri, beside)
-        if path is None:
-            return None
-        return path if os.path.exists(path) else in_sources(path)
+        return find_file(path) if path is not None else None
 
     def expected(self, uri: str, beside: str | None = None) -> str | None:
         """The path a URI names, whether or not there is such a file; None where it names no path here.

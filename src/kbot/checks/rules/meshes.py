@@ -10,7 +10,7 @@ from pathlib import Path
 from kbot.checks.context import Context
 from kbot.checks.facts.mesh_files import mesh_facts, unreadable
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.geometry import shape_name, shapes_of
+from kbot.checks.rules.geometry import shape_name
 from kbot.model import Collision, Link, Mesh, Visual
 from kbot.text import KbotError, Severity
 from kbot.text.files import check_regular
@@ -22,7 +22,7 @@ _MANY = 10_000
 
 def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]:
     for link in context.sure_links:
-        for shape in shapes_of(link):
+        for shape in link.shapes:
             if isinstance(shape.geometry, Mesh):
                 yield link, shape, shape.geometry
 
@@ -58,10 +58,12 @@ def mesh_missing(context: Context) -> Found:
         except KbotError as error:
             yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}")
             continue
-        found = context.folders.but_for_case(expected) if expected else ""
-        if found == expected != "":
+        if not expected:
+            continue
+        found = context.folders.but_for_case(expected)
+        if found == expected:
             yield Finding(mesh.origin, f"{link.name}: {expected} is no file that can be read")
-        if found is None:
+        elif found is None:
             folder, name = os.path.split(expected)
             hint = did_you_mean(name, context.folders.names(folder))
             message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there"
@@ -78,9 +80,8 @@ def _expected(context: Context, uri: str) -> str:
     if mark and scheme in ("http", "https"):
         return ""
     if mark and scheme in ("package", "model"):
-        name, _, inner = rest.partition("/")
-        return os.path.join(context.packages.find(name), inner.lstrip("/"))
-    return os.path.join(os.path.dirname(context.entry.path), rest if mark else uri)
+        context.packages.find(rest.partition("/")[0])
+    return context.packages.expected(uri, context.entry.path) or uri
 
 
 @rule("G102", "mesh-case", Severity.ERROR, "robot")
