@@ -26,11 +26,10 @@ def robot_bounds(
     corners: list[tuple[Array, Array]] = []
     for name, root_from_link in tree.poses(joints).items():
         link = tree.robot.links[name]
-        parts = [(v.pose, v.geometry) for v in link.visuals] + [(c.pose, c.geometry) for c in link.collisions]
-        for pose, shape in parts:
-            frame_from_shape = frame_from_root @ root_from_link @ pose_transform(pose)
+        for part in link.shapes:
+            frame_from_shape = frame_from_root @ root_from_link @ pose_transform(part.pose)
             try:
-                box = bounds(shape, frame_from_shape.rotation)
+                box = bounds(part.geometry, frame_from_shape.rotation)
             except KbotError:
                 continue
             if box is not None:

@@ -68,3 +68,8 @@ class Link:
     visuals: tuple[Visual, ...]
     collisions: tuple[Collision, ...]
     origin: Origin
+
+    @property
+    def shapes(self) -> tuple[Visual | Collision, ...]:
+        """What is seen of it, then what it touches with."""
+        return (*self.visuals, *self.collisions)

@@ -90,7 +90,7 @@ def _check_files(robot: Robot, reach: Reach) -> None:
     none."""
     wrong: dict[str, Origin] = {}
     for link in robot.links.values():
-        for shape in [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]:
+        for shape in (part.geometry for part in link.shapes):
             said = _wrong_with(shape) if isinstance(shape, Mesh) else ""
             if said:
                 wrong.setdefault(said, shape.origin)

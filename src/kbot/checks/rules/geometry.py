@@ -7,7 +7,7 @@ from kbot.checks.facts.bodies import Part, bounds
 from kbot.checks.facts.mobile_base import held
 from kbot.checks.facts.spatial import Vector, dot, norm, subtract
 from kbot.checks.registry import Finding, Found, rule
-from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, Sphere, Visual
+from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from kbot.text import Related, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -61,15 +61,10 @@ def size_not_positive(context: Context) -> Found:
     Fix: none.
     """
     for link in context.sure_links:
-        for shape in shapes_of(link):
+        for shape in link.shapes:
             bad = _bad_size(shape.geometry)
             if bad:
                 yield Finding(shape.geometry.origin, f"{link.name}: {bad}: the shape has no volume")
-
-
-def shapes_of(link: Link) -> tuple[Visual | Collision, ...]:
-    """What is seen of a link, then what it touches with."""
-    return (*link.visuals, *link.collisions)
 
 
 def _bad_size(geometry: Geometry) -> str:

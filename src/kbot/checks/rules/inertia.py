@@ -10,7 +10,6 @@ from kbot.checks.context import Context
 from kbot.checks.facts.bodies import tensor_of
 from kbot.checks.facts.spatial import Vector, eigenvalues
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.geometry import shapes_of
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.rules.masses import weight_below
 from kbot.model import Inertial, Link, Mesh
@@ -231,7 +230,7 @@ def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] |
         return tuple(round(end - start, 3) for start, end in zip(*bounds, strict=True))
     if not by_name:
         return None
-    meshes = sorted({s.geometry.uri for s in shapes_of(link) if isinstance(s.geometry, Mesh)})
+    meshes = sorted({s.geometry.uri for s in link.shapes if isinstance(s.geometry, Mesh)})
     return ";".join(meshes) or None
 
 

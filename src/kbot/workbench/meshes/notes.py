@@ -15,8 +15,7 @@ def lightened_meshes(robot: Robot, meshes: MeshStore) -> Iterator[Diagnostic]:
     """A note for each very large mesh file, where it is first named."""
     said: set[str] = set()
     for link in robot.links.values():
-        shapes = [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]
-        for shape in shapes:
+        for shape in (part.geometry for part in link.shapes):
             if not isinstance(shape, Mesh) or shape.path is None or shape.path in said:
                 continue
             lightened = meshes.lightened.get(shape.path)

@@ -49,7 +49,7 @@ def confine(robot: Robot, roots: MeshRoots) -> Confined:
     not sent them."""
     outside: dict[str, Diagnostic] = {}
     for link in robot.links.values():
-        for mesh in [part.geometry for part in link.visuals] + [part.geometry for part in link.collisions]:
+        for mesh in (part.geometry for part in link.shapes):
             if not isinstance(mesh, Mesh) or (mesh.path or mesh.uri) in outside or roots.allow(mesh):
                 continue
             outside[mesh.path or mesh.uri] = Diagnostic(

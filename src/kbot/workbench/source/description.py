@@ -96,9 +96,7 @@ class Description:
 
 
 def _mesh_files(robot: Robot, packages: Packages) -> tuple[str, ...]:
-    links = robot.links.values()
-    shapes = [part.geometry for link in links for part in link.visuals]
-    shapes += [part.geometry for link in links for part in link.collisions]
+    shapes = (part.geometry for link in robot.links.values() for part in link.shapes)
     meshes = (shape for shape in shapes if isinstance(shape, Mesh) and shape.uri.strip())
     files = (mesh.path or packages.expected(mesh.uri) for mesh in meshes)
     return tuple(dict.fromkeys(file for file in files if file is not None))
