@@ -246,6 +246,16 @@ def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> No
     assert [dict(display.properties) for display in again[:2]] == [told, hidden]
 
 
+def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
+    found = read_rviz(POINTS.replace("Max Value: 2.5", "Max Value: top"), "points.rviz")
+    assert found.notes == (
+        'Cloud, line 5: Autocompute Value Bounds/Max Value is "top", where a number is meant; it is kept',
+    )
+    assert "high" not in found.settings.displays[0].properties
+    kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]
+    assert kept["Autocompute Value Bounds"] == {"Max Value": "top", "Min Value": -1, "Value": False}
+
+
 @pytest.mark.parametrize(("version", "name"), [(1, "rviz/WrenchStamped"), (2, "rviz_default_plugins/Wrench")])
 def test_each_rviz_has_its_name_for_a_wrench(version: Literal[1, 2], name: str) -> None:
     force = Settings({}, (Display("Wrench", "Force", True, {"topic": "/f", "linear_scale": 0.5}),))

@@ -32,6 +32,13 @@ class Marked:
             raise self.error(f"fields by name are expected here, not {self.said}")
         return self.value
 
+    def at(self, label: str) -> Marked | None:
+        """A field by its label, `A/B` being the field `B` of the field `A`."""
+        found: Marked | None = self
+        for part in label.split("/"):
+            found = found.value.get(part) if found is not None and isinstance(found.value, dict) else None
+        return found
+
     @property
     def items(self) -> list[Marked]:
         """Raises KbotError: it is no list."""

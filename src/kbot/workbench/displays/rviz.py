@@ -16,7 +16,7 @@ from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
 from kbot.workbench.displays.rviz_parts import hidden, read_links, read_namespaces, show, show_namespace
-from kbot.workbench.displays.rviz_special import read_special, written
+from kbot.workbench.displays.rviz_special import range_labels, read_special, written
 from kbot.workbench.displays.rviz_standard import (
     NOT_IN_RVIZ_1,
     PACKAGES,
@@ -174,15 +174,14 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     if kind is None:
         notes.append(f"{name} ({cls}), line {entry.line}: no such display here; it is kept in the file")
         return None
-    values: dict[str, Value] = {}
     read: set[str] = set()
+    values = read_special(kind, fields, read)
     for property in kind.properties:
-        labels = _labels(property, kind)
+        labels = _labels(property, kind, values.get("by"))
         read.update(label.partition("/")[0] for label in labels)
         value = _read_property(property, entry, notes, name, labels)
         if value is not NOTHING:
             values[property.name] = value
-    values.update(read_special(kind, fields, read))
     values.update(read_links(kind, fields.get("Links")))
     if kind.per_namespace and "Namespaces" in fields:
         values.update(read_namespaces(fields["Namespaces"].plain))
@@ -196,8 +195,10 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     return Display(kind.name, name, enabled is not False, values, number)
 
 
-def _labels(property: Property, kind: DisplayKind) -> list[str]:
-    labels = [property.rviz] if property.rviz else []
+def _labels(property: Property, kind: DisplayKind, by: Value | None) -> list[str]:
+    """Where rviz may have a property of points that are coloured `by` something, or of anything else."""
+    label = property.rviz or range_labels(by).get(property.name, "")
+    labels = [label] if label else []
     if property.name == "topic" and kind.name in TOPIC_NAMES:
         labels.append(TOPIC_NAMES[kind.name])
     return labels
@@ -207,7 +208,7 @@ def _read_property(
     property: Property, entry: Marked, notes: list[str], owner: str, labels: list[str] | None = None
 ) -> Any:  # noqa: ANN401 - a value or NOTHING
     for label in [property.rviz] if labels is None else labels:
-        found = _get(entry, label) if label else None
+        found = entry.at(label) if label else None
         if found is None:
             continue
         try:
@@ -215,14 +216,6 @@ def _read_property(
         except KbotError as error:
             notes.append(f"{owner}, line {found.line}: {label} is {found.said}, where {error}; it is kept")
     return NOTHING
-
-
-def _get(entry: Marked, label: str) -> Marked | None:
-    """A field by its label, `A/B` beneath `A`."""
-    at: Marked | None = entry
-    for part in label.split("/"):
-        at = at.value.get(part) if at is not None and isinstance(at.value, dict) else None
-    return at
 
 
 def _says(property: Property, entry: dict[str, Any], label: str, value: Value) -> bool:
@@ -266,7 +259,7 @@ def _write_display(display: Display, entry: dict[str, Any], package: str) -> Non
             _put(entry, f"Links/{part}/{property.rviz}", value)
         if of_part:
             continue
-        labels = _labels(property, kind)
+        labels = _labels(property, kind, display.properties.get("by"))
         if package == ROS1:
             labels.reverse()
         label = next((label for label in labels if label in entry), labels[0] if labels else "")
