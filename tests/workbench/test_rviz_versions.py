@@ -249,7 +249,7 @@ def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> No
 def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
     found = read_rviz(POINTS.replace("Max Value: 2.5", "Max Value: top"), "points.rviz")
     assert found.notes == (
-        'Cloud, line 5: Autocompute Value Bounds/Max Value is "top", where a number is meant; it is kept',
+        'Cloud, line 6: Autocompute Value Bounds/Max Value is "top", where a number is meant; it is kept',
     )
     assert "high" not in found.settings.displays[0].properties
     kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]
