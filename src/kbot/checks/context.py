@@ -19,6 +19,7 @@ from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
 if TYPE_CHECKING:
+    from kbot.launch.controller_files import ControllerFile
     from kbot.xacro import Expansion, Packages
 
 
@@ -227,6 +228,15 @@ class Context:
     def drivers(self) -> tuple[Driver, ...]:
         """The plugins and controllers that drive wheels, with what they were told."""
         return tuple(find_drivers(self.robot, self.packages))
+
+    @cached_property
+    def controller_files(self) -> tuple[ControllerFile, ...]:
+        """The files of controllers' parameters that Gazebo's plugins name."""
+        if not any(extension.tag == "gazebo" for extension in self.robot.extensions):
+            return ()
+        from kbot.launch.controller_files import controller_files
+
+        return tuple(controller_files(self.robot))
 
     @cached_property
     def mobile_base(self) -> MobileBase | None:

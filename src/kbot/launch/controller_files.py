@@ -92,6 +92,13 @@ class ControllerFile:
             if name.endswith(".type")
         }
 
+    def unknown_types(self) -> Iterator[tuple[str, str, Origin, Suggestion]]:
+        """Controllers whose type is none, as `unknown_type` has it: name, type, its place, what was meant."""
+        for name, (kind, origin) in self.types().items():
+            meant = unknown_type(kind)
+            if meant is not None:
+                yield name, kind, origin, meant
+
 
 def controller_files(robot: Robot) -> Iterator[ControllerFile]:
     """Those of the `<parameters>` of Gazebo's plugins, also those that cannot be used."""

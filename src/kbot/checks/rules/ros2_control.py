@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
-from kbot.launch.controller_files import controller_files, unknown_type
 from kbot.text import Element, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -92,7 +91,7 @@ def _plugins_of(control: Element) -> Iterator[Element]:
 
 
 def _faults(context: Context, code: str) -> Found:
-    for file in controller_files(context.robot):
+    for file in context.controller_files:
         for fault in file.faults:
             if fault.code == code and fault.origin is not None:
                 yield Finding(fault.origin, fault.message, fault.hint)
@@ -126,12 +125,9 @@ def controller_type_unknown(context: Context) -> Found:
 
     Fix: none.
     """
-    for file in controller_files(context.robot):
-        for name, (kind, origin) in file.types().items():
-            meant = unknown_type(kind)
-            if meant is not None:
-                what = f"the controller '{name}' is not loaded: there is no type '{kind}'"
-                yield Finding(origin, what, meant)
+    for file in context.controller_files:
+        for name, kind, origin, meant in file.unknown_types():
+            yield Finding(origin, f"the controller '{name}' is not loaded: there is no type '{kind}'", meant)
 
 
 @rule("W144", "parameters-misnamed", Severity.ERROR, "robot")
