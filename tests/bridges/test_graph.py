@@ -7,7 +7,7 @@ import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Timer
+from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -19,6 +19,7 @@ from kbot.bridges.graph import presence
 from kbot.bridges.graph.client import GraphClient
 from kbot.bridges.graph.server import GraphServer
 from kbot.bridges.services import Service
+from kbot.cli.graph.asking import tell_of_silence
 from kbot.cli.main import run
 from kbot.messages import controller_services as srv
 from kbot.text import KbotError
@@ -79,11 +80,14 @@ def test_where_processes_cannot_be_asked_an_address_that_answers_tells_who_lives
 
 def test_several_run_and_one_is_named(graph: GraphServer, capsys: Said) -> None:
     since = time.mktime((2026, 11, 21, 9, 30, 5, 0, 0, -1))
-    other = presence.Presence(os.getppid(), "ws://127.0.0.1:1", "other", "boxes", "kbot sim a.xacro", since)
+    other = presence.Presence(
+        os.getppid(), "ws://127.0.0.1:1", "other", "/a/boxes", f"kbot sim a.xacro {'b' * 300}", since
+    )
     presence.announce(other)
     error = told(capsys, "topic", "list", status=2)
-    assert f"{os.getppid()} (other in 'boxes' since 09:30:05: kbot sim a.xacro)" in error
-    assert "--at NUMBER" in error
+    assert f"\n  --at {os.getppid()}   other in 'boxes' since 09:30:05: kbot sim a.xacro …\n" in f"{error}\n"
+    assert f"\n  --at {os.getpid()}   " in error
+    assert max(map(len, error.splitlines())) < 110
     assert "/odom" in told(capsys, "topic", "list", "--at", str(os.getpid()))
     assert "no KBot 5 runs" in told(capsys, "topic", "list", "--at", "5", status=2)
     assert "no KBot answers" in told(capsys, "topic", "list", "--at", str(os.getppid()), status=2)
@@ -153,18 +157,21 @@ def test_echo(graph: GraphServer, capsys: Said) -> None:
     assert "there is no 'psoe': did you mean 'pose'" in wrong
 
 
-def test_who_waits_is_told_what_for(running: Running, graph: GraphServer, capsys: Said) -> None:
-    running.simulation.pause_physics()
+def test_who_waits_is_told_what_for(
+    running: Running, graph: GraphServer, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def tell_and_go_on(*what: Any) -> None:
+        tell_of_silence(*what)
+        running.simulation.unpause_physics()
+
+    for module in ("asking", "tf"):
+        monkeypatch.setattr(f"kbot.cli.graph.{module}.tell_of_silence", tell_and_go_on)
     for words, topic in ((("topic", "echo", "/odom"), "/odom"), (("tf", "echo", "odom", "base_link"), "/tf")):
-        goes_on = Timer(3.0, running.simulation.unpause_physics)
-        goes_on.start()
+        running.simulation.pause_physics()
         assert run((*words, "--once")) == 0
         captured = capsys.readouterr()
         assert captured.err == f"waiting for {topic}: time stands still there: is it paused?\n"
         assert captured.out != ""
-        goes_on.join()
-        running.simulation.pause_physics()
-    running.simulation.unpause_physics()
 
 
 def test_echo_in_other_styles(graph: GraphServer, capsys: Said) -> None:

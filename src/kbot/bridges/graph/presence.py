@@ -10,11 +10,14 @@ import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from textwrap import shorten
 from urllib.parse import urlsplit
 
 from kbot.text import KbotError
 
 LOOK_SECONDS = 0.3
+SHOWN = 48
+"""Characters of a command line that tell it from others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +35,11 @@ class Presence:
     """When it was started, in seconds of the Unix epoch."""
 
     def __str__(self) -> str:
-        where = f" in '{self.world}'" if self.world else ""
+        """On one short line."""
+        where = f" in '{Path(self.world).name}'" if self.world else ""
         since = f" since {time.strftime('%H:%M:%S', time.localtime(self.since))}" if self.since else ""
-        command = f": {self.command}" if self.command else ""
-        return f"{self.pid} ({self.robot}{where}{since}{command})"
+        command = f": {shorten(self.command, SHOWN, placeholder=' …')}" if self.command else ""
+        return f"{self.robot}{where}{since}{command}"
 
 
 def announce(presence: Presence) -> Path:
@@ -79,11 +83,11 @@ def find(at: str = "", how: str = "--at NUMBER") -> str:
     if not known:
         raise KbotError("no KBot runs here; start one in another terminal: kbot sim kbot")
     chosen = [presence for presence in known if not at or str(presence.pid) == at]
-    listed = ", ".join(map(str, known))
+    listed = "".join(f"\n  {how.replace('NUMBER', str(one.pid))}   {one}" for one in known)
     if not chosen:
-        raise KbotError(f"no KBot {at} runs here; there are {listed}")
+        raise KbotError(f"no KBot {at} runs here; there are{listed}")
     if len(chosen) > 1:
-        raise KbotError(f"several KBots run: {listed}; name one with {how}")
+        raise KbotError(f"several KBots run; name one of them:{listed}")
     return chosen[0].address
 
 
