@@ -108,7 +108,7 @@ def test_try_repo_takes_the_hooks(repository: Path, published: Path, store: Path
     assert "[J107]" in done.stdout
 
 
-def test_the_steps_of_the_action_install_annotate_and_fail(tmp_path: Path, published: Path) -> None:
+def test_the_steps_of_the_action_install_annotate_fail_and_drive(tmp_path: Path, published: Path) -> None:
     if not shutil.which("bash"):
         pytest.skip("there is no bash")
     action = yaml.safe_load((published / "action.yml").read_text("utf-8"))
@@ -120,9 +120,18 @@ def test_the_steps_of_the_action_install_annotate_and_fail(tmp_path: Path, publi
     folder = tmp_path / "workspace"
     folder.mkdir()
     shutil.copy(FAILS, folder / "robot.xacro")
-    find, install, check = action["runs"]["steps"]
+    example = ROOT / "examples" / "drive_test"
+    shutil.copy(example / "drive_straight.py", folder)
+    workflow = yaml.safe_load((example / ".github/workflows/drive.yml").read_text("utf-8"))
+    (ours,) = (s for s in workflow["jobs"]["drive"]["steps"] if s["uses"].startswith("OWNER/kbot@"))
+    assert set(ours["with"]) <= set(action["inputs"])
+    given |= {f"inputs.{name}": value for name, value in ours["with"].items() if name != "robot"}
+    given["inputs.robot"] = "kbot"
+    find, install, check, drive = action["runs"]["steps"]
+    assert "inputs.script != ''" in drive["if"]
     assert find["uses"].startswith("actions/setup-python@")
-    for step, status in ((install, 0), (check, 1)):
+    said = ""
+    for step, status in ((install, 0), (check, 1), (drive, 0)):
         variables = {
             name: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: given[m[1]], str(value))
             for name, value in step["env"].items()
@@ -131,5 +140,8 @@ def test_the_steps_of_the_action_install_annotate_and_fail(tmp_path: Path, publi
         words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
         done = run(*words, cwd=folder, **variables, **runner)
         assert done.returncode == status, done.stdout + done.stderr
-    assert "::warning file=robot.xacro,line=" in done.stdout
+        said += done.stdout
+    assert "::warning file=robot.xacro,line=" in said
+    assert '"distance_m"' in said
+    assert (folder / "drive.png").read_bytes().startswith(b"\x89PNG")
     assert '"ruleId": "J107"' in (folder / "out.sarif").read_text("utf-8")
