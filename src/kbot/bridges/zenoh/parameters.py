@@ -1,7 +1,6 @@
 """A node's parameters as ROS 2 asks for them: six services over the values that all bridges share.
 
-`/arm/gain` is `arm.gain` of the node. Values keep no type: any may be set to one of another. What ROS 2 has
-no type for, as a list of lists, is not told. https://docs.ros.org/en/jazzy/p/rcl_interfaces/
+Values keep no type: any may be set to one of another.
 """
 
 from __future__ import annotations
@@ -55,8 +54,7 @@ def _served(name: str, service: str, work: Callable[[Message], Message]) -> Serv
     from rosbags.serde import SerdeError
 
     store = _types()
-    short = "".join(word.title() for word in service.split("_"))
-    request, response = (f"rcl_interfaces/msg/{short}_{part}" for part in ("Request", "Response"))
+    short, request, response = _type_names(service)
     fields = (dict(store.fielddefs[part][1]) for part in (request, response))
 
     def call(payload: bytes) -> Future[Message]:
@@ -85,10 +83,15 @@ def _types() -> Typestore:
 
     store = ros2_types()
     for service, texts in _SERVICES.items():
-        short = "".join(word.title() for word in service.split("_"))
-        for part, text in zip(("Request", "Response"), texts, strict=True):
-            store.register(get_types_from_msg(text, f"rcl_interfaces/msg/{short}_{part}"))
+        for name, text in zip(_type_names(service)[1:], texts, strict=True):
+            store.register(get_types_from_msg(text, name))
     return store
+
+
+def _type_names(service: str) -> tuple[str, str, str]:
+    """Of a service its own, without its package, its request's and its response's."""
+    short = "".join(word.title() for word in service.split("_"))
+    return short, f"rcl_interfaces/msg/{short}_Request", f"rcl_interfaces/msg/{short}_Response"
 
 
 class _Parameters:

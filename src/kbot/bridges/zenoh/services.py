@@ -129,7 +129,7 @@ class ServiceServer:
     def _answer(self, service: Served, key: str, query: OfZenoh, done: Future[Any]) -> None:
         try:
             data = service.encode(done.result())
-        except Exception as error:  # noqa: BLE001 - as above
+        except Exception as error:  # noqa: BLE001 - nor does one answer that cannot be written
             self._refuse(query, error)
             return
         self._end(query, partial(query.reply, key, data, attachment=_attachment(query)))

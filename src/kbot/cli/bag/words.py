@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import click
 
-from kbot.text.suggest import did_you_mean
-
 ELSEWHERE = {
     "record": "a run is recorded by kbot sim ROBOT --record FILE",
     "reindex": "kbot bag convert FILE NEW writes what broke off anew",
@@ -31,9 +29,8 @@ class Bag(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         word = args[0]
-        if self.get_command(ctx, word) is None:
-            hint = ELSEWHERE.get(word) or did_you_mean(word, self.list_commands(ctx))
-            raise click.UsageError(f"no such command: {word}" + (f"; {hint}" if hint else ""), ctx)
+        if word in ELSEWHERE:
+            raise click.UsageError(f"no such command: {word}; {ELSEWHERE[word]}", ctx)
         return super().resolve_command(ctx, args)
 
 

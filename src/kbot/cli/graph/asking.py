@@ -66,11 +66,21 @@ def print_of_type(types: Mapping[str, str], wanted: str) -> None:
     """The names of a type, as either ROS writes it. Raises KbotError: there is none."""
     from kbot.text.suggest import did_you_mean
 
-    names = [name for name, kind in types.items() if wanted in (kind, re.sub("/(msg|srv)/", "/", kind))]
+    names = [name for name, kind in types.items() if is_type(wanted, kind)]
     if not names:
         hint = did_you_mean(wanted, set(types.values()))
         fail(f"nothing here is of the type {wanted}" + (f": {hint}" if hint else ""))
     click.echo("\n".join(names))
+
+
+def is_type(word: str, kind: str) -> bool:
+    """Whether a word means a type, as ROS 2 writes it or as ROS 1 does."""
+    return word in (kind, re.sub("/(msg|srv)/", "/", kind))
+
+
+def seconds(stamp: Mapping[str, int]) -> float:
+    """Of a message's stamp."""
+    return stamp["sec"] + stamp["nanosec"] * 1e-9
 
 
 def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:

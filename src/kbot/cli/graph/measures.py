@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, listen
+from kbot.cli.graph.asking import ask, at_option, full_name, listen, seconds
 from kbot.cli.output import fail
 
 REPORT_SECONDS = 1.0
@@ -67,11 +67,11 @@ def bw(topic: str, window: int, count: int | None, at: str) -> None:
     def report() -> str | None:
         if len(said) < 2:
             return None
-        seconds = time.monotonic() - said[0][0]
+        elapsed = time.monotonic() - said[0][0]
         sizes = [size for _, size in said]
         mean, least, most = (_amount(size) for size in (statistics.fmean(sizes), min(sizes), max(sizes)))
         return (
-            f"{_amount(sum(sizes) / seconds)}/s from {len(sizes)} messages\n"
+            f"{_amount(sum(sizes) / elapsed)}/s from {len(sizes)} messages\n"
             f"\tMessage size mean: {mean} min: {least} max: {most}"
         )
 
@@ -92,16 +92,17 @@ def bw(topic: str, window: int, count: int | None, at: str) -> None:
 def delay(topic: str, window: int, count: int | None, at: str) -> None:
     """Print how old a topic's stamps are when it is said, by the simulation's clock, until Ctrl-C."""
     delays: deque[float] = deque(maxlen=window)
-    now = [0.0]
+    now = 0.0
     name = full_name(topic)
 
     def hear(said: str, message: dict[str, Any]) -> None:
+        nonlocal now
         if said == CLOCK:
-            now[0] = _seconds(message["clock"])
-        elif isinstance(message.get("header"), dict):
-            delays.append(now[0] - _seconds(message["header"]["stamp"]))
-        else:
-            fail(f"{name} has no header, and so no stamp")
+            now = seconds(message["clock"])
+        if said == name:
+            if not isinstance(message.get("header"), dict):
+                fail(f"{name} has no header, and so no stamp")
+            delays.append(now - seconds(message["header"]["stamp"]))
 
     def report() -> str | None:
         if not delays:
@@ -109,8 +110,6 @@ def delay(topic: str, window: int, count: int | None, at: str) -> None:
         return f"average delay: {statistics.fmean(delays):.3f}\n\t{_spread([*delays])}s window: {len(delays)}"
 
     with ask(at) as graph:
-        if name == CLOCK:
-            fail(f"{name} has no header, and so no stamp")
         _report_on(listen(graph, CLOCK, name), hear, report, count)
 
 
@@ -132,10 +131,6 @@ def _report_on(
 
 def _spread(values: list[float]) -> str:
     return f"min: {min(values):.3f}s max: {max(values):.3f}s std dev: {statistics.pstdev(values):.5f}"
-
-
-def _seconds(stamp: dict[str, int]) -> float:
-    return stamp["sec"] + stamp["nanosec"] * 1e-9
 
 
 def _amount(size: float) -> str:

@@ -124,13 +124,11 @@ def dump(node: str, output: str | None, at: str) -> None:
 
 
 @command.command("load", epilog=examples("kbot param load params.yaml", "kbot param load gains.yaml /arm"))
-@click.argument("words", nargs=-1, required=True, metavar="FILE [NAMESPACE]")
+@click.argument("file")
+@click.argument("namespace", default="/")
 @at_option
-def load(words: tuple[str, ...], at: str) -> None:
+def load(file: str, namespace: str, at: str) -> None:
     """Set the parameters of a YAML file, under a namespace; also one of ROS 2's, `NODE FILE`."""
-    if len(words) > 2:
-        raise click.UsageError(f"one FILE and one NAMESPACE are taken, not {len(words)} words")
-    file, namespace = words if len(words) == 2 else (words[0], "/")
     if not Path(file).is_file() and Path(namespace).is_file():
         file, namespace = namespace, file
     try:

@@ -13,7 +13,7 @@ import click
 
 from kbot.cli.graph.asking import to_line, to_yaml
 
-_NUMBERS = {int: "integers", float: "numbers", bool: "booleans", str: "texts", dict: "messages"}
+_KINDS = {int: "integers", float: "numbers", bool: "booleans", str: "texts", dict: "messages"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +36,13 @@ class Style:
             line = io.StringIO()
             csv.writer(line, lineterminator="").writerow(_leaves(value))
             return line.getvalue()
-        if self.flow_style:
-            return to_yaml(value, full=self.full, flow=True) + "\n---"
-        return to_yaml(value, full=self.full) + "\n---"
+        return to_yaml(value, full=self.full, flow=self.flow_style) + "\n---"
 
     def _reduced(self, value: object) -> object:
         if isinstance(value, dict):
             return {key: self._reduced(item) for key, item in value.items()}
         if isinstance(value, list) and self.no_arr:
-            kind = _NUMBERS.get(type(value[0]), "values") if value else "values"
+            kind = _KINDS.get(type(value[0]), "values") if value else "values"
             return f"<{len(value)} {kind}>"
         if isinstance(value, list):
             return [self._reduced(item) for item in value]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, json_option, tell_of_silence, to_line
+from kbot.cli.graph.asking import ask, at_option, json_option, seconds, tell_of_silence, to_line
 from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
@@ -116,8 +116,7 @@ class _Frames:
                 self.static.add(child)
             else:
                 self.moves = True
-                stamp = item["header"]["stamp"]
-                self.stamp = stamp["sec"] + stamp["nanosec"] * 1e-9
+                self.stamp = seconds(item["header"]["stamp"])
 
     def names(self) -> list[str]:
         return list(dict.fromkeys([*self.parents.values(), *self.parents]))

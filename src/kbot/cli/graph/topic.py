@@ -14,6 +14,7 @@ from kbot.cli.graph.asking import (
     ask,
     at_option,
     full_name,
+    is_type,
     json_option,
     listen,
     listing_options,
@@ -134,7 +135,7 @@ def echo(
         name = full_name(topic)
         if type_name:
             known = graph.type_of(name)
-            if type_name not in (known, known.replace("/msg/", "/")):
+            if not is_type(type_name, known):
                 fail(f"{name} carries {known}, not {type_name}")
         for _, message in itertools.islice(listen(graph, name), 1 if once else count):
             click.echo(style.text(_part(message, field) if field else message))
