@@ -70,7 +70,7 @@ KINDS = (
             switch("names", "Names", False, "Show Names"),
             switch("arrows", "Arrows", False, "Show Arrows"),
             number("length", "Length", 0.0, 0.0, 100.0, "m", zero="auto"),
-            text("filter", "Filter", "Filter (whitelist)"),
+            text("filter", "Only", "Filter (whitelist)"),
             text("without", "Without", "Filter (blacklist)"),
         ),
         single=True,

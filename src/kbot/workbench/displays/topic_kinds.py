@@ -26,12 +26,12 @@ _SHAPE = (
 _POINTS = (
     choice("style", "Style", ("points", "squares", "spheres", "boxes"), "Style"),
     number("size", "Size of points", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
-    number("metres", "Size of others", 0.01, 0.0001, 100.0, "m", "Size (m)"),
+    number("metres", "Size of shapes", 0.01, 0.0001, 100.0, "m", "Size (m)"),
     number("decay", "Decay time", 0.0, 0.0, 600.0, "s", "Decay Time"),
     colour("colour", "Colour", "#ff4d6d", "Color"),
 )
 _RANGE = (
-    switch("auto", "Range by itself", True),
+    switch("auto", "Automatic range", True),
     number("low", "Lowest", 0.0, -1e6, 1e6),
     number("high", "Highest", 10.0, -1e6, 1e6),
 )
@@ -59,7 +59,7 @@ TOPIC_KINDS = (
             TOPIC,
             *_POINTS,
             choice("by", "Colour by", ("z", "x", "y", "distance", "intensity", "rgb", "colour")),
-            text("channel", "Intensity is", "Channel Name"),
+            text("channel", "Intensity field", "Channel Name"),
             *_RANGE,
             opacity(),
         ),
@@ -74,7 +74,7 @@ TOPIC_KINDS = (
             colour("colour", "Colour", "#19ff00", "Color"),
             choice("style", "Line style", ("lines", "billboards"), "Line Style"),
             number("width", "Width of lines", 3.0, 1.0, 50.0, "px"),
-            number("metres", "Of billboards", 0.03, 0.0001, 100.0, "m", "Line Width"),
+            number("metres", "Width of billboards", 0.03, 0.0001, 100.0, "m", "Line Width"),
             choice("poses", "Poses", ("none", "arrows", "axes"), "Pose Style"),
             opacity(),
         ),
