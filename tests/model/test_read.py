@@ -122,6 +122,14 @@ BROKEN = {
         robot(link("a", "<visual><geometry><sphere radius='1e999'/></geometry></visual>")),
         [("U012", 2, "1e999")],
     ),
+    "a box beyond all bounds": (
+        robot(link("a", "<visual><geometry><box size='1 1 2e9'/></geometry></visual>")),
+        [("U012", 2, "1 1 2e9")],
+    ),
+    "a place beyond all bounds": (
+        robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='-1e300 0 0'/>")),
+        [("U012", 4, "-1e300 0 0")],
+    ),
     "two of three": (
         robot(link("a", "<visual><geometry><box size='1 2'/></geometry></visual>")),
         [("U012", 2, "1 2")],

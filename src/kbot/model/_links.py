@@ -33,7 +33,9 @@ def read_pose(origin: Element | None, values: Values) -> Pose:
     """An `<origin>`; the identity where there is none."""
     if origin is None:
         return _IDENTITY
-    return Pose(values.vector(origin, "xyz", _ZERO), values.vector(origin, "rpy", _ZERO), origin.origin)
+    xyz = values.vector(origin, "xyz", _ZERO)
+    values.metres(origin, "xyz", *xyz)
+    return Pose(xyz, values.vector(origin, "rpy", _ZERO), origin.origin)
 
 
 def read_material(element: Element, values: Values) -> Material:
@@ -151,9 +153,13 @@ def _read_shape(shape: Element, values: Values) -> Geometry:
     origin = shape.origin
     match shape.tag:
         case "box":
-            return Box(values.vector(shape, "size", None), origin)
+            size = values.vector(shape, "size", None)
+            values.metres(shape, "size", *size)
+            return Box(size, origin)
         case "sphere":
-            return Sphere(values.number(shape, "radius", None), origin)
+            radius = values.number(shape, "radius", None)
+            values.metres(shape, "radius", radius)
+            return Sphere(radius, origin)
         case "mesh":
             uri = values.required(shape, "filename") or ""
             scale = values.vector(shape, "scale", (1.0, 1.0, 1.0), 1.0)
@@ -161,4 +167,6 @@ def _read_shape(shape: Element, values: Values) -> Geometry:
         case tag:
             radius = values.number(shape, "radius", None)
             length = values.number(shape, "length", None)
+            values.metres(shape, "radius", radius)
+            values.metres(shape, "length", length)
             return (Capsule if tag == "capsule" else Cylinder)(radius, length, origin)

@@ -13,6 +13,8 @@ from kbot.text import Diagnostic, Element, Origin, Related, Severity
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
 """What stands between white space as C has it, which is what ROS reads numbers with."""
+FARTHEST = 1e9
+"""Metres that a length has at most: of far larger ones the libraries tell no two triangles apart."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
@@ -73,6 +75,12 @@ class Values:
             return default
         text = self.required(element, attribute)
         return fallback if text is None else self._one(element, attribute, text, fallback)
+
+    def metres(self, element: Element, attribute: str, *values: float) -> None:
+        """An error (U012) where lengths that an attribute holds are beyond what can be computed with."""
+        if not all(abs(value) <= FARTHEST for value in values if not math.isnan(value)):
+            message = f"'{attribute}' of <{element.tag}> is more than {FARTHEST:g} m"
+            self.error("U012", message, element.attribute_origin(attribute), "lengths are in metres")
 
     def optional_number(self, element: Element, attribute: str) -> float | None:
         """A number; None where the attribute is missing or cannot be read."""
