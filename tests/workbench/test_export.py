@@ -251,3 +251,34 @@ def test_the_tree_has_every_link_and_joint_once(arm: Path) -> None:
     )
     left = {g.get("id"): float(g.find(f"{SVG}rect").get("x")) for g in root.iter(f"{SVG}g") if g.get("id")}
     assert left["foot"] < left["upper"] < left["lower"] < left["hand"]
+
+
+SHAPES = {
+    "a triangle": "<mesh filename='{}'/>",
+    "no box": "<box size='0 0 0'/>",
+    "a line": "<box size='1 0 0'/>",
+    "a sheet": "<box size='1 1 0'/>",
+    "no ball": "<sphere radius='0'/>",
+    "a hair": "<cylinder radius='0' length='1'/>",
+    "a speck": "<box size='1e-300 1e-300 1e-300'/>",
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_shapes_without_volume_are_drawn_as_far_as_they_are_seen(tmp_path: Path, shape: str) -> None:
+    file = tmp_path / "triangle.stl"
+    trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(file)
+    urdf = tmp_path / "odd.urdf"
+    flat = SHAPES[shape].format(file)
+    body = "<visual><origin xyz='0 0 1'/><geometry><box size='0.1 0.1 0.1'/></geometry></visual>"
+    urdf.write_text(
+        f"<robot name='odd'><link name='a'>{body}<visual><geometry>{flat}</geometry></visual></link></robot>"
+    )
+    robot = load_robot(str(urdf)).require()
+    look = Look(64, 64, azimuth=-90.0, elevation=90.0, transparent=True)
+    covered = (
+        np.asarray(Image.open(io.BytesIO(draw_picture(robot_alone(robot), look))))[..., 3].mean() / 255.0
+    )
+    assert (covered > 0.05) == (shape in ("a triangle", "a sheet"))
+    assert trimesh.load(io.BytesIO(glb(robot)), file_type="glb").geometry
+    assert svg(robot_alone(robot), look, "odd").endswith("</svg>\n")

@@ -14,6 +14,7 @@ from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.workbench.export.floor import draw_floor
 from kbot.workbench.export.look import FIELD_OF_VIEW, Look
+from kbot.workbench.export.normals import face_normals
 from kbot.workbench.export.palette import PALETTES, Theme
 from kbot.workbench.export.surfaces import Surface
 from kbot.workbench.export.things import Things
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 
 _FINER = 3  # drawn this much larger and averaged, for smooth edges
 _MOST_DRAWN = 8192
+_SMALLEST = (
+    1e-9  # what is less of the square of the view's radius is not seen, and the engine takes no nothing
+)
 # the page's lights in the engine's terms, which adds them up as the screen shows them
 _AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
 
@@ -104,8 +108,15 @@ def _model(things: Things, look: Look, width: int, height: int) -> Any:  # noqa:
     spec.worldbody.add_camera(pos=pose.translation, quat=(w, x, y, z), fovy=math.degrees(FIELD_OF_VIEW))
     surfaces = itertools.chain(*things.links.values(), things.others)
     for number, surface in enumerate(surfaces):
+        if _area(surface) < _SMALLEST * things.view_radius**2:
+            continue
         _add(spec, f"surface{number}", surface)
     return spec.compile()
+
+
+def _area(surface: Surface) -> float:
+    """Square metres."""
+    return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
 
 
 def _add(spec: Any, name: str, surface: Surface) -> None:  # noqa: ANN401 - the engine has no types
@@ -122,3 +133,4 @@ def _add(spec: Any, name: str, surface: Surface) -> None:  # noqa: ANN401 - the 
     )
     geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
     geom.rgba = surface.rgba
+    geom.contype = geom.conaffinity = 0  # of what may touch something the engine wants the hull

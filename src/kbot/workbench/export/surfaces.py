@@ -50,7 +50,7 @@ def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[Surface]:
     for visual in link.visuals:
         pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
         rgba = colour or (visual.material.rgba if visual.material else None)
-        for part in parts(visual.geometry):
+        for part in filter(_has_faces, parts(visual.geometry)):
             own = rgba or part.rgba or PLAIN
             texture = None if rgba else part.texture
             yield Surface(part.vertices, part.faces, own, texture).moved(pose)
@@ -60,7 +60,7 @@ def body_surfaces(body: things.Body) -> Iterator[Surface]:
     """What is seen of a body of a world, in its own frame; not the level ground, which is the floor."""
     for part in body.parts:
         if part.visible and not is_the_ground(body, part):
-            for one in parts(part.shape):
+            for one in filter(_has_faces, parts(part.shape)):
                 yield Surface(one.vertices, one.faces, part.rgba).moved(part.pose)
 
 
@@ -88,6 +88,11 @@ def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
         case Mesh():
             return tuple(_scaled(part, shape.scale) for part in _mesh_parts(shape))
     return (MeshPart(np.asarray(made.vertices), np.asarray(made.faces, dtype=np.int64), None),)
+
+
+def _has_faces(part: MeshPart) -> bool:
+    """A shape without size has none."""
+    return len(part.faces) > 0
 
 
 def _mesh_parts(shape: Mesh) -> tuple[MeshPart, ...]:
