@@ -3,13 +3,16 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
 import kbot
 from kbot.bridges.gazebo.services import gazebo_services
 from kbot.bridges.gazebo.states import GazeboTopics
+from kbot.bridges.graph.server import GraphServer
 from kbot.bridges.link import Link
+from kbot.cli.main import run
 from kbot.nodes import RobotStatePublisher
 from kbot.sim import Simulation
 from kbot.wire import Feed
@@ -67,3 +70,32 @@ def running() -> Iterator[Running]:
         yield found
     finally:
         found.stop()
+
+
+@pytest.fixture
+def graph_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where a KBot of this test says that it is there, and is looked for."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path / "kbot"
+
+
+@pytest.fixture
+def graph(running: Running, graph_folder: Path) -> Iterator[GraphServer]:
+    wait_until(lambda: "/tf_static" in running.link.topics)
+    found = GraphServer(running.link)
+    found.announce("kbot", "empty")
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+Said = pytest.CaptureFixture[str]
+
+
+def told(capsys: Said, *words: str, status: int = 0) -> str:
+    """What a verb says: on stdout, or why it fails."""
+    capsys.readouterr()
+    assert run(words) == status
+    captured = capsys.readouterr()
+    return captured.out if status == 0 else captured.err

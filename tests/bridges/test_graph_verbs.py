@@ -1,0 +1,231 @@
+"""`kbot topic`, `node`, `service`, `param` and `tf` against a KBot that runs: as a user types them."""
+
+import json
+import re
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from kbot.bridges.graph.server import GraphServer
+from kbot.bridges.services import Service
+from kbot.cli.graph.asking import tell_of_silence
+from kbot.cli.main import run
+from kbot.messages import controller_services as srv
+from kbot.wire.services import service_type
+
+from .conftest import Running, Said, told, wait_until
+
+
+def test_topics(graph: GraphServer, capsys: Said) -> None:
+    assert "/odom [nav_msgs/msg/Odometry]" in told(capsys, "topic", "list", "-t").splitlines()
+    assert json.loads(told(capsys, "topic", "list", "--json"))["/clock"] == "rosgraph_msgs/msg/Clock"
+    assert told(capsys, "topic", "type", "cmd_vel") == "geometry_msgs/msg/Twist\n"
+    info = told(capsys, "topic", "info", "/cmd_vel").splitlines()
+    assert info[:3] == ["Type: geometry_msgs/msg/Twist", "Publisher count: 0", "Subscription count: 1"]
+    assert "did you mean '/odom'" in told(capsys, "topic", "info", "/odmo", status=2)
+    topics = told(capsys, "topic", "list").splitlines()
+    assert told(capsys, "topic", "list", "-c") == f"{len(topics)}\n"
+    said, _, heard = told(capsys, "topic", "list", "-v").partition("Subscribed topics:\n")
+    assert " * /odom [nav_msgs/msg/Odometry]" in said.splitlines()
+    assert " * /cmd_vel [geometry_msgs/msg/Twist]" in heard.splitlines()
+    assert said.count(" * ") + heard.count(" * ") == len(topics)
+    for wanted in ("nav_msgs/msg/Odometry", "nav_msgs/Odometry"):
+        assert told(capsys, "topic", "find", wanted) == "/odom\n"
+    assert "did you mean 'nav_msgs/msg/Odometry'" in told(
+        capsys, "topic", "find", "nav_msgs/Odomtry", status=2
+    )
+    verbose = told(capsys, "topic", "info", "-v", "/cmd_vel").splitlines()
+    assert verbose[2:] == [
+        *("Subscription count: 1", "", "Node name: kbot", "Node namespace: /"),
+        *("Topic type: geometry_msgs/msg/Twist", "Endpoint type: SUBSCRIPTION", ""),
+    ]
+
+
+def test_echo(graph: GraphServer, capsys: Said) -> None:
+    text = told(capsys, "topic", "echo", "/odom", "-n", "2")
+    first, second, rest = text.split("---\n")
+    assert rest == ""
+    assert yaml.safe_load(first)["child_frame_id"] == "base_footprint"
+    assert yaml.safe_load(second)["header"]["stamp"] != yaml.safe_load(first)["header"]["stamp"]
+    part = told(capsys, "topic", "echo", "/odom", "--once", "--json", "--field", "pose.covariance[0]")
+    assert json.loads(part) == 0.001
+    assert told(capsys, "topic", "echo", "/joint_states", "--once", "--field", "name") != ""
+    wrong = told(capsys, "topic", "echo", "/odom", "--once", "--field", "pose.psoe", status=2)
+    assert "there is no 'psoe': did you mean 'pose'" in wrong
+
+
+def test_who_waits_is_told_what_for(
+    running: Running, graph: GraphServer, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def tell_and_go_on(*what: Any) -> None:
+        tell_of_silence(*what)
+        running.simulation.unpause_physics()
+
+    for module in ("asking", "tf"):
+        monkeypatch.setattr(f"kbot.cli.graph.{module}.tell_of_silence", tell_and_go_on)
+    for words, topic in ((("topic", "echo", "/odom"), "/odom"), (("tf", "echo", "odom", "base_link"), "/tf")):
+        running.simulation.pause_physics()
+        assert run((*words, "--once")) == 0
+        captured = capsys.readouterr()
+        assert captured.err == f"waiting for {topic}: time stands still there: is it paused?\n"
+        assert captured.out != ""
+
+
+def test_echo_in_other_styles(graph: GraphServer, capsys: Said) -> None:
+    def echo(*options: str) -> str:
+        return told(capsys, "topic", "echo", "--once", "/odom", "nav_msgs/msg/Odometry", *options)
+
+    short = yaml.safe_load(echo("--no-arr", "--no-str").removesuffix("---\n"))
+    assert short["pose"]["covariance"] == "<36 numbers>"
+    assert short["child_frame_id"] == f"<{len('base_footprint')} characters>"
+    line, end, rest = echo("--flow-style").split("\n")
+    assert (end, rest) == ("---", "")
+    assert len(yaml.safe_load(line)["twist"]["covariance"]) == 36
+    values = echo("--csv").rstrip("\n").split(",")
+    # stamp, two frames, and twice a covariance: beside a pose of 7, and beside a twist of 6
+    assert len(values) == 2 + 2 + (7 + 36) + (6 + 36)
+    assert values[2:4] == ["odom", "base_footprint"]
+    wrong = told(capsys, "topic", "echo", "/odom", "nav_msgs/msg/Path", status=2)
+    assert "/odom carries nav_msgs/msg/Odometry, not nav_msgs/msg/Path" in wrong
+
+
+def test_measures(graph: GraphServer, capsys: Said) -> None:
+    """In CDR a clock is the 4 bytes of the header and two integers of 4."""
+    rate, sizes = told(capsys, "topic", "bw", "/clock", "-n", "1").splitlines()
+    assert re.fullmatch(r"\d+(\.\d\d K)? ?B/s from \d+ messages", rate)
+    assert sizes == "\tMessage size mean: 12 B min: 12 B max: 12 B"
+    late, spread = told(capsys, "topic", "delay", "/odom", "-n", "1").splitlines()
+    assert late == "average delay: 0.000"
+    assert "window: " in spread
+    assert "/tf has no header, and so no stamp" in told(capsys, "topic", "delay", "/tf", status=2)
+
+
+def test_hz_is_the_control_rate(graph: GraphServer, capsys: Said) -> None:
+    """The fixture steps 20 ms at a time: each step says odometry once."""
+    text = told(capsys, "topic", "hz", "/odom", "-n", "1")
+    assert text.startswith("average rate: ")
+    assert "window: " in text
+
+
+def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said) -> None:
+    words = ("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.3}}", "-r", "50")
+    told(capsys, *words, "-t", "5")
+    assert running.simulation.named().commanded_twist.x == 0.3
+    assert "what the simulation says" in told(capsys, "topic", "pub", "--once", "/odom", status=2)
+    assert "no field 'linaer'" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linaer: {}}", status=2)
+    error = told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: {x: .nan}}", status=2)
+    assert "two finite numbers" in error
+    assert "is to be YAML" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: [", status=2)
+
+
+def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) -> None:
+    assert told(capsys, "node", "list") == "/kbot\n"
+    info = told(capsys, "node", "info", "kbot").splitlines()
+    assert "    /cmd_vel: geometry_msgs/msg/Twist" in info[: info.index("  Publishers:")]
+    assert "    /gazebo/pause_physics: std_srvs/srv/Empty" in info
+    services = told(capsys, "service", "list", "-t").splitlines()
+    assert "/spawn_entity [gazebo_msgs/srv/SpawnEntity]" in services
+    assert told(capsys, "service", "list", "-c") == f"{len(services)}\n"
+    found = told(capsys, "service", "find", "gazebo_msgs/srv/SpawnEntity").splitlines()
+    assert "/spawn_entity" in found
+    assert told(capsys, "node", "list", "-c") == "1\n"
+    kind = told(capsys, "service", "type", "/gazebo/delete_model")
+    assert (
+        kind == "gazebo_msgs/srv/DeleteModel\nstring model_name\n---\nbool success\nstring status_message\n"
+    )
+    told(capsys, "service", "call", "/gazebo/pause_physics")
+    assert running.simulation.paused
+    answer = json.loads(told(capsys, "service", "call", "/gazebo/get_world_properties", "--json"))
+    assert answer["sim_time"] == running.simulation.time
+    capsys.readouterr()
+    assert run(("service", "call", "/gazebo/delete_model", "{model_name: ghost}")) == 1
+    failed = capsys.readouterr()
+    assert failed.err.startswith("/gazebo/delete_model failed: ")
+    assert yaml.safe_load(failed.out)["status_message"] in failed.err
+    assert "'ghost'" in failed.err
+    assert run(("service", "call", "/gazebo/get_model_state", "{model_name: ghost}")) == 1
+    told_of = yaml.safe_load(capsys.readouterr().out)
+    assert told_of.keys() == {"success", "status_message"}
+    assert told_of["success"] is False
+    assert "did you mean '/gazebo/pause_physics'" in told(
+        capsys, "service", "call", "/gazebo/pause_phsics", status=2
+    )
+
+
+def test_a_controller_manager_s_no_is_a_failure_too(
+    running: Running, graph: GraphServer, capsys: Said
+) -> None:
+    """Its answers say `ok`, and have no room for a reason."""
+    name = "/arm/controller_manager/unload_controller"
+    kind = service_type("controller_manager_msgs/UnloadController")
+
+    def unload(_: object, request: srv.ControllerRequest) -> srv.OkResponse:
+        return srv.OkResponse(ok=request.name == "there")
+
+    running.link.services = {name: Service(name, kind, unload)}
+    assert told(capsys, "service", "call", name, "{name: there}") == "ok: true\n"
+    assert run(("service", "call", name, "{name: ghost}")) == 1
+    failed = capsys.readouterr()
+    assert failed.err == f"{name} failed: why is told where KBot runs\n"
+    assert failed.out == "ok: false\n"
+
+
+def test_parameters(running: Running, graph: GraphServer, tmp_path: Path, capsys: Said) -> None:
+    told(capsys, "param", "set", "/arm/gain", "2.5")
+    told(capsys, "param", "set", "names", "[a, b]")
+    assert running.link.parameters["/arm/gain"] == 2.5
+    assert "as in 0.5 or '[a, b]': " in told(capsys, "param", "set", "names", "[a", status=2)
+    assert told(capsys, "param", "get", "/robot_description") == "<robot/>\n"
+    assert "/arm/gain" in told(capsys, "param", "list").splitlines()
+    file = tmp_path / "params.yaml"
+    told(capsys, "param", "dump", "-o", str(file))
+    values = yaml.safe_load(file.read_text())
+    assert values == {
+        "arm": {"gain": 2.5}, "names": ["a", "b"], "robot_description": "<robot/>", "use_sim_time": True
+    }  # fmt: skip
+    told(capsys, "param", "load", str(file), "/copy")
+    assert running.link.parameters["/copy/arm/gain"] == 2.5
+    told(capsys, "param", "delete", "/arm/gain")
+    assert "there is no parameter /arm/gain" in told(capsys, "param", "get", "/arm/gain", status=2)
+
+
+def test_parameters_in_the_words_of_ros_2(
+    running: Running, graph: GraphServer, tmp_path: Path, capsys: Said
+) -> None:
+    file = tmp_path / "params.yaml"
+    file.write_text("/arm:\n  ros__parameters:\n    gain: 2.5\n/**:\n  ros__parameters:\n    slow: true\n")
+    told(capsys, "param", "load", "/arm", str(file))
+    assert running.link.parameters["/arm/gain"] == 2.5
+    assert running.link.parameters["/slow"] is True
+    assert told(capsys, "param", "get", "/arm", "gain") == "2.5\n"
+    assert told(capsys, "param", "get", "arm", "slow") == "true\n"  # the one that all share
+    assert told(capsys, "param", "list", "/arm") == "/arm/gain\n"
+    assert told(capsys, "param", "list", "/kbot") == told(capsys, "param", "list")
+    assert "no parameters beneath /leg/" in told(capsys, "param", "list", "/leg", status=2)
+    assert yaml.safe_load(told(capsys, "param", "dump", "/arm")) == {"arm": {"gain": 2.5}}
+    told(capsys, "param", "set", "/arm", "names", "[a, b]")
+    described = told(capsys, "param", "describe", "/arm", "names")
+    assert described == "Parameter name: /arm/names\n  Type: string array\n"
+    told(capsys, "param", "delete", "/arm", "gain")
+    assert "/arm/gain" not in running.link.parameters
+    assert "one NODE and one NAME" in told(capsys, "param", "get", "a", "b", "c", status=2)
+
+
+def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:
+    begins = ["odom", "  base_footprint", "    base_link (static)"]
+    # it looks for a second, in which a busy machine may tell of nothing that moves
+    wait_until(lambda: told(capsys, "tf", "tree").splitlines()[:3] == begins)
+    echoed = told(capsys, "tf", "echo", "base_footprint", "left_wheel", "--once", "--json")
+    transform = running.simulation.robot.joints
+    assert "left_wheel_joint" in transform
+    pose = running.simulation.link_pose("base_footprint").inverse() @ running.simulation.link_pose(
+        "left_wheel"
+    )
+    assert json.loads(echoed)["translation"] == pytest.approx(pose.translation.tolist(), abs=1e-4)
+    began = time.monotonic()
+    wrong = told(capsys, "tf", "echo", "odom", "base_lnik", status=2)
+    assert time.monotonic() - began < 4.0
+    assert "there is no frame 'base_lnik': did you mean 'base_link'" in wrong
