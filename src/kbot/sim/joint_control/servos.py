@@ -70,7 +70,9 @@ class JointServos:
         timestep: float,
     ) -> None:
         """`period`: seconds between two calls of `advance`."""
-        self._model, self._ctrl = model, numbers(data.ctrl)
+        self._ctrl = numbers(data.ctrl)
+        self._gains = numbers(model.actuator_gainprm.reshape(-1))
+        self._biases = numbers(model.actuator_biasprm.reshape(-1))
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._bias, self._passive = numbers(data.qfrc_bias), numbers(data.qfrc_passive)
         self._mass_matrix = numbers(data.M)
@@ -177,8 +179,10 @@ class JointServos:
             place, bounds = self._places[joint], self._bounds[joint]
             position, velocity = self._qpos[place.position], self._qvel[place.dof]
             load = self._bias[place.dof] - self._passive[place.dof]
-            inertia = self._inertias[joint] = max(self._mass_matrix[place.inertia], LEAST_INERTIA)
-            self._tune(joint, order.interface)
+            inertia = max(self._mass_matrix[place.inertia], LEAST_INERTIA)
+            if inertia != self._inertias[joint]:
+                self._inertias[joint] = inertia
+                self._tune(joint, order.interface)
             damping = 2.0 * inertia * FREQUENCY
             if order.interface is Interface.EFFORT:
                 command = bounds.force(order.wanted, position, velocity)
@@ -237,6 +241,6 @@ class JointServos:
             self._set_gains(joint, 1.0, 0.0, 0.0)
 
     def _set_gains(self, joint: str, gain: float, position: float, velocity: float) -> None:
-        actuator = self._places[joint].actuator
-        self._model.actuator_gainprm[actuator, 0] = gain
-        self._model.actuator_biasprm[actuator, 1:3] = (position, velocity)
+        first = self._places[joint].actuator * mujoco.mjNGAIN
+        self._gains[first] = gain
+        self._biases[first + 1], self._biases[first + 2] = position, velocity
