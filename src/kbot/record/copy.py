@@ -45,14 +45,14 @@ def copy_recording(
     if topics:
         topics = recording.require_topics(topics)
     if start is not None and end is not None and end < start:
-        raise KbotError(f"a cut from {start} s to {end} s ends before it starts")
+        raise KbotError(f"a cut from {start:g} s to {end:g} s ends before it starts")
     first = None if start is None else round(start * 1e9)
     last = None if end is None else round(end * 1e9)
     summary = recording.summary()
     if first is not None and summary.end is not None and first > summary.end:
-        raise KbotError(f"{path} ends at {summary.end * 1e-9:g} s: nothing is left of it from {start} s on")
+        raise KbotError(f"{path} ends at {summary.end * 1e-9:g} s: nothing is left of it from {start:g} s on")
     if last is not None and summary.start is not None and last < summary.start:
-        raise KbotError(f"{path} begins at {summary.start * 1e-9:g} s: nothing of it is before {end} s")
+        raise KbotError(f"{path} begins at {summary.start * 1e-9:g} s: nothing of it is before {end:g} s")
     notes = summary.notes
     if first is not None or last is not None or topics:
         notes = {

@@ -45,16 +45,17 @@ def _messages(database: sqlite3.Connection, types: Types) -> Iterator[Entry]:
         for type_name, definition in database.execute(found, ("ros2msg",)):
             types.learn(type_name, definition)
     last = -1
-    rows: list[tuple[int, str, str, int, bytes]] = []
-    while rows or last < 0:
-        rows = []
-        damage: sqlite3.Error | None = None
+    damage: sqlite3.Error | None = None
+    while damage is None:
+        rows: list[tuple[int, str, str, int, bytes]] = []
         try:
             rows.extend(database.execute(_NEXT, (last, AT_ONCE)))
         except sqlite3.Error as error:
             damage = error
         for _, topic, type_name, nanoseconds, data in rows:
             yield Entry(topic, type_name, nanoseconds, data, types)
-        if damage is not None:
-            raise damage
-        last = rows[-1][0] if rows else 0
+        if not rows:
+            break
+        last = rows[-1][0]
+    if damage is not None:
+        raise damage
