@@ -44,7 +44,7 @@ def _array(robot: SimulatedRobot, controller: JointController, message: Float64M
 
 
 def _trajectory(robot: SimulatedRobot, controller: JointController, message: JointTrajectory) -> None:
-    require_joints(message.joint_names, controller.joints, takes_part=controller.takes_part)
+    require_joints(message.joint_names, controller.joints, allows_partial=controller.allows_partial)
     points = [
         (point.time_from_start.seconds, point.positions, point.velocities, point.accelerations)
         for point in message.points

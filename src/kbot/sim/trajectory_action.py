@@ -86,9 +86,12 @@ class TrajectoryAction:
             return
         try:
             self._robot.require_running(self._controller.name)
-            one = self._controller
             goal = read_goal(
-                message.goal, one.joints, self._constraints, now / NANOSECONDS, takes_part=one.takes_part
+                message.goal,
+                self._controller.joints,
+                self._constraints,
+                now / NANOSECONDS,
+                allows_partial=self._controller.allows_partial,
             )
             self._robot.follow_trajectory(goal.joints, goal.points)
         except KbotError as error:

@@ -20,7 +20,7 @@ class JointController:
     interface: Interface
     is_active: bool = True
     """Whether it was started; one that was only loaded commands nothing."""
-    takes_part: bool = True
+    allows_partial: bool = True
     """Whether a trajectory may leave out joints: in ROS where allow_partial_joints_goal says so."""
     constraints: Constraints | None = None
     """Those of a controller that has the action follow_joint_trajectory, as ROS 1 has it on topics."""

@@ -77,16 +77,16 @@ def read_goal(
     constraints: Constraints,
     now: float,
     *,
-    takes_part: bool = False,
+    allows_partial: bool = False,
 ) -> TrajectoryGoal:
     """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on. It may
-    leave some of them out where it `takes_part`.
+    leave some of them out where the controller `allows_partial` ones.
 
     Raises:
         GoalRefused: it names other joints than the controller's, is over already, or is none.
     """
     way = goal.trajectory
-    require_joints(way.joint_names, known, takes_part=takes_part)
+    require_joints(way.joint_names, known, allows_partial=allows_partial)
     written = [
         (point.time_from_start.seconds, point.positions, point.velocities, point.accelerations)
         for point in way.points
@@ -110,17 +110,17 @@ def read_goal(
     return TrajectoryGoal(joints, points, bounds)
 
 
-def require_joints(named: tuple[str, ...], known: tuple[str, ...], *, takes_part: bool) -> None:
+def require_joints(named: tuple[str, ...], known: tuple[str, ...], *, allows_partial: bool) -> None:
     """Raises GoalRefused: a trajectory of these joints is none of a controller's that are `known`."""
     strangers = [joint for joint in named if joint not in known]
     lacking = [joint for joint in known if joint not in named]
     if strangers:
         hint = did_you_mean(strangers[0], known) or f"its joints are {', '.join(known)}"
         what = f"the controller does not command '{strangers[0]}': {hint}"
-    elif lacking and not (takes_part and named):
+    elif lacking and not (allows_partial and named):
         what = (
-            f"the trajectory leaves out '{lacking[0]}', which the controller commands: without"
-            " allow_partial_joints_goal it takes none of some joints"
+            f"the trajectory leaves out '{lacking[0]}', which the controller commands: name them all,"
+            " or set its allow_partial_joints_goal to true"
         )
     elif len(named) > len(set(named)):
         what = f"the trajectory names a joint twice: {', '.join(named)}"
