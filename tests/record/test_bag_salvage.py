@@ -2,9 +2,11 @@
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -17,6 +19,7 @@ from kbot.record.copy import copy_recording
 from kbot.record.index import open_index
 from kbot.record.names import is_recording
 from kbot.sim import Simulation
+from kbot.text import KbotError
 from kbot.wire import Feed
 
 COUNT = 300
@@ -156,3 +159,32 @@ def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
     assert Recording(str(file)).summary().topics["/odom"].count == 50
     recorder.close()
     assert Recording(str(file)).summary().broken == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("messages SET data='text' WHERE id=5", "str in the place of its bytes"),
+        ("messages SET data=1000000000000 WHERE id=5", "int in the place of its bytes"),
+        ("messages SET timestamp='noon' WHERE id=5", "the time 'noon'"),
+        ("messages SET timestamp=-1 WHERE id=5", "the time -1"),
+    ],
+)
+@pytest.mark.parametrize("is_closed", [True, False])
+def test_a_folder_whose_table_holds_other_things_is_told(
+    tmp_path: Path, change: str, words: str, is_closed: bool
+) -> None:
+    folder = tmp_path / "run"
+    sim = Simulation("kbot")
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder)):
+        sim.run(0.1)
+    with closing(sqlite3.connect(next(folder.glob("*.db3")))) as database, database:
+        database.execute(f"UPDATE {change}")
+    if is_closed:
+        with pytest.raises(KbotError, match=f"cannot be read as rosbag2: .*{words}"):
+            Recording(str(folder)).summary()
+    else:
+        (folder / "metadata.yaml").unlink()
+        found = Recording(str(folder)).summary()
+        assert words in found.broken
+        assert found.count == 4 - len(found.notes)

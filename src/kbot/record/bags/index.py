@@ -10,6 +10,7 @@ from pathlib import Path
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import MessageDefinitionFormat
 
+from kbot.record.bags.columns import checked
 from kbot.record.bags.reader import UNREADABLE, unread
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
@@ -70,8 +71,7 @@ class BagIndex:
             return
         try:
             for connection, at, data in self._reader.messages(wanted, start=after + 1, stop=until + 1):
-                yield Entry(
-                    connection.topic, connection.msgtype, at, bytes(data), self._types, is_ros1=self._is_ros1
-                )
+                found = checked(connection.topic, connection.msgtype, at, data)
+                yield Entry(*found, self._types, is_ros1=self._is_ros1)
         except UNREADABLE as error:
             raise KbotError(f"{self._path} is damaged: {error}") from None

@@ -14,6 +14,7 @@ from rosbags.rosbag1 import ReaderError as Ros1Error
 from rosbags.rosbag1.reader import Header, RecordType
 from rosbags.rosbag2 import ReaderError as Ros2Error
 
+from kbot.record.bags.columns import checked
 from kbot.record.bags.ros1_salvage import salvaged
 from kbot.record.bags.ros2_salvage import salvaged_folder
 from kbot.record.entry import Entry, Types
@@ -53,9 +54,8 @@ class BagSource:
                     if connection.msgdef.format == MessageDefinitionFormat.MSG:
                         types.learn(connection.msgtype, connection.msgdef.data)
                 for connection, at, data in reader.messages():
-                    yield Entry(
-                        connection.topic, connection.msgtype, at, bytes(data), types, is_ros1=self._is_ros1
-                    )
+                    found = checked(connection.topic, connection.msgtype, at, data)
+                    yield Entry(*found, types, is_ros1=self._is_ros1)
         except UNREADABLE as error:
             raise unread(self._path, error) from None
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
+from kbot.record.bags.columns import checked
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff
 
@@ -34,7 +35,7 @@ def salvaged_folder(folder: Path) -> Iterator[Entry]:
             # to be written too: SQLite takes out what was not committed when it opens it
             with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True)) as database:
                 yield from _messages(database, types)
-        except sqlite3.Error as error:
+        except (sqlite3.Error, ValueError) as error:
             raise BrokenOff(f"{file} cannot be read further: {error}") from None
 
 
@@ -53,7 +54,7 @@ def _messages(database: sqlite3.Connection, types: Types) -> Iterator[Entry]:
         except sqlite3.Error as error:
             damage = error
         for _, topic, type_name, nanoseconds, data in rows:
-            yield Entry(topic, type_name, nanoseconds, data, types)
+            yield Entry(*checked(topic, type_name, nanoseconds, data), types)
         if not rows:
             break
         last = rows[-1][0]
