@@ -161,6 +161,23 @@ def test_in_a_recording_of_others_what_is_farther_than_its_odometry_tells_was_no
         assert found[1][0] == (3.0, 0.5)
 
 
+def test_a_message_of_another_clock_does_not_keep_the_way_waiting(tmp_path: Path) -> None:
+    """One was stamped 50 years before the others."""
+
+    def said(at: float, x: float) -> tuple[str, float, TFMessage]:
+        return "/tf", at, TFMessage((TransformStamped(Header(), "base", TransformMessage(Vector3(x))),))
+
+    now = 1.6e9
+    path = write(
+        tmp_path / "real.mcap",
+        ("/robot_description", now, String('<robot name="one"><link name="base"/></robot>')),
+        said(0.0, 0.0),
+        *(said(now + 0.1 * t, 0.1 * t) for t in range(60)),
+    )
+    steps = sum(1 for _ in Past(played_session(path), Hub()).trail(0))
+    assert steps < 1000
+
+
 def pieces_of(session: Session) -> list[list[tuple[float, float]]]:
     """The places of a recording's way, cut where it breaks."""
     past = Past(session, Hub())

@@ -26,6 +26,8 @@ FINEST = 0.05
 """Seconds between two places, at the least."""
 PIECE = 1.0
 """Seconds that are read at once."""
+LONG_SILENCE = 60
+"""Pieces without a message, after which the next message is looked for."""
 FASTEST = 30.0
 """m/s that a robot drives at the most: what is further was not driven."""
 QUICKEST, ASIDE = 5.0, 0.1
@@ -94,10 +96,12 @@ def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
         told.hear(message)
     every = max(round(FINEST * 1e9), (index.end - index.start) // MOST_PLACES)
     last, put, due, due_speed, after = index.start, -1, index.start, index.start, index.start - 1
+    silent = 0
     while after < index.end:
         until, found = min(after + round(PIECE * 1e9), index.end), []
+        silent += 1
         for entry in index.between(topics, after, until):
-            now = entry.nanoseconds
+            now, silent = entry.nanoseconds, 0
             if entry.topic == COMMANDS_TOPIC:
                 put = now if _puts(entry, name) else put
             elif entry.topic in run.odometry:
@@ -116,6 +120,9 @@ def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
                 last = now
         after = until
         yield found
+        if silent == LONG_SILENCE:  # as where a message was stamped by another clock
+            following = next(iter(index.between(topics, after, index.end)), None)
+            after, silent = index.end if following is None else following.nanoseconds - 1, 0
 
 
 def _name(run: RecordedRun, robot: Robot) -> str:
