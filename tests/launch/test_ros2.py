@@ -7,47 +7,18 @@ import pytest
 from kbot.launch import Plan, is_ros_2, read_launch_2
 from kbot.launch.staging import stage
 from kbot.text import Diagnostic
-from kbot.xacro import Packages
+
+from .ros2_files import HEAD, clean, python, read
 
 ROBOT = """<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">
   <xacro:arg name="width" default="1"/><link name="base"/>
 </robot>
 """
-HEAD = """from launch import LaunchDescription
-from launch.actions import *
-from launch.conditions import *
-from launch.event_handlers import OnProcessExit
-from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import *
-from launch_ros.actions import Node, PushRosNamespace, SetParameter
-from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
-"""
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
-    (tmp_path / "r.xacro").write_text(ROBOT)
-    return tmp_path
-
-
-def read(folder: Path, name: str, text: str, **arguments: str) -> Plan:
-    file = folder / name
-    file.write_text(text)
-    return read_launch_2(str(file), arguments, Packages(around=str(file)), trusted=True)
-
-
-def python(folder: Path, *actions: str, before: str = "", **arguments: str) -> Plan:
-    body = ",\n        ".join(actions)
-    generate = f"def generate_launch_description():\n    return LaunchDescription([\n        {body}])\n"
-    text = f"{HEAD}{before}\n{generate}"
-    return read(folder, "a.launch.py", text, **arguments)
-
-
-def clean(plan: Plan) -> Plan:
-    assert [str(d) for d in plan.diagnostics] == []
-    return plan
+@pytest.fixture(autouse=True)
+def xacro(folder: Path) -> None:
+    (folder / "r.xacro").write_text(ROBOT)
 
 
 def only(plan: Plan) -> Diagnostic:
@@ -73,7 +44,7 @@ def test_a_node_its_names_and_its_line(folder: Path) -> None:
     )
     (node,) = plan.nodes
     assert (node.full_name, node.remaps, node.args) == ("/up/in/e", (("a", "b"),), "-x 'a b'")
-    assert node.origin.span.line == 14
+    assert node.origin.span.line == 15
     assert node.origin.span.text.startswith("Node(package='p'")
 
 
@@ -202,7 +173,7 @@ def test_opaque_functions_timers_and_events_add_their_actions(folder: Path) -> N
         )
     )
     assert [node.name for node in plan.nodes] == ["f7", "late", "then"]
-    assert plan.nodes[0].origin.span.line == 12
+    assert plan.nodes[0].origin.span.line == 13
 
 
 def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
@@ -241,12 +212,12 @@ def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
 def test_a_fault_is_told_at_the_line_that_made_it(folder: Path, action: str, code: str, words: str) -> None:
     found = only(python(folder, action))
     assert found.origin is not None
-    assert (found.code, found.origin.span.line) == (code, 13)
+    assert (found.code, found.origin.span.line) == (code, 14)
     assert words in found.message
 
 
 def test_a_module_that_is_not_there_is_named_at_its_import(folder: Path) -> None:
-    found = only(read(folder, "a.launch.py", "import os\nfrom launch.actions import DeclareLaunchArgment\n"))
+    found = only(read(folder / "a.launch.py", "import os\nfrom launch.actions import DeclareLaunchArgment\n"))
     assert found.origin is not None
     assert (found.code, found.origin.span.line) == ("L081", 2)
     assert "DeclareLaunchArgment" in found.message
@@ -300,7 +271,7 @@ YAML = """launch:
 
 @pytest.mark.parametrize(("name", "text"), [("a.launch.xml", XML), ("a.launch.yaml", YAML)])
 def test_xml_and_yaml_say_the_same_as_python(folder: Path, name: str, text: str) -> None:
-    plan = clean(read(folder, name, text))
+    plan = clean(read(folder / name, text))
     first, second = plan.nodes
     assert (first.full_name, first.remaps) == ("/up/robot_state_publisher", (("a", "b"),))
     assert (second.full_name, second.args) == ("/n22", "-a 3")
@@ -318,7 +289,7 @@ def test_the_files_of_ros_1_are_not_taken_for_those_of_ros_2(folder: Path) -> No
 
 def test_faults_of_xml_are_told_at_their_element(folder: Path) -> None:
     text = '<launch>\n  <nod/>\n  <node pkg="p"/>\n  <node pkg="p" exec="$(vra x)"/>\n</launch>'
-    found = read(folder, "a.launch.xml", text).diagnostics
+    found = read(folder / "a.launch.xml", text).diagnostics
     assert [(d.code, d.origin.span.line) for d in found if d.origin] == [
         ("L002", 2),
         ("L004", 3),
@@ -394,7 +365,7 @@ def test_a_parameter_s_place_is_where_it_is_written(folder: Path) -> None:
           <param name="c" value="1"/></param>
         <param from="$(dirname)/p.yaml"/>
       </node></launch>"""
-    plan = read(folder, "a.launch.xml", xml.replace("$(var missing 1)", "2"))
+    plan = read(folder / "a.launch.xml", xml.replace("$(var missing 1)", "2"))
     assert _placed(plan, "/n/all") == 'a.launch.xml:2:<set_parameter name="all" value="2"/>'
     assert _placed(plan, "/n/rate") == 'a.launch.xml:4:<param name="rate" value="5"/>'
     assert _placed(plan, "/n/a.b") == 'a.launch.xml:5:<param name="b" value="2"/>'
@@ -413,15 +384,14 @@ def test_a_parameter_that_cannot_be_read_is_told_where_it_is_written(folder: Pat
     (folder / "p.yaml").write_text("/**:\n  ros__parameters:\n    a: [1,\n")
     told = only(
         read(
-            folder,
-            "a.launch.xml",
+            folder / "a.launch.xml",
             '<launch><node pkg="p" exec="e"><param from="$(dirname)/p.yaml"/></node></launch>',
         )
     )
     assert told.origin is not None
     assert (told.code, Path(told.origin.span.file).name, told.origin.span.line) == ("L033", "p.yaml", 4)
     node = '<node pkg="p" exec="e">\n<param name="a" value="$(var v)"/></node>'
-    told = only(read(folder, "a.launch.xml", f'<launch><let name="v" value="]["/>{node}</launch>'))
+    told = only(read(folder / "a.launch.xml", f'<launch><let name="v" value="]["/>{node}</launch>'))
     assert told.origin is not None
     assert (told.code, told.origin.span.line) == ("L031", 2)
 
@@ -477,6 +447,6 @@ def test_files_that_include_each_other_ever_more_often_come_to_an_end(
         twice = f'<include file="$(dirname)/{level + 1}.launch.xml"/>' * 2
         (folder / f"{level}.launch.xml").write_text(f"<launch>{twice}</launch>")
     (folder / "30.launch.xml").write_text("<launch/>")
-    plan = read(folder, "a.launch.xml", '<launch><include file="$(dirname)/0.launch.xml"/></launch>')
+    plan = read(folder / "a.launch.xml", '<launch><include file="$(dirname)/0.launch.xml"/></launch>')
     assert {d.code for d in plan.diagnostics} == {"L070"}
     assert len(plan.files) == 100
