@@ -14,7 +14,7 @@ from kbot.workbench.serve import open_session, serving
 from .conftest import until, wait_for_page
 from .displayed import ASIDE
 from .pictures import pixels_per_metre, screenshot
-from .test_display_files import RVIZ1
+from .rviz_texts import RVIZ1
 from .test_page_access import AXE
 
 OpenPage = Callable[..., Any]
