@@ -405,3 +405,15 @@ def test_the_summary_says_what_can_be_mended(tmp_path: Path) -> None:
         file.write_text(text.format(*parts))
         lines = CliRunner().invoke(check, [str(file), "--select", "S101,J107"]).output.splitlines()
         assert lines[-1] == said
+
+
+def test_a_word_that_is_nothing_here_says_where_packages_are_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = run("quadruped_zebra").stdout
+    assert status("quadruped_zebra") == 2
+    assert "'quadruped_zebra' is no file, folder or package [F001]" in said
+    assert "--package-path or ROS_PACKAGE_PATH" in said
+    (tmp_path / "quadruped_zebras").mkdir()
+    assert "did you mean 'quadruped_zebras'" in run("quadruped_zebra").stdout

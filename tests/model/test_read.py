@@ -258,3 +258,11 @@ def test_every_expanded_robot_of_the_corpus_is_read(shared):
             assert {d.code for d in reading.diagnostics} <= {"U006", "U007"}
         else:
             assert reading.require().links, file
+
+
+def test_numbers_with_commas_between_them_are_told_of_blanks():
+    (found,) = read(
+        robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='0.15,0,0'/>"))
+    ).diagnostics
+    assert found.message == "'xyz' of <origin> needs 3 numbers, not 1"
+    assert found.hint == "numbers are separated by blanks, not by commas"

@@ -133,3 +133,8 @@ def test_the_findings_are_those_that_the_check_has(faulty: Path, tmp_path: Path,
 def test_of_what_was_not_checked_nothing_is_said(faulty: Path, tmp_path: Path, pages: Pages) -> None:
     kbot.Simulation(str(faulty)).show().save(tmp_path / "run.html")
     assert findings(tmp_path / "run.html", pages) is None
+
+
+def test_a_joint_that_is_misspelt_is_told_the_one_that_is_meant() -> None:
+    with pytest.raises(kbot.KbotError, match=r"no joint 'left_wheel_jont' .*did you mean 'left_wheel_joint'"):
+        kbot.load("kbot").show({"left_wheel_jont": 1.0})

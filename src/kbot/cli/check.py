@@ -21,10 +21,11 @@ from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
-from kbot.text import DescriptionError, Diagnostic, Fix, KbotError, read_source, rewrite
+from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
 from kbot.text.files import unsaved
 from kbot.text.render import count, render_text, to_json
-from kbot.xacro import Packages
+from kbot.text.suggest import did_you_mean
+from kbot.xacro import PackageNotFound, Packages
 
 _FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -147,8 +148,10 @@ def _place(word: str, packages: Packages) -> str:
         return word
     try:
         folder = packages.find(word)
-    except KbotError:
-        return word
+    except PackageNotFound as error:
+        hint = did_you_mean(word, os.listdir()) or error.hint  # noqa: PTH208 - names alone
+        message = f"'{word}' is no file, folder or package"
+        raise DescriptionError([Diagnostic("F001", Severity.ERROR, message, None, hint)]) from None
     warn_of_others(word, packages)
     return folder
 

@@ -123,7 +123,8 @@ class Values:
         words = _WORDS.findall(text)
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
-            self.error("U012", message, element.attribute_origin(attribute))
+            hint = "numbers are separated by blanks, not by commas" if "," in text else ""
+            self.error("U012", message, element.attribute_origin(attribute), hint)
             return (fallback,) * count
         return tuple(self._one(element, attribute, word, fallback) for word in words)
 

@@ -40,7 +40,7 @@ class PackageNotFound(KbotError):
             "put its folder beneath the working directory, or name it with --package-path or ROS_PACKAGE_PATH"
         )
         self.searched = tuple(searched)
-        super().__init__(f"the package '{name}' is not found" + (f": {self.nearest}" if self.nearest else ""))
+        super().__init__(f"the package '{name}' is not found: {self.hint}")
 
 
 class Packages:

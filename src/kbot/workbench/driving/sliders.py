@@ -12,6 +12,7 @@ from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
 from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
 from kbot.workbench.driving.motion import Moment, Motion
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene.scene import Control, slider_range
@@ -120,7 +121,8 @@ class Sliders:
     def set_joint(self, name: str, position: float) -> None:
         joint = self._joints.get(name)
         if joint is None:
-            raise KbotError(f"no joint {name!r} that can be set by hand")
+            hint = did_you_mean(name, self._joints)
+            raise KbotError(f"no joint {name!r} that can be set by hand" + (f": {hint}" if hint else ""))
         self.positions[name] = _held(joint, position)
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
