@@ -15,7 +15,8 @@ from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .served import asked, state_of
-from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, played, plot, shown, table
+from .test_page_plot_recording import played
+from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, plot, shown, table
 
 __all__ = ["page", "played"]
 

@@ -4,18 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from kbot.record import Recording
-from kbot.workbench.protocol import Seek
-from kbot.workbench.serve import serving
-from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .pictures import pixels_per_metre, screenshot
-from .served import asked, do, state_of
+from .served import state_of
 
 OpenPage = Callable[..., Any]
 
@@ -90,69 +84,6 @@ def test_the_robot_stands_where_it_stood(page: Any) -> None:
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
     assert shown_x(page) == pytest.approx(now, abs=0.1)
     until(lambda: slider(page).get_attribute("aria-valuetext").endswith(" s, live"))
-
-
-def trail_ends(page: Any) -> float:
-    """x in m where the trail ends, as far as it is seen from above; -inf where none of it is."""
-    with_trail = screenshot(page).astype(int)
-    page.keyboard.press("7")
-    changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60
-    page.keyboard.press("7")
-    height, width = changed.shape
-    columns = np.nonzero(changed[height // 2 - 20 : height // 2 + 20].any(axis=0))[0]
-    return float((columns.max() - width / 2) / pixels_per_metre(page)) if columns.size else float("-inf")
-
-
-def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
-    page.keyboard.press("8")  # the view does not follow
-    page.evaluate("kbot.look([0, -0.001, 1.6], [0, 0, 0])")
-    until(lambda: trail_ends(page) > 0.15)  # behind the robot, that hides its last part
-    drag(page, 0.05)
-    settled(page)
-    until(lambda: shown_x(page) < 0.1 and trail_ends(page) < shown_x(page) + 0.01)
-    page.get_by_role("button", name="Live").click()
-    until(lambda: not is_past(page) and trail_ends(page) > 0.15)
-
-
-@pytest.mark.parametrize("which", ["the page that saw it", "one that came later"])
-def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
-    page: Any, driving: tuple[str, Session], open_page: OpenPage, which: str
-) -> None:
-    """Driven from x=0 to 0.3, put to y=0.4, and driven on: nothing is drawn between the two ways."""
-    do(page.session, lambda motion: motion._sim.set_pose(0.3, 0.4, 0.0))
-    page.keyboard.down("w")
-    until(lambda: state_of(page.session).poses[0] > 0.6)
-    page.keyboard.up("w")
-    until(lambda: state_of(page.session).command == (0.0, 0.0) and state_of(page.session).twist[0] < 1e-3)
-    shown = page if which == "the page that saw it" else open_page(driving[0])
-    shown.keyboard.press("8")  # the view does not follow
-    shown.evaluate("kbot.look([0.3, 0.199, 1.6], [0.3, 0.2, 0])")
-    until(lambda: trail_at(shown, 0.1, 0.0) > 0 and trail_at(shown, 0.4, 0.4) > 0)
-    assert sum(trail_at(shown, 0.3, y) for y in (0.1, 0.2, 0.3)) == 0
-
-
-def trail_at(page: Any, x: float, y: float) -> int:
-    """Pixels that the trail changes within 2 cm of a place on the ground."""
-    with_trail = screenshot(page).astype(int)
-    page.keyboard.press("7")
-    changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60
-    page.keyboard.press("7")
-    clip = np.array(page.evaluate("kbot.camera().clipFromWorld")).reshape(4, 4) @ (x, y, 0.0, 1.0)
-    height, width = changed.shape
-    column, row = (clip[0] / clip[3] + 1) / 2 * width, (1 - clip[1] / clip[3]) / 2 * height
-    reach = round(0.02 * pixels_per_metre(page))
-    return int(changed[int(row) - reach : int(row) + reach, int(column) - reach : int(column) + reach].sum())
-
-
-def test_a_new_tab_shows_the_whole_trail(
-    page: Any, driving: tuple[str, Session], open_page: OpenPage
-) -> None:
-    other = open_page(driving[0])
-    other.keyboard.press("8")  # the view does not follow
-    other.evaluate("kbot.look([0, -0.001, 1.6], [0, 0, 0])")
-    until(lambda: trail_ends(other) > 0.15)
-    drag(other, 0.05)
-    until(lambda: is_past(other) and shown_x(other) < 0.1 and trail_ends(other) < shown_x(other) + 0.01)
 
 
 def test_time_goes_back_by_keys(page: Any) -> None:
@@ -278,64 +209,6 @@ def test_bookmarks_are_set_named_and_gone_to(
     until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
     page.keyboard.press("[")
     until(lambda: page.evaluate("kbot.time") == second)
-
-
-def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
-    page.reload()  # it was told of another folder
-    wait_for_page(page)
-    record = page.get_by_role("button", name="Record", exact=True)
-    until(lambda: record.get_attribute("title") == f"Record to a new file in {tmp_path}")
-    record.click()
-    name = until(lambda: page.locator(".recording .name").inner_text())
-    until(lambda: page.locator(".notice").get_by_text(f"Recording to {tmp_path / name}").is_visible())
-    until(lambda: page.locator(".recording .size").inner_text() > "0:00.9")
-    page.get_by_role("button", name="End the recording").click()
-    until(lambda: page.locator(".notice").get_by_text(f"Recorded to {tmp_path / name}.").is_visible())
-    with page.expect_download() as saved:
-        page.get_by_role("link", name="Download").click()
-    assert saved.value.suggested_filename == name
-    assert saved.value.path().read_bytes() == (tmp_path / name).read_bytes()
-    summary = Recording(str(tmp_path / name)).summary()
-    assert summary.broken == ""
-    assert summary.seconds > 0.9
-    assert {"/robot_description", "/odom", "/joint_states", "/tf"} <= summary.topics.keys()
-    played = played_session(str(tmp_path / name))
-    played.obey(Seek(1e6), 1)
-    assert played.state().poses[0] == pytest.approx(state_of(page.session).odometry[0], abs=0.05)
-
-
-def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> None:
-    page.get_by_role("button", name="Record", exact=True).click()
-    until(lambda: page.locator(".recording .name").count())
-    page.keyboard.down("w")
-    until(lambda: state_of(page.session).odometry[0] > 0.8)
-    page.keyboard.up("w")
-    path = asked(page.session, page.session.recording.view).file
-    page.get_by_role("button", name="End the recording").click()
-    until(lambda: asked(page.session, page.session.recording.view) is None)
-    session = played_session(path)
-    with serving(session) as address:
-        player = open_page(address)
-        until(lambda: shown_x(player) > 0.6)
-        assert player.title() == f"{Path(path).name} \u00b7 KBot"
-        until(lambda: player.locator(".crumbs").inner_text().split() == [Path(path).name, "recording"])
-        assert player.locator(".topbar .status").inner_text() == "connected"
-        player.keyboard.press("p")
-        until(lambda: session.paused)
-        player.keyboard.press("k")
-        until(lambda: player.get_by_role("button", name="1 bookmark").is_visible())
-        assert "Bookmark 1" in Path(f"{path}.bookmarks.yaml").read_text()
-        drag(player, 0.02)
-        until(lambda: shown_x(player) < 0.45)
-        assert " of " in slider(player).get_attribute("aria-valuetext")
-        player.get_by_role("button", name="Loop").click()
-        until(lambda: asked(session, session.timeline).loop)
-        assert player.get_by_role("button", name="Record", exact=True).count() == 0
-        player.get_by_label("Speed", exact=True).select_option("10")
-        player.get_by_role("button", name="Go on").click()
-        until(lambda: shown_x(player) > 0.6)
-        until(lambda: shown_x(player) < 0.5)  # it began again
-        player.goto("about:blank")
 
 
 def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_page: OpenPage) -> None:

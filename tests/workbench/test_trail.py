@@ -23,7 +23,7 @@ from kbot.workbench.serving.past import Past
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
-from .test_playback import write
+from .test_foreign_recordings import write
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 

@@ -1,0 +1,94 @@
+"""Changes of a description's text, taken back and done again, beside those of an editor."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.text import Edit, KbotError, Span, read_source
+from kbot.workbench.source.edits import Editor
+
+
+def test_dragging_one_number_is_one_change(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("x 1.0 y 2.0")
+    editor = Editor()
+    for was, text in (("1.0", "1.1"), ("1.1", "1.2"), ("1.2", "9.99")):
+        editor.replace(str(file), 1, 3, was, text)
+    editor.replace(str(file), 1, 11, ".0", ".5")
+    assert file.read_text() == "x 9.99 y 2.5"
+    editor.undo()
+    assert editor.undo_title == "1.0 → 9.99"
+    editor.undo()
+    assert file.read_text() == "x 1.0 y 2.0"
+
+
+def test_several_edits_are_carried_out_together_or_not_at_all(tmp_path: Path) -> None:
+    first, second = tmp_path / "a", tmp_path / "b"
+    first.write_text("ä one two")
+    second.write_text("three")
+    a, b = read_source(first), read_source(second)
+    editor = Editor()
+    one = (Edit(Span(a, 3, 6), "1"), "one")
+    two = (Edit(Span(a, 7, 10), "2222"), "two")
+    three = (Edit(Span(b, 0, 5), "3"), "three")
+    editor.apply("numbers", [one, two, three])
+    assert (first.read_text(), second.read_text()) == ("ä 1 2222", "3")
+    editor.undo()
+    assert (first.read_text(), second.read_text()) == ("ä one two", "three")
+    second.write_text("four")
+    with pytest.raises(KbotError, match="has changed"):
+        editor.apply("numbers", [one, three])
+    assert first.read_text() == "ä one two"
+    with pytest.raises(KbotError, match="two changes"):
+        editor.apply("numbers", [one, (Edit(Span(a, 4, 8), ""), "ne t")])
+
+
+def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("1")
+    editor = Editor()
+    editor.replace(str(file), 1, 1, "1", "2")
+    file.write_text("3")
+    with pytest.raises(KbotError, match="was changed at this place since"):
+        editor.undo()
+    assert file.read_text() == "3"
+    file.write_text("2")
+    editor.undo()
+    file.write_text("4")
+    with pytest.raises(KbotError, match="was changed at this place since"):
+        editor.redo()
+    assert file.read_text() == "4"
+    editor.replace(str(file), 1, 1, "4", "5")
+    assert editor.redo_title == ""
+
+
+def test_what_was_saved_elsewhere_stays_where_a_change_is_undone_and_done_again(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_bytes(b"one\r\ntwo 2\r\nthree\r\nfour 4\r\nfive\r\n")
+    editor = Editor()
+    editor.replace(str(file), 2, 5, "2", "22")
+    editor.replace(str(file), 4, 6, "4", "44")
+    file.write_bytes(b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 44\r\nfive\r\n")
+    editor.undo()
+    assert file.read_bytes() == b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 4\r\nfive\r\n"
+    editor.undo()
+    undone = b"new\r\none\r\ntwo 2\r\nthree 3\r\nfour 4\r\nfive\r\n"
+    assert file.read_bytes() == undone
+    file.write_bytes(undone + b"six\r\n")
+    editor.redo()
+    editor.redo()
+    assert file.read_bytes() == b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 44\r\nfive\r\nsix\r\n"
+
+
+@pytest.mark.parametrize("saved", ["a\nx 9\nb\n", "x 2\n", "a\nb\n", "a\nx 2\nx 2\nb\n", "q\nx 2\nq\n"])
+def test_where_the_changed_line_is_gone_doubled_or_elsewhere_nothing_is_undone(
+    tmp_path: Path, saved: str
+) -> None:
+    file = tmp_path / "a"
+    file.write_text("a\nx 1\nb\n")
+    editor = Editor()
+    editor.replace(str(file), 2, 3, "1", "2")
+    file.write_text(saved)
+    with pytest.raises(KbotError, match="was changed at this place since"):
+        editor.undo()
+    assert file.read_text() == saved
