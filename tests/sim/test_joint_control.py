@@ -84,22 +84,24 @@ def test_a_joint_of_ros2_control_is_held_against_its_weight(urdf):
     assert free.joint_positions["shoulder"] > 0.5
 
 
+POST = (
+    '<robot name="post"><link name="world"/>'
+    '<link name="turret"><inertial><mass value="1"/>'
+    '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
+    '</inertial></link><link name="bar"><inertial><origin xyz="0 0 0.5"/><mass value="2"/>'
+    '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="pan" type="revolute"><parent link="world"/><child link="turret"/>'
+    '<origin xyz="0 0 2"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="0" velocity="0"/>'
+    '</joint><joint name="lift" type="revolute"><parent link="turret"/><child link="bar"/>'
+    '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="0" velocity="0"/></joint></robot>'
+)
+"""A bar on a turret: upright it turns with a hundredth of the inertia that it has lying."""
+
+
 def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(urdf):
     """Critically damped at 50 rad/s from rest to a step: 1 - (1 + 50 t) exp(-50 t) of the way. The bar on its
     post turns 0.5 kg m^2 when it lies, a hundredth of that when it stands."""
-    sim = Simulation(
-        urdf(
-            '<robot name="post"><link name="world"/>'
-            '<link name="turret"><inertial><mass value="1"/>'
-            '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
-            '</inertial></link><link name="bar"><inertial><origin xyz="0 0 0.5"/><mass value="2"/>'
-            '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-            '<joint name="pan" type="revolute"><parent link="world"/><child link="turret"/>'
-            '<origin xyz="0 0 2"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="0" velocity="0"/>'
-            '</joint><joint name="lift" type="revolute"><parent link="turret"/><child link="bar"/>'
-            '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="0" velocity="0"/></joint></robot>'
-        )
-    )
+    sim = Simulation(urdf(POST))
     for lift in (0.0, 1.5708):
         sim.command_joints({"pan": 0.0, "lift": lift})
         sim.run(1.0)
@@ -107,6 +109,24 @@ def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(ur
         for t in (1.0, 2.0, 3.0):
             sim.run(1.0 / 50.0)
             assert sim.joint_positions["pan"] == pytest.approx(0.1 * (1.0 - (1.0 + t) * exp(-t)), abs=3e-3)
+
+
+def test_a_run_of_an_arm_is_the_same_after_a_reset_and_from_a_state(urdf):
+    """Its servos go by the inertia of its pose, which a run that begins anew knows nothing of."""
+    sim = Simulation(urdf(POST))
+    digests = []
+    for _ in range(2):
+        sim.follow_trajectory(["pan", "lift"], [(1.0, [0.8, 1.2])])
+        sim.step(203)
+        state = sim.state()
+        sim.step(400)
+        digests.append(sim.state_sha256())
+        for other in (sim, Simulation(urdf(POST))):
+            other.restore(state)
+            other.step(400)
+            digests.append(other.state_sha256())
+        sim.reset()
+    assert len(set(digests)) == 1
 
 
 def test_a_joint_starts_where_its_hardware_says(urdf):

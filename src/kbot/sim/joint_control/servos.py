@@ -30,12 +30,14 @@ LEAST_INERTIA = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Of a joint in the engine; `inertia` is where the mass matrix has its own."""
+    """Of a joint in the engine; `inertia` is where the mass matrix has its own, `first` what that is with all
+    joints at zero, kg m^2 or kg."""
 
     actuator: int
     position: int
     dof: int
     inertia: int
+    first: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +89,9 @@ class JointServos:
                 index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
                 dof = int(model.jnt_dofadr[index])
                 diagonal = int(model.M_rowadr[dof] + model.M_rownnz[dof]) - 1
-                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, diagonal)
-                self._inertias[name] = max(float(model.dof_M0[dof]), LEAST_INERTIA)
+                first = max(float(model.dof_M0[dof]), LEAST_INERTIA)
+                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, diagonal, first)
+                self._inertias[name] = first
                 self._bounds[name] = JointBounds.of(robot.joints[name])
         self._orders: dict[str, _Order] = {}
         self._ways: tuple[_Way, ...] = ()
@@ -139,6 +142,7 @@ class JointServos:
         if joint in self._orders:
             self._leave_ways(joint)
             del self._orders[joint]
+            self._inertias[joint] = self._places[joint].first
             self._set_gains(joint, 0.0, 0.0, 0.0)
 
     def release_all(self) -> None:
@@ -179,7 +183,8 @@ class JointServos:
             place, bounds = self._places[joint], self._bounds[joint]
             position, velocity = self._qpos[place.position], self._qvel[place.dof]
             load = self._bias[place.dof] - self._passive[place.dof]
-            inertia = max(self._mass_matrix[place.inertia], LEAST_INERTIA)
+            # before a first step the engine has none
+            inertia = max(self._mass_matrix[place.inertia] or place.first, LEAST_INERTIA)
             if inertia != self._inertias[joint]:
                 self._inertias[joint] = inertia
                 self._tune(joint, order.interface)
