@@ -180,7 +180,6 @@ export class App {
         this.forgetMended(message);
         break;
       case "source":
-        if (JSON.stringify(message) === JSON.stringify(this.sources.value.get(message.file))) break; // what is being typed there stays
         this.sources.set(new Map(this.sources.value).set(message.file, message));
         break;
       case "topics":

@@ -1,9 +1,10 @@
 import type { App, Spot } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
-import type { Finding, Hint, SourceText } from "../protocol";
+import type { Finding, SourceText } from "../protocol";
 import { editNumbers, keepFocus, numbersOf, offer } from "./edit-numbers";
 import { highlight } from "./highlight";
+import { tellHints } from "./hints";
 
 const MOST_LINES = 6000;
 let shown: Spot | null = null;
@@ -31,16 +32,20 @@ export function source(app: App): HTMLElement {
     if (spot === null) return;
     drawTabs(app, tabs, spot.place.file);
     const text = app.sources.value.get(spot.place.file) ?? null;
-    if (text !== drawn || text === null) {
+    let giveBack = (): void => undefined;
+    if (!hasSameLines(text, drawn)) {
       if (text?.file !== drawn?.file) shown = null;
-      drawn = text;
       const top = body.scrollTop;
-      const back = keepFocus(body);
+      giveBack = keepFocus(body);
       body.replaceChildren(text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line));
       body.scrollTop = top;
-      if (text !== null) mark(app, body, text, spot);
-      back();
-    } else mark(app, body, text, spot);
+    }
+    if (text !== null) {
+      if (text !== drawn) tellHints(body, text.hints);
+      mark(app, body, text, spot);
+    }
+    drawn = text;
+    giveBack();
   };
   app.spot.watch(draw);
   app.sources.watch(draw);
@@ -48,6 +53,12 @@ export function source(app: App): HTMLElement {
   app.about.watch(draw);
   app.selected.watch(draw);
   return dock;
+}
+
+/** Whether a text is that which is drawn, so that what is being typed in it stays; its hints may be others. */
+function hasSameLines(text: SourceText | null, drawn: SourceText | null): boolean {
+  if (text === null || drawn === null) return false;
+  return text.file === drawn.file && text.text === drawn.text && JSON.stringify(text.owners) === JSON.stringify(drawn.owners);
 }
 
 function drawTabs(app: App, tabs: HTMLElement, open: string): void {
@@ -64,39 +75,19 @@ function lines(app: App, text: SourceText, around: number): HTMLElement {
   const all = highlight(text.text);
   const first = all.length > MOST_LINES ? Math.max(0, around - MOST_LINES / 2) : 0;
   const code = h("div", { class: "code", role: "presentation" });
-  const hints = new Map<number, Hint[]>();
-  for (const hint of text.hints) hints.set(hint.place.line, [...(hints.get(hint.place.line) ?? []), hint]);
   all.slice(first, first + MOST_LINES).forEach((pieces, index) => {
     const line = first + index + 1;
     const owners = text.owners[line - 1] ?? [];
-    const told = hints.get(line) ?? [];
-    explain(pieces, told);
     const row = h(
       "div",
       { class: "line", "data-line": line, "data-owners": owners.length ? ` ${owners.join(" ")} ` : null },
       h("span", { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null }, String(line)),
-      h("span", { class: "text", "data-hint": told.length ? told.map(worded).join("  \u00b7  ") : null }, ...pieces),
+      h("span", { class: "text" }, ...pieces),
     );
     if (owners.length) row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
     code.append(row);
   });
   return code;
-}
-
-/** What an expression came to, for each macro call that made another value of it. */
-function worded({ values, more }: Hint): string {
-  return [...values, ...(more ? ["\u2026"] : [])].join(" | ");
-}
-
-/** Says of each expression of a line, to who points at it, what its attribute came to. */
-function explain(pieces: readonly (Node | string)[], hints: readonly Hint[]): void {
-  let column = 1;
-  for (const piece of pieces) {
-    const at = column;
-    column += [...(typeof piece === "string" ? piece : (piece.textContent ?? ""))].length;
-    const hint = hints.find(({ place }) => place.column <= at && at < place.column + place.length);
-    if (hint && piece instanceof HTMLElement && piece.classList.contains("t-expression")) piece.title = worded(hint);
-  }
 }
 
 /** A line that makes several links chooses them in turn. */
