@@ -86,6 +86,7 @@ def test_what_is_not_there_is_said_where_it_is_named(described):
     for found in (check_file(str(path), config=Config()), simulated(path).diagnostics):
         (said,) = [d for d in found if d.code == "W132"]
         assert (Path(said.origin.span.file).name, said.origin.span.line) == ("arm.urdf", 2)
+        assert not said.is_error
 
 
 @pytest.mark.parametrize(

@@ -125,7 +125,9 @@ def _read(element: Element) -> ControllerFile:
         data, places = load_placed_yaml(read_source(path))
     except DescriptionError as error:
         message = f"the controllers' {error.diagnostics[0].message}"
-        return ControllerFile({}, {}, element.origin, (_fault("W132", message, element.origin),))
+        # it may be there where the robot runs: a description is also looked at alone
+        fault = Diagnostic("W132", Severity.WARNING, message, element.origin)
+        return ControllerFile({}, {}, element.origin, (fault,))
     except BadYaml as error:
         tab = "'\\t'" in error.problem
         what = "a tab stands where YAML wants blanks" if tab else error.problem

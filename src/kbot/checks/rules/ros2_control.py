@@ -94,7 +94,7 @@ def _faults(context: Context, code: str) -> Found:
     for file in context.controller_files:
         for fault in file.faults:
             if fault.code == code and fault.origin is not None:
-                yield Finding(fault.origin, fault.message, fault.hint)
+                yield Finding(fault.origin, fault.message, fault.hint, severity=fault.severity)
 
 
 @rule("W132", "controllers-unreadable", Severity.ERROR, "robot")
@@ -105,7 +105,7 @@ def controllers_unreadable(context: Context) -> Found:
 
     Example: a YAML that is indented with a tab.
 
-    Mend: mend the file.
+    Mend: mend the file. One that is not there at all is a warning.
 
     Fix: none.
     """
