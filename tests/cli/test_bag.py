@@ -3,36 +3,19 @@
 import csv
 import io
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from mcap.writer import Writer
 
-import kbot
 from kbot.cli.bag.words import ELSEWHERE
 from kbot.cli.main import run
 from kbot.messages import Bus
 from kbot.messages.sensing import Image
-from kbot.record import Recorder, Recording
-from kbot.record.player import Player
+from kbot.record import Recording
 from kbot.record.writer import open_writer
-from kbot.sim import Simulation
 from kbot.wire import Feed
-
-
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> str:
-    path = str(tmp_path_factory.mktemp("bag") / "run.mcap")
-    sim = Simulation(kbot.load("kbot"))
-    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
-        sim.cmd_vel(0.3, 0.0)
-        sim.run(2.0)
-    return path
 
 
 def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -160,17 +143,6 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert left_out.startswith("102 messages were not compared (/kbot/poses 101, /kbot/world 1): ")
 
 
-def test_play_tells_of_what_is_not_whole(
-    recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(Path(recording).read_bytes()[:-50])
-    assert run(["bag", "play", "-r", "100", recording, str(cut)]) == 0
-    assert f"{cut} is not whole: it was not closed" in capsys.readouterr().err
-    assert run(["bag", "play", "-r", "100", recording]) == 0
-    assert "not whole" not in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -261,73 +233,3 @@ def test_nothing_is_written_over_a_recording(
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert run(["bag", *export, "odom.csv"]) == 0
     assert run(["bag", *export, "odom.csv"]) == 0  # a table is written anew
-
-
-def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
-    said = capsys.readouterr().err
-    assert f"{recording}: 0.500 s at 100 times its rate." in said
-    assert "No bridge: kbot topic echo hears it; --ros1, " in said
-    assert "Ctrl-C ends it." in said
-    assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
-    said = capsys.readouterr().err
-    assert "By rosbridge, and kbot topic echo hears it." in said
-    assert "No bridge" not in said
-
-
-def test_play_takes_the_words_of_rosbag_and_ros2_bag(
-    recording: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Seconds are counted from the first message on, also in one whose clock is the wall's."""
-    played: list[tuple[Player, dict[str, object]]] = []
-    monkeypatch.setattr("kbot.cli.bag.play.play", lambda player, options, **how: played.append((player, how)))
-    assert run(["bag", "play", "--topics", "/odom", "/tf", "-l", recording, "--clock", "-d", "2"]) == 0
-    assert run(["bag", "play", recording, "--start-offset", "0.5", "--playback-duration", "1", "-p"]) == 0
-    words = ["-m", "/odom:=/a", "--exclude-topics", "/tf", "joint_states", "--clock", "40", "-u", "1"]
-    assert run(["bag", "play", recording, *words]) == 0
-    assert run(["bag", "play", recording, "/odom:=a", "tf:=/b"]) == 0
-    (first, how), (second, _), (third, _), (fourth, _) = played
-    assert third.length == 1.0
-    assert {"/a"} == {*third.bus.topics} - {"/kbot/poses"}
-    assert {"/a", "/b", "/joint_states"} == {*fourth.bus.topics} - {"/kbot/poses"}
-    assert ({*first.bus.topics}, how) == ({"/odom", "/tf"}, {"rate": 1.0, "delay": 2.0, "loop": True})
-    assert (second.length, second.paused, first.paused) == (1.0, True, False)
-    assert second.seconds == pytest.approx(0.5)
-    assert run(["bag", "play", recording, "-l", "-u", "0"]) == 2
-    assert "leaves nothing" in capsys.readouterr().err
-
-
-@pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
-def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
-    import pty
-
-    ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--pause", "-r", "100"]
-    playing = subprocess.Popen(command, stdin=theirs, stderr=subprocess.PIPE, text=True)
-    os.close(theirs)
-    try:
-        assert playing.stderr is not None
-        told = "".join(playing.stderr.readline() for _ in range(3))
-        assert "It is paused." in told
-        assert "Space pauses it" in told
-        with pytest.raises(subprocess.TimeoutExpired):  # unpaused it is over in 20 ms
-            playing.wait(1)
-        os.write(ours, b" ")
-        assert playing.wait(60) == 0
-    finally:
-        playing.kill()
-        playing.communicate()
-        os.close(ours)
-
-
-@pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
-def test_ctrl_c_ends_playing_without_failure(recording: str) -> None:
-    command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--loop"]
-    playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert playing.stderr is not None
-    assert playing.stderr.readline() == f"{recording}: 2.000 s again and again.\n"
-    assert playing.stderr.readline().startswith("No bridge")
-    assert playing.stderr.readline() == "Ctrl-C ends it.\n"
-    playing.send_signal(signal.SIGINT)
-    _, rest = playing.communicate(timeout=60)
-    assert (playing.returncode, rest) == (0, "")

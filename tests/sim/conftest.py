@@ -1,8 +1,14 @@
+from pathlib import Path
+
 import pytest
 
+from kbot.launch import read_launch
+from kbot.launch.staging import stage
 from kbot.model import Robot
 from kbot.model.load import load_robot, load_robot_text
+from kbot.model.spawned import with_controllers
 from kbot.sim import Simulation
+from kbot.xacro import Packages
 
 
 @pytest.fixture(scope="session")
@@ -33,3 +39,21 @@ def ball(urdf) -> Robot:
         f'<robot name="ball"><link name="ball"><inertial><mass value="1"/>{inertia}</inertial>'
         '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>'
     )
+
+
+@pytest.fixture
+def launched(urdf, tmp_path: Path):
+    """The robot of a description as a launch file's YAML and spawner have it."""
+
+    def build(description: str, yaml: str, args: str, ns: str = "/arm"):
+        (tmp_path / "controllers.yaml").write_text(yaml)
+        file = tmp_path / "a.launch"
+        file.write_text(
+            '<launch>\n<rosparam command="load" file="$(dirname)/controllers.yaml"/>\n'
+            f'<node pkg="controller_manager" type="spawner" name="s" ns="{ns}" args="{args}"/></launch>'
+        )
+        packages = Packages(around=str(file))
+        plan = read_launch(str(file), packages=packages).require()
+        return with_controllers(urdf(description), stage(plan, packages).controllers)
+
+    return build

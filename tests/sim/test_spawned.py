@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch
-from kbot.launch.staging import stage
 from kbot.messages import types as msg
 from kbot.messages.control import Duration, Float64, Float64MultiArray, JointTrajectory, JointTrajectoryPoint
 from kbot.model.load import load_robot_text
@@ -14,7 +12,6 @@ from kbot.model.spawned import SpawnedController, spawned_controllers, with_cont
 from kbot.model.writer import to_urdf
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.xacro import Packages
 
 NEAR = 5e-3
 """Radians by which the other bar, that swings, may pull a joint from where it is held."""
@@ -46,24 +43,6 @@ def arm(extensions: str) -> str:
         f"{joint.format('shoulder', 'world', 'upper', '0 0 2')}"
         f"{joint.format('elbow', 'upper', 'lower', '0.5 0 0')}{extensions}</robot>"
     )
-
-
-@pytest.fixture
-def launched(urdf, tmp_path: Path):
-    """The robot of a description as a launch file's YAML and spawner have it."""
-
-    def build(description: str, yaml: str, args: str, ns: str = "/arm"):
-        (tmp_path / "controllers.yaml").write_text(yaml)
-        file = tmp_path / "a.launch"
-        file.write_text(
-            '<launch>\n<rosparam command="load" file="$(dirname)/controllers.yaml"/>\n'
-            f'<node pkg="controller_manager" type="spawner" name="s" ns="{ns}" args="{args}"/></launch>'
-        )
-        packages = Packages(around=str(file))
-        plan = read_launch(str(file), packages=packages).require()
-        return with_controllers(urdf(description), stage(plan, packages).controllers)
-
-    return build
 
 
 EFFORT = MANAGER + transmission("shoulder", "Effort") + transmission("elbow", "Effort")
@@ -204,122 +183,6 @@ def test_joint_states_are_told_in_the_namespace_of_their_controller(launched):
     sim.bus.subscribe("/arm/joint_states", msg.JointState, heard.append)
     sim.run(0.1)
     assert set(heard[-1].name) == {"shoulder", "elbow"}
-
-
-ROVER = (
-    '<robot name="rover"><link name="base"><inertial><mass value="2"/>'
-    '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
-    '<origin xyz="-0.15 0 -0.05"/><geometry><sphere radius="0.05"/></geometry></collision></link>{}</robot>'
-)
-WHEEL = (
-    '<link name="{0}"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0"'
-    ' iyz="0"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1"'
-    ' length="0.03"/></geometry></collision></link><joint name="{0}_joint" type="continuous"><parent'
-    ' link="base"/><child link="{0}"/><origin xyz="0 {1} 0"/><axis xyz="0 1 0"/></joint>'
-)
-DRIVE = """base:
-  type: diff_drive_controller/DiffDriveController
-  left_wheel: left_joint
-  right_wheel: right_joint
-  linear: {x: {max_velocity: 0.01}}
-"""
-
-
-def test_a_spawned_drive_hears_and_tells_on_topics_of_its_name(launched):
-    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
-    sim = Simulation(launched(rover, DRIVE, "base", ns="/"))
-    heard: list[msg.Odometry] = []
-    sim.bus.subscribe("/base/odom", msg.Odometry, heard.append)
-    for _ in range(10):
-        sim.bus.publish("/base/cmd_vel", msg.Twist(msg.Vector3(0.1, 0.0, 0.0), msg.Vector3(0.0, 0.0, 0.0)))
-        sim.run(0.2)
-    # 0.1 m/s for 2 s less the start at 1 m/s^2; ROS 1 counts a limit only with has_velocity_limits
-    assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
-    assert heard[-1].pose.pose.position.x == pytest.approx(0.195, abs=7e-3)
-
-
-@pytest.mark.parametrize(
-    ("said", "topic", "kind"),
-    [
-        ("", "/base/cmd_vel", msg.TwistStamped),
-        ("use_stamped_vel: true", "/base/cmd_vel", msg.TwistStamped),
-        ("use_stamped_vel: false", "/base/cmd_vel_unstamped", msg.Twist),
-    ],
-)
-def test_a_drive_of_ros2_hears_on_the_topic_and_in_the_type_of_its_namesake(
-    urdf, tmp_path, said, topic, kind
-):
-    """Stamped on `~/cmd_vel` by default; only Humble's `use_stamped_vel: false` has `~/cmd_vel_unstamped`."""
-    (tmp_path / "c.yaml").write_text(
-        "controller_manager:\n  ros__parameters:\n    base:\n"
-        "      type: diff_drive_controller/DiffDriveController\n"
-        "base:\n  ros__parameters:\n    left_wheel_names: [left_joint]\n"
-        f"    right_wheel_names: [right_joint]\n    {said}\n"
-    )
-    plugin = (
-        f'<gazebo><plugin name="r" filename="x"><parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>'
-    )
-    sim = Simulation(urdf(ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + plugin)))
-    inputs = {name: sim.bus.topics[name] for name in sim.bus.inputs}
-    assert inputs == {"/cmd_vel": msg.Twist, topic: kind}
-    assert sim.bus.topics["/base/odom"] is msg.Odometry
-    twist = msg.Twist(msg.Vector3(0.1, 0.0, 0.0))
-    sim.run(2.0)
-    for _ in range(10):
-        sim.bus.publish(topic, twist if kind is msg.Twist else msg.TwistStamped(twist=twist))
-        sim.run(0.2)
-    # 0.1 m/s for 2 s less the start at 1 m/s^2
-    assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
-
-
-def test_a_stamped_command_that_is_older_than_the_timeout_is_refused(urdf, tmp_path):
-    """As DiffDriveController does; one without a stamp is of now, one of the wall's clock too."""
-    (tmp_path / "c.yaml").write_text(
-        "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
-        "base: {ros__parameters: {cmd_vel_timeout: 0.3}}\n"
-    )
-    plugin = (
-        f'<gazebo><plugin name="r" filename="x"><parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>'
-    )
-    sim = Simulation(urdf(ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + plugin)))
-    sim.run(2.0)
-
-    def drive(seconds: float) -> None:
-        header = msg.Header(msg.Time.from_nanoseconds(round(seconds * 1e9)))
-        sim.bus.publish("/base/cmd_vel", msg.TwistStamped(header, msg.Twist(msg.Vector3(0.1, 0.0, 0.0))))
-
-    with pytest.raises(KbotError, match=r"0\.350 s old, more than the cmd_vel_timeout of 0\.3 s"):
-        drive(1.65)
-    assert sim.named().commanded_twist.x == 0.0
-    for stamp in (1.75, 0.0, 1.8e9):
-        drive(stamp)
-        assert sim.named().commanded_twist.x == 0.1
-        sim.run(0.4)
-        assert sim.named().commanded_twist.x == 0.0
-
-
-def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(launched):
-    gears = transmission("left_joint", "Velocity") + transmission("right_joint", "Velocity")
-    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER + gears)
-    kind = "velocity_controllers/JointVelocityController"
-    yaml = "".join(f"{side}:\n  type: {kind}\n  joint: {side}_joint\n" for side in ("left", "right"))
-    sim = Simulation(launched(rover, yaml, "left right", ns="/"))
-    for side in ("left", "right"):
-        sim.bus.publish(f"/{side}/command", Float64(1.0))
-    sim.run(2.0)
-    before = sim.ground_truth.pose.x
-    sim.run(1.0)
-    # 1 rad/s of wheels of 0.1 m
-    assert sim.ground_truth.pose.x - before == pytest.approx(0.1, abs=5e-3)
-    with pytest.raises(KbotError, match="/left was spawned to command 'left_joint'"):
-        sim.cmd_vel(0.1, 0.0)
-
-
-def test_a_drive_without_its_wheels_is_said(launched):
-    rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
-    sim = Simulation(launched(rover, DRIVE.replace("  left_wheel: left_joint\n", ""), "base", ns="/"))
-    assert findings(sim) == [("W137", "controllers.yaml", 2)]
-    assert sim.named().settings.command_topics == {"cmd_vel": msg.Twist}
 
 
 def test_a_description_that_was_written_down_runs_the_same(launched):
