@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from kbot.cli.graph.asking import to_line, to_yaml
+from kbot.cli.graph.asking import json_option, to_line, to_yaml
 
 _KINDS = {int: "integers", float: "numbers", bool: "booleans", str: "texts", dict: "messages"}
 
@@ -66,8 +66,8 @@ def style_options(function: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--no-str", is_flag=True, help="Of texts only how long they are."),
         click.option("--flow-style", is_flag=True, help="Print each message on one line of YAML."),
         click.option("--csv", "as_csv", is_flag=True, help="Print values alone, with commas between."),
-        click.option("--json", "as_json", is_flag=True, help="Print JSON."),
     )
+    styled = json_option(styled)
     for option in reversed(options):
         styled = option(styled)
     return styled
