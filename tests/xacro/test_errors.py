@@ -60,3 +60,14 @@ def test_a_property_that_is_defined_too_late_is_pointed_at() -> None:
     (error,) = expand_text(text, "f").diagnostics
     assert error.hint == "it is defined only further on: define it before it is used"
     assert [(r.message, str(r.origin)) for r in error.related] == [("defined here", "f:3:37")]
+
+
+def test_half_of_a_character_is_no_text() -> None:
+    found = expand_text(
+        f"{HEAD}<a x=\"1 ${{'\\ud800'}}\"/>\n<b y=\"${{'\\ud83e\\udd16'}}\" z=\"${{'\U0001f916'}}\"/></r>",
+        "f.xacro",
+    )
+    assert [(d.code, str(d.origin)) for d in found.diagnostics] == [
+        ("X104", "f.xacro:2:9"),
+        ("X104", "f.xacro:3:7"),
+    ]

@@ -39,6 +39,7 @@ EXPRESSION_ERRORS = (
 
 
 _MOST_PIECES = 50_000
+_HALF = re.compile(r"[\ud800-\udfff]")
 
 
 class Piece:
@@ -117,10 +118,10 @@ class Template:
         done = 0
         try:
             if self._single is not None:
-                return self._single(scope)
+                return _writable(self._single(scope))
             parts = []
             for evaluate in self._evaluators:
-                value = evaluate(scope)
+                value = _writable(evaluate(scope))
                 parts.append(value if type(value) is str else scope.budget.text(value))
                 done += 1
         except Fault as fault:
@@ -129,6 +130,13 @@ class Template:
                 fault.part = (piece.start, piece.end)
             raise
         return "".join(parts)
+
+
+def _writable(value: Value) -> Value:
+    """The same. Raises Fault: it is a text with half of a character, which no encoding has."""
+    if type(value) is str and not value.isascii() and _HALF.search(value):
+        raise Fault("X104", "the text holds half of a character, from U+D800 to U+DFFF")
+    return value
 
 
 _cache: dict[str, Template] = {}
