@@ -216,6 +216,28 @@ def test_a_fault_is_told_at_the_line_that_made_it(folder: Path, action: str, cod
     assert words in found.message
 
 
+@pytest.mark.parametrize(
+    ("end", "code", "line", "words"),
+    [
+        ("raise SystemExit(7)", "L081", 2, "SystemExit: 7"),
+        ("pass", "L082", 1, "returned NoneType"),
+        ("return []", "L082", 1, "returned list"),
+    ],
+)
+def test_a_launch_file_that_gives_no_description_is_told(
+    folder: Path, end: str, code: str, line: int, words: str
+) -> None:
+    found = only(read(folder / "a.launch.py", f"def generate_launch_description():\n    {end}\n"))
+    assert found.origin is not None
+    assert (found.code, found.origin.span.line) == (code, line)
+    assert words in found.message
+
+
+@pytest.mark.parametrize("nothing", ["None", "'talker'", "[[1]]"])
+def test_what_is_no_action_is_told(folder: Path, nothing: str) -> None:
+    assert "stands where an action is expected" in only(python(folder, nothing)).message
+
+
 def test_a_module_that_is_not_there_is_named_at_its_import(folder: Path) -> None:
     found = only(read(folder / "a.launch.py", "import os\nfrom launch.actions import DeclareLaunchArgment\n"))
     assert found.origin is not None

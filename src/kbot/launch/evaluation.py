@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.launch.faults import Fault
@@ -32,6 +32,22 @@ _HARMLESS = (
 
 BUILTINS: Mapping[str, Callable[..., Any]] = {function.__name__: function for function in _HARMLESS}
 """Python's own functions that expressions may call: they compute and nothing more."""
+
+
+MOST_CHARACTERS = 1 << 24
+"""Of a text that is put together: one that doubles another, time and again, would fill all memory."""
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Texts one after the other.
+
+    Raises:
+        Fault: L015, they are too much.
+    """
+    count = sum(map(len, parts))
+    if count > MOST_CHARACTERS:
+        raise Fault("L015", f"a text of {count:,} characters (the bound is {MOST_CHARACTERS:,})")
+    return "".join(parts)
 
 
 def evaluated(expression: str, names: object) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kbot.launch.evaluation import BUILTINS, evaluated
+from kbot.launch.evaluation import BUILTINS, evaluated, joined
 from kbot.launch.faults import Fault
 from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
@@ -62,7 +62,7 @@ class Scope:
             if finding and word == "find":
                 value, at = _joined(value, text, end)
             result.append(value)
-        return "".join(result) + text[at:]
+        return joined([*result, text[at:]])
 
     def _command(self, word: str, rest: list[str], whole: str) -> str:
         if word == "dirname":

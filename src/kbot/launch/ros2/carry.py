@@ -77,6 +77,9 @@ class Carrier:
                 self.visit(entity)
             elif isinstance(entity, list | tuple):
                 self.visit_all(entity)
+            else:
+                message = f"{type(entity).__name__} stands where an action is expected"
+                self.reporter.problem("L081", message, self.context.here)
 
     def visit(self, action: act.Action) -> None:
         """Carry out one action; a fault of it is a problem at the line that made it."""

@@ -43,7 +43,7 @@ def _places(error: BaseException) -> list[Origin]:
     return [found for frame in frames if (found := place(frame.filename, frame.lineno or 1))]
 
 
-def _said(error: Exception) -> tuple[str, str]:
+def _said(error: BaseException) -> tuple[str, str]:
     """What is said of an exception of a launch file, and what can be done."""
     frames = traceback.extract_tb(error.__traceback__)
     if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
@@ -77,7 +77,7 @@ class PythonFiles:
         """The entities of a file's `generate_launch_description()`.
 
         Raises:
-            DescriptionError: L081 it fails, L082 it has no such function.
+            DescriptionError: L081 it fails, L082 it has no such function, or one that returns none.
         """
         running(source)
         namespace: dict[str, Any] = {"__name__": "launch_file", "__file__": source.path, "open": self._open}
@@ -90,7 +90,13 @@ class PythonFiles:
             message = "a launch file in Python has a function generate_launch_description()"
             raise DescriptionError([Diagnostic("L082", Severity.ERROR, message, line_origin(source, 1))])
         description = generate()
-        return description.entities if isinstance(description, actions.LaunchDescription) else []
+        if not isinstance(description, actions.LaunchDescription):
+            message = f"generate_launch_description() returned {type(description).__name__}"
+            at = line_origin(source, getattr(getattr(generate, "__code__", None), "co_firstlineno", 1))
+            raise DescriptionError(
+                [Diagnostic("L082", Severity.ERROR, message, at, "return a LaunchDescription")]
+            )
+        return description.entities
 
     def guarded(self, source: Source, work: Callable[[], list[object]]) -> list[object]:
         """Runs the user's code; what it raises is an error at the line of the launch file that did it."""
@@ -104,7 +110,7 @@ class PythonFiles:
         except SyntaxError as error:
             at = line_origin(source, error.lineno or 1)
             found = Diagnostic("L081", Severity.ERROR, f"not valid Python: {error.msg}", at)
-        except Exception as error:  # noqa: BLE001 - whatever a stranger's program raises
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a stranger's program raises
             message, hint = _said(error)
             where = (_places(error) or [line_origin(source, 1)])[-1]
             found = Diagnostic("L081", Severity.ERROR, message, where, hint)

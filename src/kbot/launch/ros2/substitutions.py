@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from kbot.launch.evaluation import joined
 from kbot.launch.faults import Fault
 from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.places import here
@@ -67,7 +68,7 @@ class Sequence(Substitution):
         self.parts = [as_substitution(part) for part in parts]
 
     def perform(self, context: Context) -> str:
-        return "".join(part.perform(context) for part in self.parts)
+        return joined([part.perform(context) for part in self.parts])
 
 
 class CommandLine(Sequence):
