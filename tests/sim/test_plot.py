@@ -4,16 +4,18 @@ import io
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageDraw
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.sim.plot import END, ODOMETRY, SIZE, START, TRUTH, WALL, draw
+from kbot.sim.plot import END, LEFT, ODOMETRY, SIZE, START, TOP, TRUTH, WALL, draw
 from kbot.world import World
 from kbot.world.builders import box, floor
 
 
 def pixels(picture):
-    return np.asarray(Image.open(io.BytesIO(picture)))
+    """Those of the plane, without what is written around it."""
+    whole = np.asarray(Image.open(io.BytesIO(picture)))
+    return whole[TOP : TOP + SIZE, LEFT : LEFT + SIZE]
 
 
 def where(pixels, colour):
@@ -25,7 +27,7 @@ def where(pixels, colour):
 def test_a_wall_covers_its_area():
     # the ways are 8.5 m wide and the margin 0.25 m: 100 pixels a metre, the lower left corner at -1, -4.5
     way = [PlanarPose(-0.75, 0.0, 0.0), PlanarPose(7.75, 0.0, 0.0)]
-    seen = pixels(draw(way, way, World("w", (floor(), box("b", (3.0, 2.0, 0.3), 3.0, 2.0)))))
+    seen = pixels(draw(way, way, World("w", (floor(), box("b", (3.0, 2.0, 0.3), 3.0, 2.0))), "t"))
     covered = (seen == WALL).all(axis=-1).sum()
     assert covered == pytest.approx(300 * 200, abs=2 * (300 + 200))  # its edges are drawn whole
     assert where(seen, WALL) == pytest.approx((400, SIZE - 650), abs=1.0)
@@ -34,8 +36,27 @@ def test_a_wall_covers_its_area():
 def test_the_way_leads_from_the_green_to_the_red_dot():
     truth = [PlanarPose(x / 10, 0.0, 0.0) for x in range(11)]
     odometry = [PlanarPose(x / 10, x / 20, 0.0) for x in range(11)]
-    seen = pixels(draw(truth, odometry, World("w", (floor(), box("b", (0.1, 0.2, 0.3), 0.5, -0.2)))))
+    seen = pixels(draw(truth, odometry, World("w", (floor(), box("b", (0.1, 0.2, 0.3), 0.5, -0.2))), "t"))
     start, end, wall = (where(seen, colour) for colour in (START, END, WALL))
     assert start[0] < wall[0] < end[0]
     assert abs(start[1] - end[1]) < 2 < wall[1] - start[1]
     assert where(seen, ODOMETRY)[1] < where(seen, TRUTH)[1]
+
+
+def test_it_says_what_is_what(monkeypatch):
+    told = {}
+
+    def text(self, at, words, *rest):
+        told[words] = at
+
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", text)
+    # 9.5 m with the margins: a grid of half metres, from -0.75 on
+    truth = [PlanarPose(-0.5, 0.0, 0.0), PlanarPose(8.5, 0.0, 0.0)]
+    odometry = [PlanarPose(-0.5, 0.0, 0.0), PlanarPose(8.5, 0.3, np.pi / 2)]
+    draw(truth, odometry, World("w", (floor(),)), "kbot in w, 9.00 s")
+    assert {"kbot in w, 9.00 s", "x [m]", "y [m]", "start", "end"} <= told.keys()
+    assert "truth: where the robot was, at the end x 8.500 m, y 0.000 m, yaw 0.0°" in told
+    believed = "odometry: where it believed to be, at the end x 8.500 m, y 0.300 m, yaw 90.0°, 300.0 mm off"
+    assert believed in told
+    at = told["8.5"][0]  # of the line along x, for along y there is none
+    assert at == pytest.approx(LEFT + (8.5 + 0.75) / 9.5 * SIZE)

@@ -4,27 +4,37 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
-from math import ceil, floor
+from math import ceil, degrees, floor, hypot
+from typing import TYPE_CHECKING
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.world import World
 from kbot.world.footprints import footprint
 
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 SIZE = 900
-"""Pixels of a side."""
+"""Pixels of a side of the plane."""
+LEFT, TOP, RIGHT, BOTTOM = 70, 120, 30, 60
+"""Pixels around it, for numbers, title and legend."""
+TEXT, TITLE = 15, 20
+"""Pixels that letters are high."""
 MARGIN = 0.25
 """Metres around the ways."""
 WHITE, GRID, AXIS = (255, 255, 255), (230, 232, 236), (190, 194, 200)
+INK = (40, 46, 54)
 WALL, RAMP = (120, 126, 135), (222, 208, 186)
 TRUTH, ODOMETRY, START, END = (20, 90, 200), (240, 130, 20), (40, 160, 70), (200, 40, 40)
 
 
-def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: World) -> bytes:
-    """A PNG: the true way blue, odometry orange, walls grey, a grid of half metres; x to the right,
-    y up, from the green dot to the red one."""
+def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: World, title: str) -> bytes:
+    """A PNG: the true way blue, odometry orange, walls grey, a grid with its metres; x to the right,
+    y up, from the green dot to the red one; odometry ends at the orange one. Above it the `title`, what is
+    what, and where both ended."""
     from PIL import Image, ImageDraw
 
     xs, ys = [p.x for p in (*truth, *odometry)], [p.y for p in (*truth, *odometry)]
@@ -32,33 +42,82 @@ def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: Wor
     low = ((min(xs) + max(xs) - width) / 2, (min(ys) + max(ys) - width) / 2)
 
     def place(points: Sequence[Point]) -> list[Point]:
-        """Pixels, to the right and down, of points in m."""
+        """Pixels of the plane, to the right and down, of points in m."""
         return [((x - low[0]) / width * SIZE, SIZE - (y - low[1]) / width * SIZE) for x, y in points]
 
-    image = Image.new("RGB", (SIZE, SIZE), WHITE)
-    pen = ImageDraw.Draw(image)
+    plane = Image.new("RGB", (SIZE, SIZE), WHITE)
+    pen = ImageDraw.Draw(plane)
     for line, colour in _grid(low, width):
         pen.line(place(line), colour)
     for outline, colour in _outlines(world):
         pen.polygon(place(outline), colour)
     for way, colour, thickness in ((odometry, ODOMETRY, 5), (truth, TRUTH, 2)):
         pen.line(place([(p.x, p.y) for p in way]), colour, thickness, "curve")
-    for end, colour in ((truth[0], START), (truth[-1], END)):
+    dots = ((truth[0], START, START), (odometry[-1], ODOMETRY, INK), (truth[-1], END, TRUTH))
+    for end, colour, around in dots:
         ((column, row),) = place([(end.x, end.y)])
-        pen.ellipse((column - 10, row - 10, column + 10, row + 10), colour)
+        pen.ellipse((column - 10, row - 10, column + 10, row + 10), colour, around, 3)
+    picture = Image.new("RGB", (LEFT + SIZE + RIGHT, TOP + SIZE + BOTTOM), WHITE)
+    picture.paste(plane, (LEFT, TOP))
+    pen = ImageDraw.Draw(picture)
+    pen.rectangle((LEFT - 1, TOP - 1, LEFT + SIZE, TOP + SIZE), outline=AXIS)
+    _number(pen, low, width)
+    _explain(pen, truth[-1], odometry[-1], title)
     stream = io.BytesIO()
-    image.save(stream, "PNG")
+    picture.save(stream, "PNG")
     return stream.getvalue()
 
 
+def _number(pen: ImageDraw, low: Point, width: float) -> None:
+    """The metres of the grid's lines, along the lower and the left side."""
+    from PIL import ImageFont
+
+    font = ImageFont.load_default(TEXT)
+    for at in _lines(low[0], width):
+        pen.text((LEFT + (at - low[0]) / width * SIZE, TOP + SIZE + 8), f"{at:g}", INK, font, "mt")
+    for at in _lines(low[1], width):
+        pen.text((LEFT - 8, TOP + SIZE - (at - low[1]) / width * SIZE), f"{at:g}", INK, font, "rm")
+    pen.text((LEFT + SIZE / 2, TOP + SIZE + BOTTOM - 8), "x [m]", INK, font, "mb")
+    pen.text((LEFT - 8, TOP - 8), "y [m]", INK, font, "rb")
+
+
+def _explain(pen: ImageDraw, truth: PlanarPose, odometry: PlanarPose, title: str) -> None:
+    """The title, and what each way is and where it ended."""
+    from PIL import ImageFont
+
+    pen.text((LEFT, 14), title, INK, ImageFont.load_default(TITLE), "lt")
+    off = hypot(truth.x - odometry.x, truth.y - odometry.y)
+    believed = f"{_words(odometry)}, {off * 1000:.1f} mm off"
+    words = (
+        (TRUTH, f"truth: where the robot was, at the end {_words(truth)}"),
+        (ODOMETRY, f"odometry: where it believed to be, at the end {believed}"),
+    )
+    font = ImageFont.load_default(TEXT)
+    for number, (colour, text) in enumerate(words):
+        middle = 54 + 22 * number
+        pen.rectangle((LEFT, middle - 2, LEFT + 24, middle + 2), colour)
+        pen.text((LEFT + 34, middle), text, INK, font, "lm")
+    for column, colour, text in ((LEFT + SIZE - 130, START, "start"), (LEFT + SIZE - 50, END, "end")):
+        pen.ellipse((column - 6, 18, column + 6, 30), colour)
+        pen.text((column + 12, 24), text, INK, font, "lm")
+
+
+def _words(pose: PlanarPose) -> str:
+    return f"x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {degrees(pose.yaw):.1f}°"
+
+
+def _lines(low: float, width: float) -> Iterator[float]:
+    """Where the grid has lines, along one axis."""
+    step = 0.5 * max(1, round(width / 10))
+    for index in range(ceil(low / step), floor((low + width) / step) + 1):
+        yield index * step
+
+
 def _grid(low: Point, width: float) -> Iterator[tuple[list[Point], Colour]]:
-    step = 0.5 * max(1, round(width / 20))
-    for axis in (0, 1):
-        first, last = floor(low[axis] / step), ceil((low[axis] + width) / step)
-        for index in range(first, last + 1):
-            at = index * step
-            ends = [(at, low[1]), (at, low[1] + width)] if axis == 0 else [(low[0], at), (low[0] + width, at)]
-            yield ends, AXIS if index == 0 else GRID
+    for x in _lines(low[0], width):
+        yield [(x, low[1]), (x, low[1] + width)], AXIS if x == 0 else GRID
+    for y in _lines(low[1], width):
+        yield [(low[0], y), (low[0] + width, y)], AXIS if y == 0 else GRID
 
 
 def _outlines(world: World) -> Iterator[tuple[list[Point], Colour]]:

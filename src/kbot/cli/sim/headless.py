@@ -60,9 +60,9 @@ def run_headless(
     if plot is not None:  # after the report, which is not lost where no picture can be written
         from kbot.sim.plot import draw
 
-        write_bytes(
-            plot, draw(odometer.truth, [simulation.start @ p for p in odometer.odometry], simulation.world)
-        )
+        believed = [simulation.start @ pose for pose in odometer.odometry]
+        title = f"{simulation.robot.name} in {simulation.world.name}, {simulation.time:.2f} s from above"
+        write_bytes(plot, draw(odometer.truth, believed, simulation.world, title))
     if interrupted:
         return INTERRUPTED
     return 1 if failed is not None else 0
