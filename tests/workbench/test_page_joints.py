@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kbot.cli.main import run
 from kbot.workbench.serve import open_session, serving
 
 from .conftest import until
+from .pictures import decode_png
 
 OpenPage = Callable[..., Any]
 
@@ -80,6 +82,19 @@ def test_joints_go_where_their_controllers_are_told(running: str, open_page: Ope
     until(lambda: seen.add(value(page, "spin in degrees")) or max(seen) - min(seen) > 90)
 
 
+def test_zero_has_no_sign(arm: Path, open_page: OpenPage) -> None:
+    with serving(open_session(str(arm), simulate=False)) as address:
+        page = open_page(address)
+        number = page.get_by_label("turn in degrees", exact=True)
+        slider = page.get_by_role("slider", name="turn", exact=True)
+        number.fill("-0.01")
+        number.press("Tab")
+        until(lambda: float(slider.input_value()) < 0)
+        until(lambda: slider.get_attribute("aria-valuetext") == "0.0 degrees")
+        assert number.input_value() == "0.0"
+        page.goto("about:blank")
+
+
 def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
     arm.write_text(
         arm.read_text().replace(
@@ -94,9 +109,12 @@ def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
     with serving(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         limits = page.locator("[data-joint=turn] .limits span")
+        units = page.get_by_role("group", name="Units")
+        assert units.locator("[aria-pressed=true]").all_inner_texts() == ["°"]
         assert limits.all_inner_texts() == ["\u221257.3", "114.6"]
         page.get_by_role("button", name="rad and m").click()
         assert limits.all_inner_texts() == ["\u22121", "2"]
+        assert units.locator("[aria-pressed=true]").all_inner_texts() == ["rad"]
         page.get_by_label("turn in radians", exact=True).fill("1.5")
         page.keyboard.press("Enter")
         page.get_by_label("lift in metres", exact=True).fill("9")
@@ -109,3 +127,46 @@ def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
         page.get_by_label("Search joints").fill("nothing")
         assert page.locator("#joints").inner_text().strip().endswith("No joint is called so.")
         page.goto("about:blank")
+
+
+def test_joints_stand_at_first_where_ros2_control_has_them(
+    arm: Path, tmp_path: Path, open_page: OpenPage
+) -> None:
+    value_of = '<state_interface name="position"><param name="initial_value">{}</param></state_interface>'
+    joints = {"turn": "0.5", "lift": "0.2", "spin": "soon"}
+    said = "".join(f'<joint name="{name}">{value_of.format(at)}</joint>' for name, at in joints.items())
+    arm.write_text(
+        arm.read_text().replace(
+            "</robot>", f'<ros2_control name="a" type="system">{said}</ros2_control></robot>'
+        )
+    )
+    with serving(open_session(str(arm), simulate=False)) as address:
+        page = open_page(address)
+        assert value(page, "turn in degrees") == pytest.approx(np.degrees(0.5), abs=0.05)
+        assert value(page, "echo in degrees") == pytest.approx(np.degrees(0.25), abs=0.05)  # it follows
+        assert value(page, "lift in millimetres") == pytest.approx(200.0, abs=0.05)
+        assert value(page, "spin in degrees") == 0.0
+        page.goto("about:blank")
+    saved = tmp_path / "arm.html"
+    assert run(["export", str(arm), "-o", str(saved), "--joint", "lift:=0.1"]) == 0
+    page = open_page(saved.as_uri())
+    assert value(page, "turn in degrees") == pytest.approx(np.degrees(0.5), abs=0.05)
+    assert value(page, "lift in millimetres") == pytest.approx(100.0, abs=0.05)
+
+
+def test_a_picture_has_the_joints_where_the_page_has_them(arm: Path, tmp_path: Path) -> None:
+    hardware = (
+        '<ros2_control name="a" type="system"><joint name="lift"><state_interface name="position">'
+        '<param name="initial_value">0.3</param></state_interface></joint></ros2_control></robot>'
+    )
+    pictures = [tmp_path / f"{name}.png" for name in ("shot", "export", "moved", "zero")]
+    moved = ["--joint", "lift:=0.3"]
+    assert run(["export", str(arm), "-o", str(pictures[2]), *moved]) == 0
+    assert run(["export", str(arm), "-o", str(pictures[3])]) == 0
+    arm.write_text(arm.read_text().replace("</robot>", hardware))
+    assert run(["view", str(arm), "--shot", str(pictures[0])]) == 0
+    assert run(["export", str(arm), "-o", str(pictures[1])]) == 0
+    shot, exported, by_hand, zero = (decode_png(picture.read_bytes()) for picture in pictures)
+    assert (exported == by_hand).all()
+    assert (shot == by_hand).all()
+    assert (exported != zero).any()

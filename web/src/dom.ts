@@ -34,6 +34,17 @@ export function panel(id: string, title: string, head: Child[], ...body: Child[]
   );
 }
 
+/** Says of a panel, while a moment that was is on show, that it tells of what is. */
+export function ofNow(): HTMLElement {
+  return h("span", { class: "of-now", title: "The picture shows a moment that was; this is as it is now" }, "as it is now");
+}
+
+/** A number of so many digits, without a sign on zero. */
+export function rounded(value: number, digits: number): string {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
+}
+
 /** A number that changes by itself: it is there to be read, and not told at each change to who hears the page. */
 export function readout(label: string, props: Props = {}): HTMLOutputElement {
   return h("output", { "aria-label": label, "aria-live": "off", ...props });

@@ -66,13 +66,14 @@ def command(
     wanted = kind or _by_ending(output)
     look = parse_look(size, side, transparent)
     from kbot.checks.first_look import MESHES, first_look
+    from kbot.model.hardware import initial_positions
     from kbot.model.load import load_robot
     from kbot.text.file_names import plain_file_name
     from kbot.xacro import Packages
 
     loaded = load_robot(file, arguments, packages=Packages(package_path))
     robot = loaded.require()
-    positions = _positions(joints, robot)
+    positions = {**initial_positions(robot), **_positions(joints, robot)}
     report([*loaded.diagnostics, *first_look(loaded, MESHES)])
     if wanted == "html":
         data = _html(robot, file, arguments, package_path, positions)

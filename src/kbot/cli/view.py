@@ -95,10 +95,12 @@ def command(
         found = first_look(loaded, MESHES)
     report(found)
     if shot is not None:
+        from kbot.model.hardware import initial_positions
         from kbot.workbench.export.picture import draw_picture
         from kbot.workbench.export.things import robot_alone
 
-        write_bytes(shot, draw_picture(robot_alone(loaded.require()), look, theme))
+        robot = loaded.require()
+        write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look, theme))
         return
     loaded.require()
     with (

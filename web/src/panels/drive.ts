@@ -1,7 +1,7 @@
 import { wrap } from "../angles";
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
-import { h, panel, readout, write } from "../dom";
+import { h, panel, readout, rounded, write } from "../dom";
 import type { State } from "../protocol";
 
 /** Metres and radians from which on one sees that the robot is not where its odometry has it. */
@@ -158,8 +158,7 @@ function reading(of: string, label: string, unit: string, digits: number): { ele
   };
 }
 
-/** A number of steady width, without a sign on zero. */
+/** A number of steady width. */
 function fixed(value: number, digits: number): string {
-  const text = value.toFixed(digits);
-  return Number(text) === 0 ? (0).toFixed(digits) : text.replace("-", "\u2212");
+  return rounded(value, digits).replace("-", "\u2212");
 }

@@ -1,6 +1,6 @@
 import { wrap } from "../angles";
 import type { App } from "../app";
-import { h, panel, readout, toggle } from "../dom";
+import { h, panel, readout, rounded, toggle } from "../dom";
 import { held } from "../held";
 import type { JointView, State } from "../protocol";
 
@@ -26,7 +26,10 @@ export function joints(app: App): HTMLElement {
   const preset = (kind: "zero" | "centre" | "random", label: string): HTMLButtonElement =>
     h("button", { type: "button", title: `All joints: ${label.toLowerCase()}`, onclick: () => app.send({ type: "set_joints", preset: kind }) }, label);
   const presets = h("div", { class: "buttons" }, preset("zero", "Zero"), preset("centre", "Centre"), preset("random", "Random"));
-  const units = toggle("rad and m", "Radians and metres instead of degrees and millimetres", app.options.value.radians, (on) => app.setOption("radians", on), "rad");
+  const unit = (label: string, title: string, sign: string, radians: boolean): HTMLButtonElement => toggle(label, title, app.options.value.radians === radians, () => app.setOption("radians", radians), sign);
+  const degrees = unit("degrees and mm", "Degrees and millimetres", "°", false);
+  const radians = unit("rad and m", "Radians and metres", "rad", true);
+  const units = h("div", { class: "units", role: "group", "aria-label": "Units" }, degrees, radians);
   const search = h("input", { type: "search", placeholder: "Search joints", "aria-label": "Search joints", oninput: () => filter() });
   const nothing = h("p", { class: "nothing" });
   let rows: Row[] = [];
@@ -59,7 +62,8 @@ export function joints(app: App): HTMLElement {
   });
   let inRadians = app.options.value.radians;
   app.options.watch((options) => {
-    units.setAttribute("aria-pressed", String(options.radians));
+    degrees.setAttribute("aria-pressed", String(!options.radians));
+    radians.setAttribute("aria-pressed", String(options.radians));
     if (options.radians === inRadians) return;
     inRadians = options.radians;
     build();
@@ -108,7 +112,7 @@ function row(app: App, joint: JointView, index: number): Row {
   const element = h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, unit), follows, slider, limits, speed);
   const show = (position: number): void => {
     const before = shown;
-    shown = (position * factor).toFixed(digits);
+    shown = rounded(position * factor, digits);
     if (shown !== before) slider.setAttribute("aria-valuetext", `${shown} ${words}`);
     if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
@@ -122,7 +126,7 @@ function speedSlider(app: App, joint: JointView, factor: number, digits: number,
   const told = readout("Speed");
   const slider = h("input", { type: "range", min: -joint.speed, max: joint.speed, step: "any", value: 0, "aria-label": `${joint.name} speed` });
   const tell = (): void => {
-    told.textContent = `${(slider.valueAsNumber * factor).toFixed(digits)} ${unit}/s`;
+    told.textContent = `${rounded(slider.valueAsNumber * factor, digits)} ${unit}/s`;
     slider.setAttribute("aria-valuetext", told.textContent);
     slider.style.setProperty("--at", String((slider.valueAsNumber + joint.speed) / (2 * joint.speed)));
   };

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from kbot.launch.controller_files import unknown_type
 from kbot.model import Robot
+from kbot.model.hardware import hardware_joints
 from kbot.sim.joint_control.control import JointControl, JointController, ManagedController
 from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
 from kbot.sim.joint_control.kinds import (
@@ -18,7 +19,7 @@ from kbot.sim.joint_control.kinds import (
     is_done_elsewhere,
 )
 from kbot.sim.joint_control.plugins import commanded_by, plugins, words_of
-from kbot.sim.joint_control.starts import hardware_joints, joint_starts
+from kbot.sim.joint_control.starts import joint_starts
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.sim.naming import PLAIN, Naming

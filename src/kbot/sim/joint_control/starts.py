@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import isfinite
 
 from kbot.model import Robot
+from kbot.model.hardware import initial_values
 from kbot.sim.joint_control.plugins import commanded_by, plugins
 from kbot.text import Element
 from kbot.text.numbers import to_float
@@ -29,21 +30,9 @@ def joint_starts(robot: Robot, free: set[str], findings: Findings) -> Iterator[t
             findings.warning("W130", message, element.origin, "it starts at 0")
 
 
-def hardware_joints(robot: Robot) -> Iterator[Element]:
-    """Each `<joint>` of the hardware of ros2_control."""
-    for extension in robot.extensions:
-        if extension.tag == "ros2_control":
-            yield from extension.elements("joint")
-
-
 def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
     """The names of joints, and what says where each starts."""
-    for joint in hardware_joints(robot):
-        for state in joint.elements("state_interface"):
-            for parameter in state.elements("param"):
-                named = state.attributes.get("name"), parameter.attributes.get("name")
-                if named == ("position", "initial_value"):
-                    yield joint.attributes.get("name", ""), parameter
+    yield from initial_values(robot)
     for plugin in plugins(robot):
         first = plugin.find("initial_position")
         said = plugin.find("joint_name")

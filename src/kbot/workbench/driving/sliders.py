@@ -10,6 +10,7 @@ from typing import Literal
 from kbot.kinematics.frames import FrameTree
 from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
+from kbot.model.hardware import initial_positions
 from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -27,9 +28,10 @@ SAID_RATE = 10.0
 @dataclass(frozen=True, slots=True)
 class SliderSetting:
     """What stays when the robot changes: where joints start (rad or m), how often they are said (Hz), and
-    who is told of each robot that is shown."""
+    who is told of each robot that is shown. With `zeros` they start there, as joint_state_publisher has it;
+    without where the hardware of ros2_control says."""
 
-    zeros: Mapping[str, float] = field(default_factory=dict)
+    zeros: Mapping[str, float] | None = None
     rate: float = SAID_RATE
     attend: Callable[[Sliders], None] = lambda sliders: None
 
@@ -58,7 +60,8 @@ class Sliders:
         self._timer = self.clock.every(self.setting.rate, self._say)
         self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}
         kept = {name: self.positions[name] for name in self._joints if name in self.positions}
-        start = {**self.setting.zeros, **kept}
+        zeros = self.setting.zeros
+        start = {**(initial_positions(self.robot) if zeros is None else zeros), **kept}
         self.positions = {name: _held(j, start.get(name, 0.0)) for name, j in self._joints.items()}
         self.setting.attend(self)
 
@@ -130,7 +133,7 @@ class Sliders:
             lower, upper = slider_range(joint)
             match preset:
                 case "zero":
-                    wanted = self.setting.zeros.get(name, 0.0)
+                    wanted = (self.setting.zeros or {}).get(name, 0.0)
                 case "centre":
                     wanted = (lower + upper) / 2
                 case "random":
