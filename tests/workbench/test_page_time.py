@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 
+from kbot.messages.navigation import Path as Way
+from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .served import state_of
+from .served import asked, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -84,6 +86,34 @@ def test_the_robot_stands_where_it_stood(page: Any) -> None:
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
     assert shown_x(page) == pytest.approx(now, abs=0.1)
     until(lambda: slider(page).get_attribute("aria-valuetext").endswith(" s, live"))
+
+
+def test_what_is_told_of_now_says_so_while_one_looks_back(page: Any) -> None:
+    panels = [page.locator(f"#{name}") for name in ("parameters", "findings")]
+    assert not any("as it is now" in panel.inner_text() for panel in panels)
+    drag(page, 0.05)
+    until(lambda: is_past(page))
+    assert all("as it is now" in panel.inner_text() for panel in panels)
+
+
+def test_a_moment_without_a_scan_is_no_fault(xacro: Path, open_page: OpenPage) -> None:
+    session = open_session(str(xacro), simulate=True, arguments={"lidar": "true"})
+    with serving(session) as address:
+        until(lambda: state_of(session).at > 1.0)  # nobody hears the lidar
+        page = open_page(address)
+        lamp = page.locator(".display[data-display=LaserScan] .lamp")
+        until(lambda: lamp.get_attribute("aria-label").startswith("fine"))
+        slider(page).press("Home")
+        until(lambda: is_past(page))
+        until(lambda: lamp.get_attribute("aria-label") == "off: nothing of /scan is kept from this moment")
+        head = page.locator("#displays .panel-head").bounding_box()
+        asked(session, lambda: session.topics.bus.advertise("way", Way), changes=True)
+        chooser = page.get_by_label("Add a display")
+        until(lambda: chooser.locator("option[value='Path /way']").count())
+        chooser.select_option("Path /way")
+        until(lambda: page.locator("#displays .badge").is_visible())
+        assert page.locator("#displays .panel-head").bounding_box()["height"] == head["height"]
+        page.goto("about:blank")
 
 
 def test_time_goes_back_by_keys(page: Any) -> None:

@@ -188,6 +188,7 @@ export class LiveDisplays {
     if (asked === "" && one.topic === "") return { level: "off", reason: `there is no topic of type ${types}` };
     if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
     if (!topics.includes(carried.kind)) return { level: "error", reason: `${carried.name} is of type ${shortType(carried.kind)}, not ${types}` };
+    if (!one.heard && this.app.travel.isPast) return { level: "off", reason: `nothing of ${one.topic} is kept from this moment` };
     if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
     if (one.said !== null) return one.said;
     return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };

@@ -12,7 +12,7 @@ const LEVELS = { ok: "fine", warn: "warning", error: "error", off: "off" } as co
 /** What is shown and how: each display with its status and its settings. */
 export function displays(app: App): HTMLElement {
   const list = h("ul", { class: "displays", "aria-label": "Displays" });
-  const worst = h("span", { class: "count" });
+  const worst = h("span", { class: "counts" });
   const rows = new Map<number, Row>();
   const globals = globalOptions(app);
   list.append(globals);
@@ -39,7 +39,9 @@ export function displays(app: App): HTMLElement {
   app.statuses.watch((statuses) => {
     for (const [id, row] of rows) row.tell(statuses.get(id));
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
-    worst.textContent = bad.length === 0 ? "" : `${bad.length} to see`;
+    const label = `${bad.length} to see to`;
+    const severity = bad.some(({ level }) => level === "error") ? "error" : "warning";
+    worst.replaceChildren(...(bad.length === 0 ? [] : [h("span", { class: "badge", "data-severity": severity, title: label, role: "img", "aria-label": label }, String(bad.length))]));
   });
   const refresh = (): void => rows.forEach((row) => row.refresh());
   app.topics.list.watch(refresh);

@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { baseName, h, panel } from "../dom";
+import { baseName, h, ofNow, panel } from "../dom";
 import { icon } from "../icons";
 import type { Finding, Findings } from "../protocol";
 
@@ -17,7 +17,7 @@ export function findings(app: App): HTMLElement {
       item.classList.toggle("chosen", spot?.finding != null && item.dataset["key"] === key(spot.finding));
     }
   });
-  return panel("findings", "Findings", [counts], list);
+  return panel("findings", "Findings", [ofNow(), counts], list);
 }
 
 function card(app: App, finding: Finding, serial: number, index: number): HTMLElement {

@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h, panel } from "../dom";
+import { h, ofNow, panel } from "../dom";
 import { held } from "../held";
 import type { Parameter } from "../protocol";
 
@@ -29,7 +29,7 @@ export function parameters(app: App): HTMLElement {
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
   });
-  return panel("parameters", "Parameters", [buttons], list);
+  return panel("parameters", "Parameters", [ofNow(), buttons], list);
 }
 
 function whyNone(app: App): string {
