@@ -119,3 +119,16 @@ def test_a_test_is_not_run(folder: Path) -> None:
     found = staged(folder, text)
     assert (found.recordings, found.programs, found.notes) == ((), (), ())
     assert len(staged(folder, text.replace("<test test-name", "<node name")).recordings) == 1
+
+
+def test_a_file_of_displays_that_is_not_there_is_told_where_it_is_written(folder: Path) -> None:
+    """rviz says so in a box and goes on."""
+    (folder / "robot.rviz").write_text("")
+    node = '<node pkg="rviz" type="rviz" name="rviz" args="{}$(dirname)/{}"/>'
+    assert staged(folder, f"<launch>{node.format('-d ', 'robot.rviz')}</launch>").notes == ()
+    for option in ("-d ", "--display-config="):
+        (note,) = staged(folder, f"<launch>\n{node.format(option, 'robto.rviz')}</launch>").notes
+        assert (note.code, note.hint) == ("L059", "did you mean 'robot.rviz'?")
+        assert note.message == f"there is no file {folder / 'robto.rviz'}: rviz shows its own displays"
+        assert note.origin is not None
+        assert (note.origin.span.line, note.origin.span.text[-20:]) == (2, "$(dirname)/robto.rviz"[-20:])

@@ -9,6 +9,7 @@ from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.plan import Description
+from kbot.launch.staging import missing_displays
 from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source
 from kbot.xacro import Packages
 
@@ -39,7 +40,11 @@ def check_launch(
         of_robots += findings(context)
         sources += [file.source for file in context.sources]
     said = {_key(d) for d in of_robots}
-    own = [d for d in (*own, *_two_publishers(plan, packages)) if _key(d) not in said]
+    own = [
+        d
+        for d in (*own, *missing_displays(plan.nodes), *_two_publishers(plan, packages))
+        if _key(d) not in said
+    ]
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 

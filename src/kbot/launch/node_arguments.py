@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -82,10 +83,14 @@ def number(node: Node, word: str, what: str, default: float, notes: list[Diagnos
     return default
 
 
+_WRITTEN = re.compile(r"(?:\$\([^)]*\)|\S)+")
+"""A word as it is written, `$(find a)/b` among them."""
+
+
 def place_of(node: Node, word: str) -> Origin:
     """Where a word of a node's arguments was written; all of them where it is not found."""
     origin = node.spans.get("args", node.origin)
-    words = origin.span.text.split()
+    words = _WRITTEN.findall(origin.span.text)
     return _nth(origin, words.index(word)) if word in words else origin
 
 
@@ -93,7 +98,7 @@ def place_of_value(node: Node, option: str) -> Origin:
     """Where the word that an option gives was written (the last of its name counts), with the option where a
     `=` joins them; all of the arguments where it is not found."""
     origin = node.spans.get("args", node.origin)
-    words = origin.span.text.split()
+    words = _WRITTEN.findall(origin.span.text)
     for at in reversed(range(len(words))):
         if words[at].startswith(f"{option}="):
             return _nth(origin, at)
@@ -105,7 +110,7 @@ def place_of_value(node: Node, option: str) -> Origin:
 def _nth(origin: Origin, number: int) -> Origin:
     span = origin.span
     at = span.start
-    for count, word in enumerate(span.text.split()):
+    for count, word in enumerate(_WRITTEN.findall(span.text)):
         at = span.source.data.index(word.encode(), at)
         if count == number:
             return Origin(Span(span.source, at, at + len(word.encode())), origin.call)

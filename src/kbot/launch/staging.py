@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TypeVar
 
 from kbot.launch.known_packages import NODES, RENAMED, Role, role
-from kbot.launch.node_arguments import split
+from kbot.launch.node_arguments import place_of_value, split
 from kbot.launch.nodes.controllers import read_controllers, runs_hardware
 from kbot.launch.nodes.gazebo import read_gazebo
 from kbot.launch.nodes.gz_bridge import Bridged, read_bridged
@@ -25,6 +25,7 @@ from kbot.launch.running.programs import Program, find_program
 from kbot.model.spawned import SpawnedController
 from kbot.text import Diagnostic, Severity
 from kbot.text.installed import find_file
+from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
 _T = TypeVar("_T")
@@ -108,6 +109,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     first = robots[0] if robots else None
     spawn = first.spawn if first else Spawn()
     viewers = cast.get(Role.VIEWER, [])
+    notes += missing_displays(viewers)
     displays = next((file for node in viewers if (file := display_config(node.args))), "")
     return Stage(
         path=first.path if first else None,
@@ -139,6 +141,26 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
 def display_config(arguments: str) -> str:
     """The file that rviz is told to show by `-d` or `--display-config`, empty where it is told none."""
     return _option(arguments, "-d", "--display-config")
+
+
+def missing_displays(nodes: Iterable[Node]) -> list[Diagnostic]:
+    """A warning for each rviz among the nodes that is told to show a file that is not there."""
+    found = []
+    for node in nodes:
+        file = display_config(node.args) if role(node.package, node.type, node.args) is Role.VIEWER else ""
+        if file and find_file(file) is None:
+            option = "-d" if "-d" in node.args.split() else "--display-config"
+            where = place_of_value(node, option)
+            message = f"there is no file {file}: rviz shows its own displays"
+            found.append(Diagnostic("L059", Severity.WARNING, message, where, _nearest_file(file)))
+    return found
+
+
+def _nearest_file(path: str) -> str:
+    try:
+        return did_you_mean(Path(path).name, [file.name for file in Path(path).parent.iterdir()])
+    except OSError:
+        return ""
 
 
 def fixed_frame(arguments: str) -> str:

@@ -80,10 +80,9 @@ def carry_out(
 
 
 def _displays(staged: Stage) -> DisplayFile:
-    """The displays of the launch's rviz; a file of no use is told of, as rviz would start without it."""
+    """The displays of the launch's rviz; a file of no use is told of, as rviz would start without it. One
+    that is not there is among the stage's notes."""
     if not Path(staged.displays).is_file():
-        if staged.displays:
-            tell(f"{staged.displays}: there is no such file, so the displays are those of the page")
         return DisplayFile()
     try:
         return read_displays(staged.displays)
