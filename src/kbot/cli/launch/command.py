@@ -147,7 +147,7 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     simulated."""
     if not (staged.path and staged.simulate):
         return ()
-    from kbot.checks.first_look import CONTROL, SIZES, first_look, folded
+    from kbot.checks.first_look import CONTROL, first_look, folded
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
     from kbot.sim.preparation import controller_findings
@@ -157,7 +157,7 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     findings: list[Diagnostic] = []
     for path, arguments, controllers in spawned:
         loaded = load_robot(path, arguments, packages=packages)
-        findings += first_look(loaded, (*CONTROL, *SIZES))
+        findings += first_look(loaded, CONTROL)
         if controllers and loaded.robot is not None:
             findings += folded(loaded, controller_findings(with_controllers(loaded.robot, controllers)))
     return tuple(findings)

@@ -134,14 +134,14 @@ def command(
         )
         start = pose_of("--pose", pose)
         with loading(file):
-            from kbot.checks.first_look import CONTROL, MESHES, SIZES, first_look
+            from kbot.checks.first_look import CONTROL, MESHES, first_look
             from kbot.model.load import load_robot, resolve_robot_path
             from kbot.workbench.address import bound
             from kbot.world import load_world
             from kbot.xacro import Packages
 
             loaded = load_robot(file, arguments, packages=Packages(package_path))
-            found = first_look(loaded, (*MESHES, *CONTROL, *SIZES))
+            found = first_look(loaded, (*MESHES, *CONTROL))
         report(found)
         loaded.require()
         with loading(world):
@@ -244,7 +244,7 @@ def _simulation(
     start: PlanarPose,
 ) -> tuple[Loaded, Simulation]:
     with loading(world):
-        from kbot.checks.first_look import CONTROL, MESHES, SIZES, first_look, folded
+        from kbot.checks.first_look import CONTROL, MESHES, first_look, folded
         from kbot.model.load import load_robot
         from kbot.sim import Simulation
         from kbot.world import load_world
@@ -256,7 +256,7 @@ def _simulation(
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
         found = [
             *loaded.diagnostics,
-            *first_look(loaded, (*MESHES, *CONTROL, *SIZES)),
+            *first_look(loaded, (*MESHES, *CONTROL)),
             *folded(loaded, simulation.diagnostics),
         ]
     report(found)
