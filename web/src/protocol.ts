@@ -14,7 +14,6 @@ export interface WorldChoice {
 
 /** What this session is; sent first. `played` is the recording on show, empty where none is. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed` is that of whatever is random, and `folder` is where recordings go. */
 export interface About {
-  version: string;
   file: string;
   played: string;
   mode: "view" | "sim" | "play";

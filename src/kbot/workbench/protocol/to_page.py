@@ -53,7 +53,6 @@ class About:
     `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed`
     is that of whatever is random, and `folder` is where recordings go."""
 
-    version: str
     file: str
     played: str
     mode: Literal["view", "sim", "play"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Literal, TypeAlias
 
 from kbot.model import Robot
@@ -43,7 +42,6 @@ def about(
     """What the page of that number is told."""
     linear, angular = offers.limits(shown.robot)
     return About(
-        version=version("kbot"),
         file=shown.file,
         played=played,
         mode=mode,
