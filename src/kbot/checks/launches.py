@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 from kbot.checks.config import Config
 from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
+from kbot.checks.gz_systems import missing_systems
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.launch.plan import Description
 from kbot.launch.staging import missing_displays
+from kbot.model import Robot
 from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source
 from kbot.xacro import Packages
 
@@ -30,6 +32,7 @@ def check_launch(
     own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
     sources = [source]
     of_robots: list[Diagnostic] = []
+    robots: list[Robot] = []
     for description in _descriptions(plan):
         try:
             entry = read_source(description.path)
@@ -38,13 +41,11 @@ def check_launch(
             continue
         context = examine(entry, description.arguments, packages.beside(entry.path), config)
         of_robots += findings(context)
+        robots += [context.robot] if context.has("robot") else []
         sources += [file.source for file in context.sources]
     said = {_key(d) for d in of_robots}
-    own = [
-        d
-        for d in (*own, *missing_displays(plan.nodes), *_two_publishers(plan, packages))
-        if _key(d) not in said
-    ]
+    own += [*missing_displays(plan.nodes), *missing_systems(plan, robots), *_two_publishers(plan, packages)]
+    own = [d for d in own if _key(d) not in said]
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 

@@ -23,6 +23,7 @@ from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
     from kbot.bridges.companion_options import CompanionOptions
+    from kbot.model import Robot
 
 _NAMED = 10
 """Launch files of a folder that are named."""
@@ -96,7 +97,7 @@ def command(
         return 0
     with loading(path):
         staged = stage(plan, packages)
-        controllers = _controllers(staged, packages)
+        controllers = _of_robots(plan, staged, packages)
     if dry_run:
         found = (*plan.diagnostics, *staged.notes, *controllers)
         report(found)
@@ -142,12 +143,13 @@ def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
     return run_without_robot(plan, staged, options) if has_more else run_programs(plan, staged.programs)
 
 
-def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
+def _of_robots(plan: Plan, staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     """What is wrong with the controllers that are spawned, and with their hardware, of the robots that are
-    simulated."""
+    simulated; and what gz would leave their sensors without."""
     if not (staged.path and staged.simulate):
         return ()
     from kbot.checks.first_look import CONTROL, first_look, folded
+    from kbot.checks.gz_systems import missing_systems
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
     from kbot.sim.preparation import controller_findings
@@ -155,12 +157,14 @@ def _controllers(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     spawned = [(staged.path, staged.arguments, staged.controllers)]
     spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]
     findings: list[Diagnostic] = []
+    robots: list[Robot] = []
     for path, arguments, controllers in spawned:
         loaded = load_robot(path, arguments, packages=packages)
         findings += first_look(loaded, CONTROL)
+        robots += [loaded.robot] if loaded.robot is not None else []
         if controllers and loaded.robot is not None:
             findings += folded(loaded, controller_findings(with_controllers(loaded.robot, controllers)))
-    return tuple(findings)
+    return (*findings, *missing_systems(plan, robots))
 
 
 def _ask_for_trust(path: str) -> bool:
