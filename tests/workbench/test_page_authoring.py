@@ -19,6 +19,14 @@ from .pictures import blue, screenshot
 OpenPage = Callable[..., Any]
 
 
+def length_in_source(page: Any) -> Any:
+    """The number of `base_len` in the source, which is opened there."""
+    page.locator("[data-parameter=base_len] .name").click()
+    number = page.locator(".line.here .t-number")
+    until(lambda: number.count() == 1)
+    return number
+
+
 def test_a_parameter_is_dragged_kept_and_undone(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page, text = open_page(viewing), xacro.read_text()
     before = blue(screenshot(page)).sum()
@@ -59,9 +67,7 @@ def test_a_check_mark_stands_for_what_is_true_or_false(
 
 def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
-    page.locator("[data-parameter=base_len] .name").click()
-    number = page.locator(".line.here .t-number")
-    until(lambda: number.count() == 1)
+    number = length_in_source(page)
     assert xacro.read_text().startswith('<?xml version="1.0"')
     assert page.locator('.line[data-line="1"] .t-number').count() == 0, "the version of XML is no number"
     before = blue(screenshot(page)).sum()
@@ -109,9 +115,7 @@ def test_a_change_is_undone_after_an_editor_saved_another_line(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
-    page.locator("[data-parameter=base_len] .name").click()
-    number = page.locator(".line.here .t-number")
-    until(lambda: number.count() == 1)
+    number = length_in_source(page)
     number.dblclick()
     page.keyboard.type("0.26")
     page.keyboard.press("Enter")
@@ -130,9 +134,7 @@ def test_what_is_no_number_is_refused_and_the_old_one_stays(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page, text = open_page(viewing), xacro.read_text()
-    page.locator("[data-parameter=base_len] .name").click()
-    number = page.locator(".line.here .t-number")
-    until(lambda: number.count() == 1)
+    number = length_in_source(page)
     number.dblclick()
     page.keyboard.type("abc")
     page.keyboard.press("Enter")
@@ -182,9 +184,7 @@ def test_what_expressions_came_to_stands_beside_them(viewing: str, open_page: Op
 
 def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
-    page.locator("[data-parameter=base_len] .name").click()
-    number = page.locator(".line.here .t-number")
-    until(lambda: number.count() == 1)
+    number = length_in_source(page)
     number.hover()  # which waits until it stands still
     box = number.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -15,6 +15,7 @@ from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .served import asked, state_of
+from .test_page_authoring import length_in_source
 from .test_page_plot_recording import played
 from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, plot, shown, table
 
@@ -109,9 +110,7 @@ def test_what_is_being_typed_stays_when_another_tab_changes_something(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page, other = open_page(viewing), open_page(viewing)
-    page.locator("[data-parameter=base_len] .name").click()
-    number = page.locator(".line.here .t-number")
-    until(lambda: number.count() == 1)
+    number = length_in_source(page)
     number.dblclick()
     page.keyboard.type("0.2")
     revision = page.evaluate("kbot.revision")
