@@ -134,7 +134,7 @@ def test_what_is_no_robot_is_refused_in_one_message(
                 done.stdout,
                 done.stderr,
             )
-        assert_one_clear_message(done, str(files / name))
+        assert_one_clear_message(done, name)
         # a robot with a mistake is what `check` is for: that is a finding
         finding = verb == "check" and name == "html.xml"
         assert done.returncode == (1 if finding else 2), (name, done)

@@ -18,7 +18,7 @@ LAUNCH = """<launch>
   <arg name="width" default="2" doc="how wide"/>
   <param name="robot_description" command="$(find xacro)/xacro $(dirname)/r.xacro width:=$(arg width)"/>
   <node pkg="robot_state_publisher" type="robot_state_publisher" name="rsp"/>
-  <node pkg="rviz" type="rviz" name="rviz" args="-d x.rviz" required="true"/>
+  <node pkg="rviz" type="rviz" name="rviz" args="-d $(dirname)/x.rviz" required="true"/>
 </launch>
 """
 
@@ -27,6 +27,7 @@ LAUNCH = """<launch>
 def launch(tmp_path: Path) -> Path:
     (tmp_path / "package.xml").write_text("<package><name>mine</name></package>")
     (tmp_path / "r.xacro").write_text(ROBOT)
+    (tmp_path / "x.rviz").write_text("")
     file = tmp_path / "r.launch"
     file.write_text(LAUNCH)
     return file
@@ -116,7 +117,7 @@ def test_nodes_arguments_and_command_lines(launch: Path, capsys: pytest.CaptureF
     assert run(["launch", str(launch), "--ros-args"]) == 0
     assert said(capsys)[0] == 'Optional Arguments:\n  width (default "2"): how wide\n'
     assert run(["launch", str(launch), "--args", "rviz"]) == 0
-    assert said(capsys)[0] == "rviz/rviz -d x.rviz __name:=rviz\n"
+    assert said(capsys)[0] == f"rviz/rviz -d {launch.parent / 'x.rviz'} __name:=rviz\n"
     assert run(["launch", str(launch), "--args", "rvis"]) == 2
     assert "did you mean '/rviz'?" in said(capsys)[1]
 

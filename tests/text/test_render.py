@@ -131,3 +131,19 @@ def test_count_names_each_severity_once() -> None:
     kinds = [Severity.ERROR, Severity.WARNING, Severity.ERROR, Severity.INFO]
     assert count(Diagnostic("X", kind, "m") for kind in kinds) == "2 errors, 1 warning, 1 info"
     assert count([]) == ""
+
+
+def test_files_below_the_working_directory_are_named_relative_to_it(tmp_path, monkeypatch):
+    """However they were found: as they were given, or by the absolute path of a package."""
+    monkeypatch.chdir(tmp_path)
+    inner, beside = str(tmp_path / "rover" / "robot.xacro"), f"{tmp_path}2/robot.xacro"
+    for path, told in ((inner, "rover/robot.xacro"), ("robot.xacro", "robot.xacro"), (beside, beside)):
+        span = Span(Source(path, "<robot/>"), 0, 8)
+        call = Call("macro", "m", span)
+        found = Diagnostic(
+            "X000", Severity.INFO, "said", Origin(span, call), "", (Related("here", Origin(span)),)
+        )
+        text = render_text([found])
+        assert text.startswith(f"{told}:1:1: info: said")
+        assert f"called at {told}:1:1\n" in text
+        assert f"= {told}:1:1: here\n" in text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -74,7 +75,7 @@ class _Text:
 
     def render(self, diagnostic: Diagnostic) -> str:
         tone = _COLORS[diagnostic.severity]
-        where = f"{_clean(str(diagnostic.origin))}: " if diagnostic.origin else ""
+        where = f"{_clean(_at(diagnostic.origin))}: " if diagnostic.origin else ""
         severity = self._paint(f"{diagnostic.severity}:", tone)
         lines = [
             f"{self._paint(where, '1')}{severity} {_clean(diagnostic.message)} "
@@ -87,7 +88,7 @@ class _Text:
             lines += self._frame(diagnostic.origin.span, margin, tone)
             lines += self._stack(diagnostic.origin, margin)
         for related in others:
-            lines += self._note(margin, f"{related.origin}: {related.message}")
+            lines += self._note(margin, f"{_at(related.origin)}: {related.message}")
             lines += self._frame(related.origin.span, margin, _COLORS[Severity.INFO])
         if diagnostic.hint:
             lines += self._note(margin, diagnostic.hint, "hint")
@@ -143,8 +144,15 @@ class _Text:
 
 def _call(call: Call) -> str:
     if call.kind == "macro":
-        return f"in macro '{call.name}' called at {call.span}"
-    return f"included from {call.span}"
+        return f"in macro '{call.name}' called at {_at(call)}"
+    return f"included from {_at(call)}"
+
+
+def _at(what: Origin | Call) -> str:
+    """`file:line:column`; a file below the working directory relative to it, however it was found."""
+    path, here = what.span.file, os.path.join(os.getcwd(), "")
+    text = str(what.span)
+    return text.removeprefix(here) if os.path.isabs(path) else text
 
 
 def _clean(text: str) -> str:
