@@ -20,7 +20,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
 _MAX_INCLUDES = 64
-_MOST_FILES = 5000
+_MOST_FILES = 1000
 
 
 def read_launch(

@@ -23,7 +23,7 @@ from kbot.text.errors import DescriptionError
 from kbot.text.suggest import did_you_mean
 
 MAX_INCLUDES = 64
-MOST_FILES = 5000
+MOST_FILES = 1000
 Load = Callable[[Source, "Carrier"], list[object]]
 
 
