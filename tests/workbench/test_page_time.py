@@ -107,6 +107,7 @@ def test_a_moment_without_a_scan_is_no_fault(xacro: Path, open_page: OpenPage) -
         until(lambda: is_past(page))
         until(lambda: lamp.get_attribute("aria-label") == "off: nothing of /scan is kept from this moment")
         head = page.locator("#displays .panel-head").bounding_box()
+        page.get_by_role("button", name="Live").click()
         asked(session, lambda: session.topics.bus.advertise("way", Way), changes=True)
         chooser = page.get_by_label("Add a display")
         until(lambda: chooser.locator("option[value='Path /way']").count())
