@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
+from kbot.model.meshes import Texture
 from kbot.text import KbotError
 from kbot.workbench.export.floor import draw_floor
 from kbot.workbench.export.look import FIELD_OF_VIEW, Look
@@ -122,15 +123,30 @@ def _area(surface: Surface) -> float:
 def _add(spec: Any, name: str, surface: Surface) -> None:  # noqa: ANN401 - the engine has no types
     import mujoco
 
-    vertices, faces = surface.vertices, surface.faces
-    if len(vertices) < 4:  # the engine's least
-        vertices = np.concatenate([vertices, vertices[-1:].repeat(4 - len(vertices), axis=0)])
-    spec.add_mesh(
+    vertices, faces, texture = surface.vertices, surface.faces, surface.texture
+    least = np.minimum(np.arange(max(4, len(vertices))), len(vertices) - 1)  # the engine takes no fewer
+    mesh = spec.add_mesh(
         name=name,
-        uservert=vertices.ravel(),
+        uservert=vertices[least].ravel(),
         userface=faces.astype(np.int32).ravel(),
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )
     geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
-    geom.rgba = surface.rgba
+    if texture is None:
+        geom.rgba = surface.rgba
+    else:
+        mesh.usertexcoord = (texture.uv * (1.0, -1.0) + (0.0, 1.0))[least].ravel()
+        mesh.userfacetexcoord = faces.astype(np.int32).ravel()
+        _add_texture(spec, name, texture)
+        geom.material = name
     geom.contype = geom.conaffinity = 0  # of what may touch something the engine wants the hull
+
+
+def _add_texture(spec: Any, name: str, texture: Texture) -> None:  # noqa: ANN401 - the engine has no types
+    """A material that lays a picture over a mesh; its first row is at the top, where v is 0 to the engine."""
+    import mujoco
+
+    image = texture.image.convert("RGB")
+    laid = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    laid.width, laid.height, laid.data = image.width, image.height, image.tobytes()
+    spec.add_material(name=name).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
