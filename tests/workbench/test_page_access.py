@@ -142,7 +142,7 @@ def test_numbers_that_run_are_not_told_one_after_the_other(
     until(lambda: state_of(driving[1]).odometry[0] > 0.2)
     page.keyboard.up("w")
     until(lambda: state_of(driving[1]).twist[0] == 0.0)
-    assert page.get_by_label("x in m", exact=True).inner_text() != "0.000"
+    assert page.get_by_label("Odometry: x in m").inner_text() != "0.000"
     assert slider.get_attribute("aria-valuetext") != first
     assert page.evaluate("heard") == []
     page.keyboard.press("k")  # what happens once is told
