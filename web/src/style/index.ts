@@ -1,7 +1,11 @@
 import "./tokens.css";
 import "./layout.css";
+import "./save.css";
+import "./narrow.css";
 import "./controls.css";
+import "./notices.css";
 import "./panels.css";
+import "./drive.css";
 import "./displays.css";
 import "./source.css";
 import "./plots.css";
