@@ -106,3 +106,25 @@ class TagReporter(Reporter):
             origin = context.attribute_origin(element, name)
             self.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)
         return word == "true"
+
+    def number(
+        self,
+        element: Element,
+        found: Attributes,
+        name: str,
+        context: Context,
+        *,
+        whole: bool = False,
+        signed: bool = False,
+    ) -> float | None:
+        """The number that an attribute says, above 0 unless it may be `signed`; None where it says none."""
+        try:
+            value = float(int(found[name]) if whole else found[name])
+        except (ValueError, OverflowError):
+            value = None
+        if value is not None and (signed or value > 0.0):
+            return value
+        what = f"{'a whole number' if whole else 'a number'}{'' if signed else ' above 0'}"
+        origin = context.attribute_origin(element, name)
+        self.problem("L005", f"'{name}' is {what}, not '{found[name]}'", origin)
+        return None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 from kbot.launch.plan import Machine
-from kbot.launch.ros1.attributes import Attributes, TagReporter
+from kbot.launch.ros1.attributes import TagReporter
 from kbot.launch.ros1.context import Context
 from kbot.text import Element
 
 _DEFAULTS = ("true", "false", "never")
+_SSH = 22.0
+"""The usual port."""
 
 
 def read_machine(element: Element, context: Context, reporter: TagReporter) -> Machine | None:
@@ -23,19 +23,10 @@ def read_machine(element: Element, context: Context, reporter: TagReporter) -> M
         reporter.problem("L005", f"'default' is one of {', '.join(_DEFAULTS)}, not '{default}'", origin)
     if default == "true":
         context.machine = found["name"]
-    port = _number(element, found, "ssh-port", context, reporter) if found.get("ssh-port") else 22.0
-    timeout = _number(element, found, "timeout", context, reporter) if "timeout" in found else None
+    port: float | None = _SSH
+    if found.get("ssh-port"):
+        port = reporter.number(element, found, "ssh-port", context, whole=True)
+    timeout = reporter.number(element, found, "timeout", context) if "timeout" in found else None
     others = (found.get("env-loader"), found.get("user", ""), found.get("password", ""), default == "never")
     settings = (found["address"], port, timeout, *others)
     return Machine(found["name"], found["address"], context.origin(element), settings)
-
-
-def _number(element: Element, found: Attributes, name: str, context: Context, reporter: TagReporter) -> float:
-    try:
-        number = float(int(found[name]) if name == "ssh-port" else found[name])
-    except ValueError:
-        number = math.nan
-    if not number > 0:
-        origin = context.attribute_origin(element, name)
-        reporter.problem("L005", f"'{name}' is a number above 0, not '{found[name]}'", origin)
-    return number

@@ -24,17 +24,19 @@ def read_node(
     if not found.ok or not reporter.namespace(element, found, context):
         return None
     name = found.get("name") or found.get("test-name", "")
+    named = context.attribute_origin(element, "name" if "name" in found else "test-name")
     if not name.startswith("$(anon") and ("/" in name or name.startswith("~")):
-        origin = context.attribute_origin(element, "name" if "name" in found else "test-name")
         hint = "the attribute 'ns' says the namespace"
-        reporter.problem("L051", f"a node's name has no namespace in it, and '{name}' has", origin, hint)
+        reporter.problem("L051", f"a node's name has no namespace in it, and '{name}' has", named, hint)
     elif not names.is_legal(name) and not name.startswith("$(anon"):
-        origin = context.attribute_origin(element, "name")
-        hint = "a name holds letters, digits, _ and /, and starts with a letter"
-        reporter.problem("L051", f"'{name}' is no ROS name", origin, hint, warning=True)
+        hint = "a name holds letters, digits and _, and starts with a letter"
+        reporter.problem("L051", f"'{name}' is no ROS name", named, hint, warning=True)
     namespace = context.child(found.get("ns")).namespace
     if reporter.flag(element, found, "clear_params", context):
         clear.append(names.as_namespace(names.join(namespace, name)))
+    delay = None
+    if "respawn_delay" in found:
+        delay = reporter.number(element, found, "respawn_delay", context, signed=True)
     node = Node(
         package=found["pkg"],
         type=found["type"],
@@ -48,7 +50,7 @@ def read_node(
         output=found.get("output", "log"),
         cwd=found.get("cwd"),
         respawn=reporter.flag(element, found, "respawn", context),
-        respawn_delay=_seconds(element, found, context, reporter),
+        respawn_delay=delay or 0.0,
         required=reporter.flag(element, found, "required", context),
         launch_prefix=found.get("launch-prefix"),
         machine=found.get("machine") or context.machine,
@@ -85,16 +87,10 @@ def _check_test(element: Element, found: Attributes, context: Context, reporter:
         if key in found:
             origin = context.attribute_origin(element, key)
             reporter.problem("L003", f"<test> has no attribute '{key}'", origin, "it is one of <node>")
-    for key, kind in (("time-limit", float), ("retry", int)):
-        text = found.get(key)
-        try:
-            fits = not text or kind(text) > 0 or key == "retry"
-        except ValueError:
-            fits = False
-        if not fits:
-            origin = context.attribute_origin(element, key)
-            what = "a number of seconds above 0" if key == "time-limit" else "a whole number"
-            reporter.problem("L005", f"'{key}' is {what}, not '{text}'", origin)
+    if found.get("time-limit"):
+        reporter.number(element, found, "time-limit", context)
+    if found.get("retry"):
+        reporter.number(element, found, "retry", context, whole=True, signed=True)
 
 
 def _children(
@@ -155,15 +151,6 @@ def read_env(element: Element, context: Context, reporter: TagReporter) -> None:
         reporter.problem("L005", "an environment variable needs a name", origin)
         return
     context.env.append((found["name"], found["value"]))
-
-
-def _seconds(element: Element, found: Attributes, context: Context, reporter: TagReporter) -> float:
-    try:
-        return float(found.get("respawn_delay", "0"))
-    except ValueError:
-        origin = context.attribute_origin(element, "respawn_delay")
-        reporter.problem("L005", f"'{found['respawn_delay']}' is no number of seconds", origin)
-        return 0.0
 
 
 def _review(node: Node, reporter: TagReporter) -> None:
