@@ -145,7 +145,7 @@ def test_a_file_that_includes_itself_ends_with_one_error(folder: Path) -> None:
 def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.launch.ros1.reader._MOST_FILES", 100)
+    monkeypatch.setattr("kbot.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch"/>' * 2
         (folder / f"{level}.launch").write_text(f"<launch>{twice}</launch>")

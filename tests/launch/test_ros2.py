@@ -464,7 +464,7 @@ def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
 def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.launch.ros2.carry.MOST_FILES", 100)
+    monkeypatch.setattr("kbot.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch.xml"/>' * 2
         (folder / f"{level}.launch.xml").write_text(f"<launch>{twice}</launch>")

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from kbot.launch import known_packages, names
+from kbot.launch.faults import Fault
+from kbot.launch.includes import require_end
 from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
 from kbot.launch.ros1.attributes import TagReporter
 from kbot.launch.ros1.context import Context
@@ -18,9 +20,6 @@ from kbot.launch.ros1.schema import CHILDREN
 from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
-
-_MAX_INCLUDES = 64
-_MOST_FILES = 1000
 
 
 def read_launch(
@@ -215,14 +214,13 @@ class _Reader:
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
             return
-        is_deep = inner.call is not None and sum(1 for _ in inner.call.chain()) > _MAX_INCLUDES
-        if is_deep or len(self.files) >= _MOST_FILES:
-            bound = f"more than {_MAX_INCLUDES} levels deep" if is_deep else f"after {_MOST_FILES:,} others"
-            message = f"{file} is included {bound}"
-            self.reporter.problem("L070", message, context.origin(element), "does it include itself?")
-            return
+        levels = sum(1 for _ in inner.call.chain()) if inner.call is not None else 0
         try:
+            require_end(file, levels, len(self.files))
             root = self._root(read_source(file))
+        except Fault as fault:
+            self.reporter.problem(fault.code, fault.message, context.origin(element), fault.hint)
+            return
         except DescriptionError as error:
             for diagnostic in error.diagnostics:
                 where = context.attribute_origin(element, "file")

@@ -60,7 +60,7 @@ class Scope:
                 raise Fault("L010", f"unknown substitution $({word})", hint, whole)
             value = self._command(word, rest, whole) if (word == "find") is finding else whole
             if finding and word == "find":
-                value, at = _joined(value, text, end)
+                value, at = _before_path(value, text, end)
             result.append(value)
         return joined([*result, text[at:]])
 
@@ -150,7 +150,7 @@ class _Names:
         raise Fault("L014", f"an expression cannot set '{name}'", "", name)
 
 
-def _joined(folder: str, text: str, at: int) -> tuple[str, int]:
+def _before_path(folder: str, text: str, at: int) -> tuple[str, int]:
     """A package's folder, ready for the path that follows it at `at`, and where that path goes on: roslaunch
     joins both, so that a slash is put between, and a path that begins with two is a path from the root."""
     slash = text.startswith("/", at)

@@ -9,6 +9,7 @@ from typing import Any
 
 from kbot.launch import known_packages, names
 from kbot.launch.faults import Fault
+from kbot.launch.includes import require_end
 from kbot.launch.plan import Argument, Included, Node, Param, Plan
 from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
@@ -22,8 +23,6 @@ from kbot.text import Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.suggest import did_you_mean
 
-MAX_INCLUDES = 64
-MOST_FILES = 1000
 Load = Callable[[Source, "Carrier"], list[object]]
 
 
@@ -233,10 +232,7 @@ class Carrier:
                 raise Fault("L012", message, "install the package, or leave the include out")
             self.included.append(Included(package, name, passed, context.namespace, origin))
             return
-        is_deep = self.depth > MAX_INCLUDES
-        if is_deep or len(self.files) >= MOST_FILES:
-            bound = f"more than {MAX_INCLUDES} levels deep" if is_deep else f"after {MOST_FILES:,} others"
-            raise Fault("L070", f"{path} is included {bound}", "does it include itself?")
+        require_end(path, self.depth, len(self.files))
         self.read(read_source(path))
 
     def _node(self, action: act.Node, origin: Origin) -> None:

@@ -1,0 +1,20 @@
+"""How deep, and how many, files include each other: what ends those that include themselves."""
+
+from __future__ import annotations
+
+from kbot.launch.faults import Fault
+
+MOST_LEVELS = 64
+MOST_FILES = 1000
+
+
+def require_end(path: str, levels: int, files: int) -> None:
+    """Check that a file may be included so many levels deep, after so many others.
+
+    Raises:
+        Fault: L070, it may not.
+    """
+    is_deep = levels > MOST_LEVELS
+    if is_deep or files >= MOST_FILES:
+        bound = f"more than {MOST_LEVELS} levels deep" if is_deep else f"after {MOST_FILES:,} others"
+        raise Fault("L070", f"{path} is included {bound}", "does it include itself?")
