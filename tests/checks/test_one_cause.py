@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kbot.checks import Config, check_text
+from kbot.checks import Config, check_file, check_text
 
 ONLY = Config(
     select=("I102", "I103", "I104", "I105", "I107", "I108", "I109", "I110", "I111", "I112", "I113", "I117")
@@ -159,3 +160,25 @@ def test_what_follows_is_said_where_its_cause_is_not_asked_for() -> None:
     assert on_a_box(size, mass, (x, y, 1e6 * z), without) == ["I108"]
     assert on_a_box(size, 1e-6, (x, y, z), without) == ["I108"]
     assert on_a_box(size, 1e6, (x, y, z), without) == ["I109"]
+
+
+@pytest.mark.parametrize(
+    ("part", "cause"),
+    [('<xacro:whel side="1"/>', "X121"), ('<xacro:include filename="gone.xacro"/>', "X117")],
+)
+def test_what_a_lost_part_brings_with_it_is_not_said(tmp_path: Path, part: str, cause: str) -> None:
+    """A drive whose right wheel is lost has a joint too few: one thing is to be mended."""
+    file = tmp_path / "robot.xacro"
+    file.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:macro name="wheel" params="side"><link name="wheel_${side}"/><joint '
+        'name="wheel_${side}_joint" type="continuous"><parent link="base"/><child link="wheel_${side}"/>'
+        '<axis xyz="0 1 0"/></joint>'
+        f'</xacro:macro><link name="base"/><xacro:wheel side="-1"/>{part}<gazebo><plugin name="drive" '
+        'filename="libgazebo_ros_diff_drive.so"><leftJoint>wheel_1_joint</leftJoint>'
+        "<rightJoint>wheel_-1_joint</rightJoint></plugin></gazebo></robot>"
+    )
+    errors = [found.code for found in check_file(str(file)) if found.is_error]
+    assert errors == [cause]
+    file.write_text(file.read_text().replace(part, ""))
+    assert [found.code for found in check_file(str(file)) if found.is_error] == ["D101"]

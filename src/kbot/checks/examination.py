@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 _OF_THE_WHOLE = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
 """What a part of a robot does not have itself: name, links, and what the file that includes it defines."""
 
+_LOSES = frozenset(
+    {"P001", "X114", "X117", "X118", "X120", "X121", "X122", "X123", "X124", "X128", "X129", "X131", "X190"}
+)
+"""Errors with which whole parts of a robot are lost."""
+_OF_WHAT_IS_LOST = frozenset({"D101", "D102", "D103", "D104", "D121"})
+"""Names that nothing has: what was lost may have had them."""
+
 
 def examine(source: Source, arguments: Mapping[str, str], packages: Packages, config: Config) -> Context:
     """Expand and read a description, keeping all that is wrong, ready for the rules."""
@@ -39,10 +46,16 @@ def as_loaded(loaded: Loaded, source: Source, config: Config) -> Context:
 
 
 def findings(context: Context) -> list[Diagnostic]:
-    """What the floors below said and what the rules say; the same fault in a macro once."""
+    """What the floors below said and what the rules say; the same fault in a macro once.
+
+    Where parts of the robot were lost, how the rest would drive and what it lacks are consequences: left out.
+    """
+    is_whole = not any(d.is_error and d.code in _LOSES for d in context.problems)
     found = [d for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
     for needs, rules in rules_by_need().items():
-        for rule in rules if context.has(needs) else ():
+        for rule in rules if context.has(needs) and (is_whole or needs != "drive") else ():
+            if not is_whole and rule.code in _OF_WHAT_IS_LOST:
+                continue
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
     return said_once(found, context)
 
