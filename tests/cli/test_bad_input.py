@@ -219,7 +219,7 @@ def test_a_missing_mesh_is_said_and_the_robot_used(files: Path) -> None:
     checked = kbot("check", robot, cwd=files)
     assert checked.returncode == 1
     assert "missing.stl" in checked.stdout
-    told = f"{robot}:3:21: warning: base_link: the visual's mesh missing.stl is not there [G101]"
+    told = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl is not there [G101]"
     informed = kbot("info", robot, cwd=files)
     assert informed.returncode == 0
     assert told in informed.stderr
