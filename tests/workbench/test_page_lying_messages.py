@@ -84,9 +84,10 @@ def test_one_value_that_is_none_leaves_the_others_their_colours(open_page: OpenP
 def test_a_picture_that_is_not_what_it_says_is_told(open_page: OpenPage, picture: Image, words: str) -> None:
     with showing(open_page, {"/eye": Image}) as show:
         show.add("Image", "/eye")
+        show.tell("Image", "/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
         show.bus.publish("/eye", picture)
         until(lambda: words in show.status("Image"))
-        show.tell("Image", "/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
+        show.bus.publish("/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
         until(lambda: "bytes" not in show.status("Image"))
 
 
