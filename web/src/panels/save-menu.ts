@@ -5,6 +5,8 @@ import type { View } from "../view/view";
 
 const MOST_PIXELS = 8192;
 const FRAMES_PER_SECOND = 30;
+/** Milliseconds between two frames of what stands still. */
+const STILL = 250;
 
 /** What can be taken out of the page: a picture, a film, the robot as one HTML file or as a 3D model. */
 export function saveMenu(app: App, view: () => View): HTMLElement {
@@ -32,7 +34,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
   film.addEventListener("click", () => {
     if (recorder !== null) recorder.stop();
     else {
-      recorder = record(view().stage.renderer.domElement, (blob) => {
+      recorder = record(view().stage.renderer.domElement, () => view().invalidate(), (blob) => {
         recorder = null;
         film.setAttribute("aria-pressed", "false");
         film.textContent = "Record a film (WebM)";
@@ -78,12 +80,16 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
 }
 
 /** Films a canvas until it is told to stop. */
-function record(canvas: HTMLCanvasElement, done: (film: Blob) => void): MediaRecorder {
+function record(canvas: HTMLCanvasElement, redraw: () => void, done: (film: Blob) => void): MediaRecorder {
   const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ?? "video/webm";
   const recorder = new MediaRecorder(canvas.captureStream(FRAMES_PER_SECOND), { mimeType: type, videoBitsPerSecond: 8_000_000 });
   const chunks: Blob[] = [];
   recorder.addEventListener("dataavailable", (event) => chunks.push(event.data));
-  recorder.addEventListener("stop", () => done(new Blob(chunks, { type: "video/webm" })));
+  const still = setInterval(redraw, STILL); // a film ends with its last frame: what stands still would be left out
+  recorder.addEventListener("stop", () => {
+    clearInterval(still);
+    done(new Blob(chunks, { type: "video/webm" }));
+  });
   recorder.start();
   return recorder;
 }
