@@ -252,10 +252,11 @@ def test_sizes_that_nothing_has_are_said_beside_the_figures(files: Path) -> None
     assert kbot("info", "kbot", cwd=files).stderr == ""
 
 
-def test_sizes_without_measure_are_not_simulated(files: Path) -> None:
-    done = kbot("sim", "kbot", "wheel_radius:=1e30", "--headless", cwd=files)
+@pytest.mark.parametrize(("radius", "code"), [("9e8", "W113"), ("1e30", "U012")])
+def test_sizes_without_measure_are_not_simulated(files: Path, radius: str, code: str) -> None:
+    done = kbot("sim", "kbot", f"wheel_radius:={radius}", "--headless", cwd=files)
     assert done.returncode == 2
-    assert "[W113]" in done.stderr
+    assert f"[{code}]" in done.stderr
 
 
 def test_a_robot_without_wheels_is_simulated_and_says_why_it_cannot_drive(files: Path) -> None:
