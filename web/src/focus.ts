@@ -35,6 +35,12 @@ export function isField(target: EventTarget | null): boolean {
   return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
 }
 
+/** Takes the arrows from a slider that a pointer gave them. */
+export function leaveSlider(): void {
+  const focused = document.activeElement;
+  if (isSlider(focused)) letGo(focused);
+}
+
 /** Whether it is still meant once the pointer has left it. */
 function keepsFocus(element: HTMLElement): boolean {
   return isField(element) || element instanceof HTMLSelectElement || isSlider(element);

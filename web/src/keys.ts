@@ -1,6 +1,6 @@
 import type { App } from "./app";
 import type { Driver } from "./drive-keys";
-import { answersToSpace, isField, takesKeys } from "./focus";
+import { answersToSpace, isField, leaveSlider, takesKeys } from "./focus";
 import { chooseTheme } from "./options";
 import { stop } from "./panels/drive";
 import { press } from "./panels/toolbar";
@@ -28,6 +28,7 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
     Delete: () => body.remove(),
     Backspace: () => body.remove(),
     Escape: () => {
+      leaveSlider();
       if (app.travel.isPast) return app.travel.goLive();
       if (tools.back()) return;
       body.leave();
