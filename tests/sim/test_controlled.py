@@ -8,7 +8,8 @@ from kbot.model.spawned import Setting, SpawnedController, with_controllers
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
-from .test_spawned import MANAGER, ROVER, WHEEL, arm, transmission
+from .test_spawned import MANAGER, arm, transmission
+from .test_spawned_drive import ROVER, WHEEL
 
 FOLLOW = {"type": "position_controllers/JointTrajectoryController", "joints": ["shoulder", "elbow"]}
 SHOULDER = {"type": "position_controllers/JointPositionController", "joint": "shoulder"}

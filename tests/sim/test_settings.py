@@ -15,7 +15,7 @@ from kbot.sim.engine.surfaces import link_surfaces
 from kbot.sim.naming import Naming
 from kbot.world.findings import Findings
 
-from .test_spawned import ROVER, WHEEL
+from .test_spawned_drive import ROVER, WHEEL
 
 
 @pytest.fixture(scope="module")
