@@ -70,7 +70,7 @@ STATES_BETWEEN_CLEARINGS = 721
 def inks(page: Any) -> set[str]:
     """Colours of the numbers that tell how the robot is now."""
     numbers = page.locator(".transport .time, #drive .reading output, #drive .meter output")
-    assert numbers.count() == 6
+    assert numbers.count() == 9  # the time, two speeds and two poses
     return {one.evaluate("e => getComputedStyle(e).color") for one in numbers.all()}
 
 
