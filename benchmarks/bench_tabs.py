@@ -2,9 +2,9 @@
 
     python benchmarks/bench_tabs.py [--seconds S]
 
-One tab is a real page in Chromium, the others are sockets that hear and drop what a page is sent, odometry
-with it. The share of a core is the server's beyond what the simulation takes with no tab open. The lag is the
-real page's, beside the others: from a question that it sends to the answer.
+One tab is a real page in Chromium, the others are sockets that hear what a page is sent, odometry with it,
+and answer as a page does. The share of a core is the server's beyond what the simulation takes with no tab
+open. The lag is the real page's, beside the others: from a question that it sends to the answer.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from browsing import KEEP_SOCKET, SHOWS, answer_lag, kbot, opened_browser, page,
 from websockets.asyncio.client import connect
 
 TABS = (1, 20)
+BEAT, HEARD = '{"type":"beat"}', '{"type": "heard"}'
+"""What the server asks now and then whether all was heard, and what a page answers."""
 
 
 def main() -> None:
@@ -50,8 +52,9 @@ def sockets(address: str, count: int) -> Iterator[None]:
     async def hear() -> None:
         async with connect(address.replace("http:", "ws:") + "ws", max_size=None) as socket:
             await socket.send(json.dumps({"type": "subscribe", "topic": "/odom"}))
-            async for _ in socket:
-                pass
+            async for message in socket:
+                if message == BEAT:
+                    await socket.send(HEARD)
 
     async def all_of_them() -> None:
         tabs = [asyncio.create_task(hear()) for _ in range(count)]
@@ -63,6 +66,9 @@ def sockets(address: str, count: int) -> Iterator[None]:
     def run() -> None:
         with suppress(asyncio.CancelledError):
             loop.run_until_complete(running)
+        for tab in asyncio.all_tasks(loop):
+            with suppress(asyncio.CancelledError):
+                loop.run_until_complete(tab)
         loop.close()
 
     thread = threading.Thread(target=run)
