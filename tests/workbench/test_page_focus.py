@@ -103,13 +103,19 @@ def commanded(page: Any, session: Session) -> tuple[float, ...]:
     return state_of(session).command
 
 
-def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def dragged(driving: tuple[str, Session], open_page: OpenPage) -> tuple[Any, Session, Any]:
+    """A page whose slider of the speed limit was dragged just now: the page, its session, the slider."""
     address, session = driving
     page = open_page(address)
     limit = page.get_by_label("Speed limit in percent")
     drag(page, limit, 0.7)
+    return page, session, limit
+
+
+def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    page, session, limit = dragged(driving, open_page)
     before = int(limit.input_value())
     page.keyboard.down("ArrowLeft")
     assert int(limit.input_value()) == before - 5  # a step
@@ -123,10 +129,7 @@ def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
 def test_arrows_drive_again_after_a_press_elsewhere(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
-    address, session = driving
-    page = open_page(address)
-    limit = page.get_by_label("Speed limit in percent")
-    drag(page, limit, 0.7)
+    page, session, limit = dragged(driving, open_page)
     page.get_by_label("Drive: drag").click()
     limited = limit.input_value()
     page.keyboard.down("ArrowUp")
