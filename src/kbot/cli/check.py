@@ -149,7 +149,7 @@ def _place(word: str, packages: Packages) -> str:
     try:
         folder = packages.find(word)
     except PackageNotFound as error:
-        hint = did_you_mean(word, os.listdir()) or error.hint  # noqa: PTH208 - names alone
+        hint = did_you_mean(word, [path.name for path in Path().iterdir()]) or error.hint
         message = f"'{word}' is no file, folder or package"
         raise DescriptionError([Diagnostic("F001", Severity.ERROR, message, None, hint)]) from None
     warn_of_others(word, packages)

@@ -60,4 +60,4 @@ def _read_windows(pressed: Callable[[str], None], closed: threading.Event) -> No
 
     while not closed.wait(_LOOK_SECONDS / 5):
         while msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]  # of Windows alone
-            pressed(msvcrt.getwch())  # type: ignore[attr-defined,unused-ignore]  # the same
+            pressed(msvcrt.getwch())  # type: ignore[attr-defined,unused-ignore]  # of Windows alone
