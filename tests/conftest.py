@@ -1,8 +1,12 @@
 """What every test may ask for: the shared reference data and a browser, where they are there."""
 
+import json
 import os
 import shutil
-from collections.abc import Generator
+import subprocess
+import sys
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -43,6 +47,58 @@ def chromium() -> str:
     if path is None:
         pytest.skip("there is no Chromium (install one, or set KBOT_CHROMIUM to its path)")
     return path
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a `kbot` process printed and used."""
+
+    status: int
+    out: str
+    err: str
+    cpu_s: float
+    peak_bytes: int
+
+    def is_bounded(self) -> bool:
+        """Whether it ended by itself, within 10 s of CPU time and 1 GB of memory."""
+        return self.status >= 0 and self.cpu_s < 10 and self.peak_bytes < 1e9
+
+    def is_refusal(self) -> bool:
+        """Whether it was bounded and refused its input by an error on stderr, with status 2 and no traceback.
+
+        `check` may report the error as its finding instead: on stdout, with status 1.
+        """
+        errors = {2: self.err, 1: self.out}.get(self.status, "")
+        return self.is_bounded() and "error" in errors and "Traceback" not in self.out + self.err
+
+
+@pytest.fixture
+def measured_kbot(tmp_path: Path) -> Callable[..., Measured]:
+    """Run `kbot WORDS` in a process of its own: `measured_kbot("check", "a.xacro", cwd=folder)`.
+
+    Past 10 s of CPU time the system stops it (its status is negative then), however busy the machine is.
+    """
+    if sys.platform == "win32":
+        pytest.skip("the limits of a process are set by POSIX calls")
+
+    def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Measured:
+        report = tmp_path / "measured_process.json"
+        measure = [sys.executable, "-S", str(Path(__file__).parent / "measure_process.py"), str(report)]
+        done = subprocess.run(
+            [*measure, sys.executable, "-m", "kbot", *map(str, words)],
+            cwd=cwd,
+            env=os.environ | (env or {}),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=300,
+            check=True,
+        )
+        return Measured(out=done.stdout, err=done.stderr, **json.loads(report.read_text()))
+
+    return run
 
 
 @pytest.hookimpl(wrapper=True)
