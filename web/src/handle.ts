@@ -11,6 +11,8 @@ export interface Handle {
   /** Of the robot on show, which stands where it was told to. */
   readonly revision: number;
   readonly time: number;
+  /** Whether the server has not answered yet which moment it shows. */
+  readonly seeks: boolean;
   /** x, y, z, qx, qy, qz, qw of each link in the world, flat. */
   poses(): readonly number[];
   /** Holds the picture still, whatever the server says, or lets it go on. */
@@ -54,6 +56,9 @@ export function handle(app: App, view: View): Handle {
     },
     get time() {
       return app.state.value?.time ?? 0;
+    },
+    get seeks() {
+      return app.travel.awaited !== null;
     },
     poses() {
       return app.state.value?.poses ?? [];
