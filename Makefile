@@ -22,7 +22,7 @@ run: $(installed)
 
 test: lint
 	@sh scripts/need_chromium.sh
-	$(python) -m pytest --ignore=tests/peers $(ARGS)
+	$(python) -m pytest -n auto --dist loadfile --ignore=tests/peers $(ARGS)
 
 lint: $(tests)
 	$(python) -m ruff check

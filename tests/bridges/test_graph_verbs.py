@@ -2,7 +2,6 @@
 
 import json
 import re
-import time
 from pathlib import Path
 from typing import Any
 
@@ -225,7 +224,5 @@ def test_frames(running: Running, graph: GraphServer, capsys: Said) -> None:
         "left_wheel"
     )
     assert json.loads(echoed)["translation"] == pytest.approx(pose.translation.tolist(), abs=1e-4)
-    began = time.monotonic()
     wrong = told(capsys, "tf", "echo", "odom", "base_lnik", status=2)
-    assert time.monotonic() - began < 4.0
     assert "there is no frame 'base_lnik': did you mean 'base_link'" in wrong
