@@ -35,6 +35,7 @@ class Show:
         chooser.select_option(choice)
         row = self.row(kind)
         until(lambda: row.locator(".head[aria-expanded=true]").count())
+        until(lambda: row.locator(".lamp[aria-label]").count())  # its first status, which `tell` reads
 
     def row(self, kind: str) -> Any:
         return self.page.locator(f".display[data-display={kind}]").last
