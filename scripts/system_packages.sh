@@ -10,5 +10,6 @@ if [ "$(id -u)" != 0 ]; then
 fi
 echo "Installing from the system's packages: $*"
 export DEBIAN_FRONTEND=noninteractive
-install() { $as apt-get install -y -qq --no-install-recommends "$@" >/dev/null; }
-install "$@" 2>/dev/null || { $as apt-get update -qq && install "$@"; } || exit 1
+# A fresh machine often updates itself: wait up to five minutes for the lock of the packages.
+install() { $as apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "$@" >/dev/null; }
+install "$@" 2>/dev/null || { $as apt-get -o DPkg::Lock::Timeout=300 update -qq && install "$@"; } || exit 1
