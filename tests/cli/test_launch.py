@@ -83,7 +83,7 @@ def test_a_package_without_a_file_names_its_launch_files(
     for word in ("kbot_description", "kbot"):
         assert run(["launch", word, "--ros-args"]) == 2
         error = said(capsys)[1]
-        assert "write kbot launch kbot_description FILE, one of kbot_base_rviz.launch" in error
+        assert f"write kbot launch {word} FILE, one of kbot_base_rviz.launch" in error
         assert "does not exist" not in error
     assert run(["launch", "kbot_descripton"]) == 2
     assert "did you mean 'kbot_description'?" in said(capsys)[1]

@@ -16,6 +16,7 @@ import click
 from kbot.cli.arguments import examples
 from kbot.cli.output import report_error
 from kbot.text.errors import KbotError
+from kbot.text.notes import notes_sent_to
 from kbot.text.suggest import did_you_mean
 
 DEMO = ("sim", "kbot")
@@ -129,7 +130,7 @@ def run(words: Sequence[str]) -> int:
     if "_KBOT_COMPLETE" in os.environ:
         group.main(list(words), prog_name="kbot")
     try:
-        with group.make_context("kbot", list(words)) as context:
+        with notes_sent_to(_print_note), group.make_context("kbot", list(words)) as context:
             status = group.invoke(context)
         sys.stdout.flush()
     except click.exceptions.Exit as stop:
@@ -143,6 +144,10 @@ def run(words: Sequence[str]) -> int:
         click.echo(err=True)
         return 130
     return status if isinstance(status, int) else 0
+
+
+def _print_note(text: str) -> None:
+    click.echo(f"note: {text}", err=True)
 
 
 def _reader_gone() -> int:

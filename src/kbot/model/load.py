@@ -15,11 +15,12 @@ from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, S
 from kbot.text.nodes import Comment, Instruction
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.xacro import Expansion, Packages, expand, expand_text
+from kbot.xacro.packages import SHIPPED
 
 SHIPPED_NAME = "kbot"
-"""What stands for the robot that comes with KBot wherever a file is expected."""
-SHIPPED_PACKAGE = "kbot_description"
-"""The package it comes in."""
+"""The word for the robot that ships with KBot, wherever a file is expected."""
+SHIPPED_PACKAGE = Path(SHIPPED) / "kbot_description"
+"""The folder of its package."""
 
 _EXPRESSION = re.compile(r"\$[{(]")
 _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
@@ -54,8 +55,7 @@ def resolve_robot_path(path: str | os.PathLike[str]) -> str:
     name = os.fspath(path)
     if name != SHIPPED_NAME:
         return name
-    folder = Path(__file__).parents[1] / "robots" / SHIPPED_PACKAGE
-    return str(folder / "urdf" / "kbot.xacro")
+    return str(SHIPPED_PACKAGE / "urdf" / "kbot.xacro")
 
 
 def load_robot(

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from kbot.xacro.packages import PackageNotFound, Packages, package_name
-
-
-def package_around(folder: Path) -> Path | None:
-    """The nearest folder with a package.xml, itself or above."""
-    return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
+from kbot.xacro.packages import Packages, package_around, package_name
 
 
 def lies_in_package(file: Path, uri: str, packages: Packages) -> bool:
@@ -31,7 +26,5 @@ def lies_in_package(file: Path, uri: str, packages: Packages) -> bool:
 
 
 def _found(packages: Packages, name: str) -> Path | None:
-    try:
-        return Path(packages.find(name))
-    except PackageNotFound:
-        return None
+    folder = packages.folder(name)
+    return None if folder is None else Path(folder)

@@ -1,8 +1,11 @@
 """Finding robot packages without ROS: `$(find NAME)` and `package://NAME/…`.
 
-Searched in this order: the paths given, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with a
-package.xml around the file and in the working directory, and at last the packages shipped with
-KBot. Symbolic links are not resolved: a path is answered as it was given.
+Searched in this order: the given paths, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with a
+package.xml around the file and in the working directory, and last the packages that ship with KBot.
+Symbolic links are not resolved: the answer is a path as it was given.
+
+A package that ships with KBot must never replace the user's own of the same name. A nearby folder
+of that name is therefore the package even without a package.xml: learners make folders by hand.
 """
 
 from __future__ import annotations
@@ -10,11 +13,13 @@ from __future__ import annotations
 import os
 import re
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 from kbot.text.errors import KbotError
 from kbot.text.files import check_regular, from_file_uri
 from kbot.text.installed import find_file
+from kbot.text.notes import note
 from kbot.text.suggest import did_you_mean
 
 TYPE_CHECKING = False
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robots")
+"""The folder of the packages that ship with KBot."""
 
 _NAME = re.compile(r"<name>\s*([^<]*?)\s*</name>")
 _SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
@@ -54,7 +60,9 @@ class Packages:
         # absolute, so that what is found there can be named in a file of any folder
         self.paths = tuple(os.path.abspath(path) for path in paths)
         self.around = around
-        self._found: dict[str, str] = {}
+        self._found: dict[str, str | None] = {}
+        self._fallbacks: set[str] = set()
+        """Names that only KBot's own packages have."""
         self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}
         self._crawled: dict[str, dict[str, str]] = {}
 
@@ -63,20 +71,33 @@ class Packages:
         return self if self.around is not None else Packages(self.paths, file)
 
     def find(self, name: str) -> str:
-        """The share folder of a package.
+        """The share folder of a package. A note says where one that ships with KBot is used.
 
         Raises:
             PackageNotFound: with the nearest names that there are.
         """
-        folder = self._found.get(name)
+        folder = self.folder(name)
         if folder is None:
-            folder = None if name in self._missing else self._search(name)
-            if folder is None:
-                if name not in self._missing:
-                    self._missing[name] = (self.names(), self._roots())
-                raise PackageNotFound(name, *self._missing[name])
-            self._found[name] = folder
+            if name not in self._missing:
+                self._missing[name] = (self.names(), self._roots())
+            raise PackageNotFound(name, *self._missing[name])
+        if name in self._fallbacks:
+            places = f"{self.around} or {Path.cwd()}" if self.around else str(Path.cwd())
+            note(
+                f"using the {name} that ships with KBot: no folder or package {name} is near {places}, "
+                "or in --package-path, AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
+            )
         return folder
+
+    def folder(self, name: str) -> str | None:
+        """The share folder of a package, or None; without a note."""
+        if name not in self._found:
+            folder = self._search(name)
+            if folder is None and name in _shipped_names():
+                folder = os.path.join(SHIPPED, name)
+                self._fallbacks.add(name)
+            self._found[name] = folder
+        return self._found[name]
 
     def others(self, name: str) -> tuple[str, ...]:
         """Where `find` takes a package from the working directory: further ones of that name in there.
@@ -134,6 +155,9 @@ class Packages:
     def _search(self, name: str) -> str | None:
         if not name or "/" in name or "\\" in name or name in (".", ".."):
             return None
+        own = os.path.join(SHIPPED, name)
+        if self.around and Path(os.path.abspath(self.around)).is_relative_to(own):
+            return own  # the shipped robot is whole, whatever ROS finds under its name
         for path in self.paths:
             found = self._below(path, name)
             if found:
@@ -142,14 +166,34 @@ class Packages:
             found = _installed(prefix, name)
             if found:
                 return found
-        for root in (*_split("ROS_PACKAGE_PATH"), *self._workspaces(), SHIPPED):
-            direct = os.path.join(root, name)
-            if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:
-                return direct
-            found = self._crawl(root).get(name)
+        for root in _split("ROS_PACKAGE_PATH"):
+            found = self._beneath(root, name)
+            if found:
+                return found
+        for place, workspaces in self._places():
+            found = self._near(place, workspaces, name)
             if found:
                 return found
         return None
+
+    def _near(self, place: Path, workspaces: Sequence[str], name: str) -> str | None:
+        """A package around a folder and in its workspaces."""
+        ships = name in _shipped_names()
+        own = _containing(place, name) if ships else None
+        if own is not None:  # a repository may be called like the package in it
+            return self._crawl(own).get(name, own)
+        for root in workspaces:
+            found = self._beneath(root, name)
+            if found:
+                return found
+        beside = (os.path.join(folder, name) for folder in (place, *place.parents))
+        return next(filter(os.path.isdir, beside), None) if ships else None
+
+    def _beneath(self, root: str, name: str) -> str | None:
+        direct = os.path.join(root, name)
+        if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:
+            return direct
+        return self._crawl(root).get(name)
 
     def _below(self, path: str, name: str) -> str | None:
         """A package at `path`, installed under it, or anywhere beneath it."""
@@ -159,31 +203,35 @@ class Packages:
         return (*self.paths, *_split("AMENT_PREFIX_PATH"))
 
     def _roots(self) -> tuple[str, ...]:
-        roots = (*self.paths, *_split("ROS_PACKAGE_PATH"), *self._workspaces(), SHIPPED)
-        return tuple(dict.fromkeys(roots))
+        near = (root for _, workspaces in self._places() for root in workspaces)
+        return tuple(dict.fromkeys((*self.paths, *_split("ROS_PACKAGE_PATH"), *near, SHIPPED)))
 
-    def _workspaces(self) -> Iterator[str]:
-        """Folders to crawl for packages: the one that holds the file's own package, and the working one."""
+    def _places(self) -> Iterator[tuple[Path, Sequence[str]]]:
+        """The folders around which packages are searched, each with the folders to crawl: that of the file,
+        with the rest of its workspace, then the working directory."""
         if self.around:
             folder = Path(os.path.abspath(self.around))
             folder = folder if folder.is_dir() else folder.parent
-            package = next((p for p in (folder, *folder.parents) if (p / "package.xml").is_file()), None)
-            if package:
-                yield str(package)
-                # its siblings are the rest of the workspace; a root folder is not one
-                if package.parent != package.parent.parent:
-                    yield str(package.parent)
+            package = package_around(folder)
+            if package is None:
+                yield folder, (str(folder),)
+            elif package.parent == package.parent.parent:  # a root folder is not a workspace
+                yield folder, (str(package),)
             else:
-                yield str(folder)
-        yield str(Path.cwd())
+                yield folder, (str(package), str(package.parent))
+        yield Path.cwd(), (str(Path.cwd()),)
 
     def _crawl(self, root: str) -> dict[str, str]:
         """Names and folders of the packages beneath a folder, which may be one itself."""
         known = self._crawled.get(root)
         if known is None:
-            known = self._crawled[root] = {}
-            for folder in _package_folders(root):
-                known.setdefault(package_name(folder), folder)
+            known, shipped, called = {}, _shipped_names(), dict[str, str]()
+            for folder, is_package in _folders(root):
+                if is_package:
+                    known.setdefault(package_name(folder), folder)
+                if os.path.basename(folder) in shipped:
+                    called.setdefault(os.path.basename(folder), folder)
+            known = self._crawled[root] = {**called, **known}
         return known
 
 
@@ -192,11 +240,12 @@ def _split(variable: str) -> list[str]:
 
 
 def _installed(prefix: str, name: str) -> str | None:
-    """PREFIX/share/NAME where the ament index or a package.xml says that it is one."""
+    """PREFIX/share/NAME where the ament index or a package.xml declares it, or KBot ships one of the name."""
     share = Path(prefix) / "share"
     folder = share / name
     marker = share / "ament_index" / "resource_index" / "packages" / name
-    return str(folder) if marker.is_file() or (folder / "package.xml").is_file() else None
+    is_package = marker.is_file() or (folder / "package.xml").is_file()
+    return str(folder) if is_package or (name in _shipped_names() and folder.is_dir()) else None
 
 
 def package_name(folder: str) -> str:
@@ -210,8 +259,32 @@ def package_name(folder: str) -> str:
     return match[1] if match else manifest.parent.name
 
 
+def package_around(folder: Path) -> Path | None:
+    """The nearest folder with a package.xml: this one, or one that contains it."""
+    return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
+
+
+@cache
+def _shipped_names() -> frozenset[str]:
+    """Names of the packages that ship with KBot."""
+    return frozenset(name for name in os.listdir(SHIPPED) if not name.startswith((".", "__")))
+
+
+def _containing(place: Path, name: str) -> str | None:
+    """The nearest folder of this name, or with a package.xml of this name, that is or contains a folder."""
+    for folder in (place, *place.parents):
+        if folder.name == name or ((folder / "package.xml").is_file() and package_name(str(folder)) == name):
+            return str(folder)
+    return None
+
+
 def _package_folders(root: str) -> Iterator[str]:
     """Folders with a package.xml, breadth first so that the nearest one wins; none within another."""
+    return (folder for folder, is_package in _folders(root) if is_package)
+
+
+def _folders(root: str) -> Iterator[tuple[str, bool]]:
+    """Folders breadth first, and whether each is a package: nothing within a package is visited."""
     level, seen = [root], 0
     for _ in range(_MAX_DEPTH):
         following: list[str] = []
@@ -224,8 +297,8 @@ def _package_folders(root: str) -> Iterator[str]:
             names = {child.name for child in children}
             if not names.isdisjoint(_IGNORE_MARKS):
                 continue
+            yield folder, "package.xml" in names
             if "package.xml" in names:
-                yield folder
                 continue
             for child in children:
                 if child.name.startswith(".") or child.name in _SKIPPED_FOLDERS:

@@ -178,7 +178,7 @@ def _find(named: list[str], packages: Packages) -> str:
     """The launch file of a command line: a path, or a package and the name of a file in it."""
     if len(named) not in (1, 2):
         raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
-    package = SHIPPED_PACKAGE if named[0] == SHIPPED_NAME else named[0]
+    package = named[0]
     if len(named) == 1:
         if Path(named[0]).is_dir():
             raise KbotError(f"{named[0]} is a folder: {_in_folder(Path(named[0]))}")
@@ -186,8 +186,7 @@ def _find(named: list[str], packages: Packages) -> str:
             return named[0]
         raise KbotError(f"{named[0]} is no file: {_as_package(package, packages)}")
     name = named[1]
-    folder = Path(packages.find(package))
-    warn_of_others(package, packages)
+    folder = _package_folder(package, packages)
     found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
     if not found:
         others = _launch_files(folder)
@@ -196,6 +195,15 @@ def _find(named: list[str], packages: Packages) -> str:
     if len(found) > 1:
         raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
     return str(found[0])
+
+
+def _package_folder(word: str, packages: Packages) -> Path:
+    """The folder of a package, or of the robot that ships with KBot for the word `kbot`."""
+    if word == SHIPPED_NAME:
+        return SHIPPED_PACKAGE
+    folder = Path(packages.find(word))
+    warn_of_others(word, packages)
+    return folder
 
 
 def _in_folder(folder: Path) -> str:
@@ -209,7 +217,7 @@ def _in_folder(folder: Path) -> str:
 def _as_package(package: str, packages: Packages) -> str:
     """What to write where a package was named without one of its launch files."""
     try:
-        names = _launch_files(Path(packages.find(package)))
+        names = _launch_files(_package_folder(package, packages))
     except PackageNotFound as error:
         return error.nearest or "a launch file is expected, or a PACKAGE and a FILE of it"
     if not names:
