@@ -75,10 +75,21 @@ def test_wheels_that_a_plugin_reckons_otherwise_are_a_warning(tmp_path):
         kbot.load(path, r=0.05)
 
 
-def test_an_argument_nobody_declares_is_a_warning(bot):
-    with pytest.warns(kbot.DescriptionWarning, match="reech"):
-        robot = kbot.load(bot, reech=3)
-    assert len(robot.diagnostics) == 1
+def test_a_keyword_that_is_not_an_argument_overrides_a_property_with_a_warning(bot):
+    with pytest.warns(kbot.DescriptionWarning, match=r"^property height is 5.5 instead of 2 \(.*bot.xacro:5\)"):
+        robot = kbot.load(bot, height=5.5, reach=3)
+    assert robot.pose("arm").translation == pytest.approx([3, 0, 5.5])
+    assert robot.diagnostics == ()
+
+
+def test_any_other_keyword_is_an_error_with_the_nearest_names(bot):
+    nearest = r"'reech'; the nearest names are reach \(argument\), height \(property\)"
+    with pytest.raises(kbot.DescriptionError, match=nearest):
+        kbot.load(bot, reech=3)
+    with pytest.raises(kbot.DescriptionError, match=r"top-level property 'wheel_radius'.*\n.*'wheel_width'"):
+        kbot.load(bot, arguments={"wheel_radius": 3, "wheel_width": 2})
+    with pytest.raises(kbot.KbotError, match="'height' is given twice"):
+        kbot.load(bot, properties={"height": 2}, height=3)
 
 
 @pytest.mark.parametrize(

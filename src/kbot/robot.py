@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 
 from kbot import model
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
-from kbot.model.load import Loaded, load_robot
+from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
+from kbot.xacro.assignments import assignments
 
 if TYPE_CHECKING:
     from kbot.workbench.export.notebook import Shown
@@ -88,25 +89,30 @@ def load(
 ) -> Robot:
     """Load a robot from a xacro or URDF file, or KBot itself for `"kbot"`.
 
-    Keywords are xacro arguments, as in `load("robot.xacro", wheel_radius=0.04)`; those that are no
-    Python names go into `arguments`. `properties` override the top level's properties. `packages`:
-    folders in which packages are looked for first.
+    Keywords are xacro arguments, as in `load("robot.xacro", wheel_radius=0.04)`; names that Python does
+    not allow go into `arguments`. If the description declares no such argument, the keyword overrides the
+    top-level property of that name, and a `DescriptionWarning` reports it. `properties` override top-level
+    properties without a warning. `packages`: folders in which packages are searched first.
 
     Warnings of the description are given as `DescriptionWarning`; so are wheel sizes of a plugin or a
-    controller that are not those of the wheels.
+    controller that differ from those of the wheels.
 
     Raises:
-        DescriptionError: the description has errors; it carries all of them.
-        KbotError: an argument's value is no text, number or truth value.
+        DescriptionError: the description has errors, all of which it carries; or a keyword names neither an
+            argument nor a top-level property.
+        KbotError: a value is not a text, a number or a truth value, or a property is given twice.
     """
     from kbot.checks.first_look import SIZES, first_look
 
-    loaded = load_robot(
-        path,
-        _texts("argument", {**(arguments or {}), **more_arguments}),
-        _texts("property", properties or {}),
-        _packages(packages),
-    )
+    values = _texts("argument", {**(arguments or {}), **more_arguments})
+    overrides = _texts("property", properties or {})
+    places = _packages(packages)
+    given = assignments(resolve_robot_path(path), values, places, overrides).require()
+    for name in given.properties.keys() & overrides.keys():
+        raise KbotError(f"the property '{name}' is given twice: as a keyword, and in properties")
+    for text in given.notes:
+        warnings.warn(text, DescriptionWarning, stacklevel=2)
+    loaded = load_robot(path, given.arguments, {**given.properties, **overrides}, places)
     robot = loaded.require()
     for diagnostic in (*loaded.diagnostics, *first_look(loaded, SIZES)):
         warnings.warn(str(diagnostic), DescriptionWarning, stacklevel=2)

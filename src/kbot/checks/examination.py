@@ -26,12 +26,18 @@ _OF_WHAT_IS_LOST = frozenset({"D101", "D102", "D103", "D104", "D121"})
 """Names that nothing has: what was lost may have had them."""
 
 
-def examine(source: Source, arguments: Mapping[str, str], packages: Packages, config: Config) -> Context:
+def examine(
+    source: Source,
+    arguments: Mapping[str, str],
+    packages: Packages,
+    config: Config,
+    properties: Mapping[str, str] | None = None,
+) -> Context:
     """Expand and read a description, keeping all that is wrong, ready for the rules."""
     from kbot.model.read import read_robot
     from kbot.xacro import expand_text
 
-    expansion = expand_text(source.text, source.path, arguments, packages=packages)
+    expansion = expand_text(source.text, source.path, arguments, properties=properties, packages=packages)
     problems, robot = list(expansion.diagnostics), None
     if expansion.document is not None:
         reading = read_robot(expansion.document, packages)

@@ -24,16 +24,22 @@ LAUNCH = (".launch", ".launch.xml", ".launch.yaml", ".launch.yml")
 """How launch files end that can be read; one in Python is a program, and read on its own behalf only."""
 
 
+def is_launch_file(path: str) -> bool:
+    return path.endswith((*LAUNCH, ".launch.py"))
+
+
 def check_file(
     path: str,
     arguments: Mapping[str, str] | None = None,
     packages: Packages | None = None,
     config: Config | None = None,
+    properties: Mapping[str, str] | None = None,
 ) -> tuple[Diagnostic, ...]:
     """What is wrong with a xacro, URDF or launch file, in order of place.
 
     Errors of expansion and reading are findings too; a file that cannot be read is one (F…).
-    `config` defaults to the nearest kbot.toml or pyproject.toml.
+    `config` defaults to the nearest kbot.toml or pyproject.toml. `properties` override top-level properties
+    of a description.
 
     Raises:
         KbotError: the configuration is not usable.
@@ -42,7 +48,7 @@ def check_file(
         source = read_source(path)
     except DescriptionError as error:
         return error.diagnostics
-    return check_text(source.text, path, arguments, packages, config)
+    return check_text(source.text, path, arguments, packages, config, properties)
 
 
 def check_text(
@@ -51,6 +57,7 @@ def check_text(
     arguments: Mapping[str, str] | None = None,
     packages: Packages | None = None,
     config: Config | None = None,
+    properties: Mapping[str, str] | None = None,
 ) -> tuple[Diagnostic, ...]:
     """As `check_file`, for a text that need not be saved; `path` is where it would be.
 
@@ -62,7 +69,7 @@ def check_text(
     config = config or load_config(str(Path(path).parent))
     packages = (packages or Finder()).beside(path)
     with _without_collecting():
-        found = _findings(Source(path, text), path, arguments or {}, packages, config)
+        found = _findings(Source(path, text), path, arguments or {}, packages, config, properties)
     return _wanted(found, path, config)
 
 
@@ -94,19 +101,24 @@ def _without_collecting() -> Iterator[None]:
 
 
 def _findings(
-    source: Source, path: str, arguments: Mapping[str, str], packages: Packages, config: Config
+    source: Source,
+    path: str,
+    arguments: Mapping[str, str],
+    packages: Packages,
+    config: Config,
+    properties: Mapping[str, str] | None,
 ) -> list[Diagnostic]:
     """What is wrong with a file, by its kind, and what no comment suppresses."""
     if Path(path).name == "package.xml":
         from kbot.checks.manifest import check_manifest
 
         found, sources = check_manifest(source), [source]
-    elif path.endswith((*LAUNCH, ".launch.py")):
+    elif is_launch_file(path):
         from kbot.checks.launches import check_launch
 
         found, sources = check_launch(source, arguments, packages, config)
     else:
-        return _of_description(examine(source, arguments, packages, config))
+        return _of_description(examine(source, arguments, packages, config, properties))
     return without_suppressed(found, sources, all_rules())
 
 

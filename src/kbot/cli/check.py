@@ -6,7 +6,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import click
@@ -17,12 +17,14 @@ from kbot.checks.baseline import write_baseline as keep_baseline
 from kbot.checks.entry_points import entry_points
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
+from kbot.checks.runner import is_launch_file
 from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
 from kbot.text.files import unsaved
+from kbot.text.notes import note
 from kbot.text.render import count, render_text, to_json
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
@@ -38,12 +40,13 @@ class _Job:
     arguments: Mapping[str, str]
     config: Config
     packages: Packages
+    properties: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> tuple[Diagnostic, ...]:
-        return check_file(self.path, self.arguments, self.packages, self.config)
+        return check_file(self.path, self.arguments, self.packages, self.config, self.properties)
 
     def check_text(self, text: str) -> tuple[Diagnostic, ...]:
-        return check_text(text, self.path, self.arguments, self.packages, self.config)
+        return check_text(text, self.path, self.arguments, self.packages, self.config, self.properties)
 
 
 @click.command(
@@ -86,10 +89,12 @@ def command(
 ) -> int:
     """Say what is wrong with xacro, URDF and launch FILEs, or with all of a PACKAGE or FOLDER.
 
+    A name:=value sets an argument of the files, or else overrides their top-level property of that name.
+
     Exit status: 0 nothing found, or left by the fixes, 1 findings, 2 a file that cannot be read, or is not
     well-formed.
     """
-    files, arguments = split_arguments(words)
+    files, values = split_arguments(words)
     if not files:
         fail("no FILE was given; 'kbot' means the robot that ships with KBot")
     choice = (_codes(select), _codes(ignore))
@@ -97,9 +102,11 @@ def command(
     found: list[Diagnostic] = []
     for file in files:
         try:
-            jobs += _jobs(file, arguments, choice, Packages(package_path))
+            jobs += _jobs(file, values, choice, Packages(package_path))
         except DescriptionError as error:
             found += error.diagnostics
+    if values:
+        jobs = _assigned(jobs, values)
     mended = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else {}
     with unsaved(mended if diff else {}):
         found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
@@ -140,6 +147,37 @@ def _jobs(
         matrix = config.arguments if whole and config.arguments and not arguments else ({},)
         jobs += [_Job(one, {**given, **arguments}, config, packages) for given in matrix]
     return jobs
+
+
+def _assigned(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
+    """The jobs with the properties that typed names override; a note for each of these.
+
+    Raises:
+        DescriptionError: a name is neither an argument nor a property of any of the descriptions. A launch file
+            among the jobs has arguments of its own, whose names it checks itself.
+    """
+    from kbot.xacro.assignments import assignments
+
+    assigned: list[_Job] = []
+    unknown: list[Mapping[str, Diagnostic]] = []
+    for job in jobs:
+        if Path(job.path).name == "package.xml":
+            assigned.append(job)
+        elif is_launch_file(job.path):
+            assigned.append(job)
+            unknown.append({})
+        else:
+            found = assignments(job.path, values, job.packages)
+            for text in found.notes:
+                note(text)
+            assigned.append(replace(job, properties=found.properties))
+            unknown.append(found.unknown)
+    errors = [
+        unknown[0][name] for name in values if unknown and all(name in of_file for of_file in unknown)
+    ]
+    if errors:
+        raise DescriptionError(errors)
+    return assigned
 
 
 def _place(word: str, packages: Packages) -> str:

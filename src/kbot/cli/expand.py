@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
 from kbot.cli.output import fail, keep_sources, report
 from kbot.cli.xacro_command import xacro_arguments
+from kbot.text.errors import DescriptionError
 from kbot.text.files import write_text
 from kbot.xacro import Packages, expand
 from kbot.xacro.run import Log
 from kbot.xacro.scope import Scope
+
+if TYPE_CHECKING:
+    from kbot.text.diagnostic import Diagnostic
+    from kbot.xacro.result import Expansion
 
 
 @click.command(
@@ -22,6 +29,7 @@ from kbot.xacro.scope import Scope
     epilog=examples(
         "kbot expand robot.xacro -o robot.urdf",
         "kbot expand robot.xacro wheel_radius:=0.04 --plain",
+        "kbot expand robot.xacro --set wheel_radius=0.04        override a property",
         "kbot expand robot.xacro --source-map robot.map.json -o robot.urdf",
     ),
 )
@@ -30,6 +38,13 @@ from kbot.xacro.scope import Scope
     "-o", "output", metavar="FILE", help="Write to FILE; where there are errors it is left as it is."
 )
 @click.option("--deps", is_flag=True, help="Print the files that FILE depends on, and nothing else.")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Value that replaces a top-level property's own. May be repeated.",
+)
 @click.option("--plain", is_flag=True, help="Leave the banner out.")
 @click.option("--source-map", metavar="JSON", help="Write where everything came from.")
 @click.option("--inorder", "-i", is_flag=True, help="Process in reading order (always so; may be left out).")
@@ -46,6 +61,7 @@ def command(
     words: tuple[str, ...],
     output: str | None,
     deps: bool,
+    overrides: tuple[str, ...],
     plain: bool,
     source_map: str | None,
     inorder: bool,
@@ -55,16 +71,23 @@ def command(
     verbosity: int | None,
     package_path: tuple[str, ...],
 ) -> None:
-    """Expand the xacro FILE into the URDF it stands for, on stdout or into a file."""
+    """Expand the xacro FILE into the URDF it stands for, on stdout or into a file.
+
+    A name:=value is the value of an argument. As in xacro, an undeclared name has no effect.
+    """
     file, arguments = one_file(words)
+    properties = dict(_override(text) for text in overrides)
     level = 0 if quiet else verbosity if verbosity is not None else 1 + verbose
     expansion = expand(
         robot_path(file),
         xacro_arguments(arguments),
+        properties=properties,
         packages=Packages(package_path),
         root_dir=root_dir,
         log=_log(level) if level > 2 else None,
     )
+    if expansion.ok and properties.keys() - expansion.overridden:
+        raise DescriptionError(_not_overridden(properties, expansion))
     report(d for d in expansion.diagnostics if d.is_error or level > 0)
     if not expansion.ok:
         sys.stderr.flush()
@@ -92,6 +115,21 @@ def robot_path(file: str) -> str:
     from kbot.model.load import resolve_robot_path
 
     return str(resolve_robot_path(file))
+
+
+def _override(text: str) -> tuple[str, str]:
+    name, mark, value = text.partition("=")
+    if not mark or not name.strip():
+        fail(f"--set takes NAME=VALUE, not '{text}'")
+    return name.strip(), value
+
+
+def _not_overridden(names: Iterable[str], expansion: Expansion) -> Iterator[Diagnostic]:
+    from kbot.xacro.assignments import unknown
+
+    for name in names:
+        if name not in expansion.overridden:
+            yield unknown("X207", f"--set: there is no top-level property '{name}'", name, expansion)
 
 
 def _write(path: str | None, text: str) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
+from kbot.cli.assigned import assigned
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options, parse_look
 from kbot.text.files import write_bytes
@@ -60,9 +61,11 @@ def command(
     """Write the robot of FILE as a picture (png), a page with sliders in one file (html), a 3D model (glb), a
     drawing (svg) or a drawing of its kinematic tree (tree).
 
+    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+
     Nothing is opened, and nothing is left half-written. Meshes that are missing are told and left out.
     """
-    file, arguments = one_file(words)
+    file, values = one_file(words)
     wanted = kind or _by_ending(output)
     look = parse_look(size, side, transparent)
     from kbot.checks.first_look import MESHES, first_look
@@ -71,7 +74,8 @@ def command(
     from kbot.text.file_names import plain_file_name
     from kbot.xacro import Packages
 
-    loaded = load_robot(file, arguments, packages=Packages(package_path))
+    given = assigned(file, values, package_path)
+    loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
     robot = loaded.require()
     positions = {**initial_positions(robot), **_positions(joints, robot)}
     report([*loaded.diagnostics, *first_look(loaded, MESHES)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.assigned import assigned
 from kbot.cli.output import print_json, report
 
 
@@ -18,6 +19,8 @@ from kbot.cli.output import print_json, report
 def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> int:
     """Links, joints, masses, drive geometry and bounds of the robot in FILE (xacro or URDF).
 
+    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+
     Exit status: 0 fine, 1 a mass or a size that nothing has, 2 a file that cannot be used.
     """
     from kbot.checks.first_look import MESHES, NUMBERS, first_look
@@ -25,8 +28,9 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     from kbot.model.load import load_robot
     from kbot.xacro import Packages
 
-    file, arguments = one_file(words)
-    loaded = load_robot(file, arguments, packages=Packages(package_path))
+    file, values = one_file(words)
+    given = assigned(file, values, package_path)
+    loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
     robot = loaded.require()
     found = first_look(loaded, (*NUMBERS, *MESHES))
     report([*loaded.diagnostics, *found])

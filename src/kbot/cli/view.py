@@ -14,6 +14,7 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
+from kbot.cli.assigned import assigned
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options, parse_look
 from kbot.cli.progress import loading
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
         "kbot view robot.urdf --shot robot.png --size 800x600       a picture, and no page",
     ),
 )
-@click.argument("words", nargs=-1, required=True, metavar="FILE [NAME:=VALUE]…")
+@click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
 @click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture, and serve no page.")
 @look_options
 @page_options
@@ -56,19 +57,21 @@ def command(
 ) -> None:
     """Show a robot in the browser, with sliders for its joints.
 
+    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+
     Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
     last good one on screen and says what is wrong, at the line. `kbot topic`, `kbot tf` and their like see
     the joints that the sliders set. A recording is played from when the page is there (with --no-browser at
     once), with the robot that is in it; they hear what it says, and its time on /clock. Ctrl-C ends it.
     """
-    path, arguments = one_file(words)
+    path, values = one_file(words)
     from kbot.bridges.companion_options import CompanionOptions
     from kbot.cli.companions import companions
     from kbot.record.names import is_recording
     from kbot.workbench.address import bound
 
     if is_recording(path):
-        if shot is not None or arguments:
+        if shot is not None or values:
             fail("a recording is played as it is: leave --shot and name:=value out")
         with loading(path):
             from kbot.workbench.serve import serve_session
@@ -91,7 +94,8 @@ def command(
         from kbot.model.load import load_robot
         from kbot.xacro import Packages
 
-        loaded = load_robot(path, arguments, packages=Packages(package_path))
+        given = assigned(path, values, package_path)
+        loaded = load_robot(path, given.arguments, given.properties, Packages(package_path))
         found = first_look(loaded, MESHES)
     report(found)
     if shot is not None:
@@ -114,7 +118,8 @@ def command(
             session = open_session(
                 path,
                 simulate=False,
-                arguments=arguments,
+                arguments=given.arguments,
+                properties=given.properties,
                 package_path=package_path,
                 show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
             )

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import click
 
 from kbot.cli.arguments import examples, package_path_option, split_arguments
+from kbot.cli.assigned import assigned
 from kbot.cli.expand import robot_path
 from kbot.cli.output import print_json, report
 from kbot.text.errors import KbotError
@@ -33,12 +34,18 @@ _PLACE = re.compile(r"(\d+)(?::(\d+))?")
 @package_path_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> None:
-    """Say where NAME, or what stands at LINE:COLUMN of the expanded FILE, was written."""
-    names, arguments = split_arguments(words)
+    """Show where NAME, or the text at LINE:COLUMN of the expanded FILE, is written.
+
+    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    """
+    names, values = split_arguments(words)
     if len(names) != 2:
         raise KbotError("a FILE and a NAME (or LINE:COLUMN) are expected")
     file, name = names
-    expansion = expand(robot_path(file), arguments, packages=Packages(package_path)).require()
+    given = assigned(file, values, package_path)
+    expansion = expand(
+        robot_path(file), given.arguments, properties=given.properties, packages=Packages(package_path)
+    ).require()
     report(d for d in expansion.diagnostics if d.is_error)
     found: list[Trace] | list[Definition] = _traces(expansion, name)
     if not found:

@@ -29,6 +29,7 @@ def open_session(
     simulate: bool,
     world: str = "empty",
     arguments: Mapping[str, str] | None = None,
+    properties: Mapping[str, str] | None = None,
     seed: int = 0,
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
@@ -47,7 +48,7 @@ def open_session(
     from kbot.model.load import resolve_robot_path
     from kbot.workbench.source.description import Description
 
-    description = Description(resolve_robot_path(path), arguments, package_path)
+    description = Description(resolve_robot_path(path), arguments, package_path, properties=properties)
     if simulate:
         from kbot.workbench.session.driven_session import driven_session
         from kbot.world import load_world

@@ -11,7 +11,6 @@ from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Document, Element
 from kbot.xacro import files, templates
-from kbot.xacro.binding import READY, Binding
 from kbot.xacro.expander import Expander
 from kbot.xacro.expressions import compiler
 from kbot.xacro.faults import LimitFault, Problem
@@ -98,7 +97,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
             document = files.parsed(source, run.limits.nesting, run.limits.nodes)
             if document.diagnostics:
                 run.adopt(document.diagnostics, None)
-            root = _walk(document, expander, scope, properties)
+            root = _walk(document, expander, scope)
     except DescriptionError as error:
         return Expansion(name, None, None, error.diagnostics, ())
     except LimitFault as fault:
@@ -107,27 +106,41 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
         if collecting:
             gc.enable()
     diagnostics, dependencies = (*run.diagnostics(), *stopped), tuple(run.dependencies)
-    return Expansion(name, document, root, diagnostics, dependencies, scope, expander.macros, run.defaults)
+    return Expansion(
+        name,
+        document,
+        root,
+        diagnostics,
+        dependencies,
+        scope,
+        expander.macros,
+        run.defaults,
+        frozenset(run.declared),
+        frozenset(expander.overridden),
+    )
 
 
-def _walk(document: Document, expander: Expander, scope: Scope, properties: Mapping[str, Value]) -> Element:
-    for name, value in properties.items():
-        scope.values[name] = Binding(name, value, READY, None, "", None)
+def _walk(document: Document, expander: Expander, scope: Scope) -> Element:
     root = expander.root(document.root, scope)
     expander.run.point_at_later_definitions(scope.find)
-    _warn_of_unknown(expander.run, properties, expander.overridden)
+    _warn_of_unknown(expander, scope)
     return root
 
 
-def _warn_of_unknown(run: Run, properties: Mapping[str, Value], overridden: set[str]) -> None:
+def _warn_of_unknown(expander: Expander, scope: Scope) -> None:
+    run = expander.run
     for name in run.given:
-        if name not in run.declared:
+        if name in run.declared or name in expander.overridden:
+            continue
+        if name in scope.values:
+            hint = f"'{name}' is a property: kbot expand --set {name}=VALUE overrides it"
+        else:
             hint = did_you_mean(name, run.declared) or (
                 f"the arguments are {', '.join(sorted(run.declared))}" if run.declared else "it declares none"
             )
-            run.warn_at("X206", f"the description declares no argument '{name}'", None, hint)
-    for name in properties:
-        if name not in overridden:
+        run.warn_at("X206", f"the description declares no argument '{name}'", None, hint)
+    for name in expander.overrides:
+        if name not in expander.overridden:
             run.warn_at("X207", f"the description defines no property '{name}' at its top level", None)
 
 

@@ -38,6 +38,8 @@ class Expansion:
         scope: Scope | None = None,
         macros: MacroTable | None = None,
         defaults: Mapping[str, Binding] | None = None,
+        declared: frozenset[str] = frozenset(),
+        overridden: frozenset[str] = frozenset(),
     ) -> None:
         self.path = path
         self.document = document
@@ -48,6 +50,10 @@ class Expansion:
         self.macros = macros
         self.defaults: Mapping[str, Binding] = defaults or {}
         """Where the default of each argument is written."""
+        self.declared = declared
+        """The names of the arguments."""
+        self.overridden = overridden
+        """The names of the properties whose value the caller overrode."""
         self._before: list[Text] = source.before if source else []
         self._after: list[Text] = source.after if source else []
 

@@ -15,6 +15,7 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
+from kbot.cli.assigned import assigned
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
@@ -117,11 +118,13 @@ def command(
 ) -> int:
     """Simulate the robot of FILE in a world.
 
+    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+
     Without --headless it is served as a page and driven by keys. With it the run is the same every
     time, bit for bit, and its end is reported; with a bridge it keeps to real time, until Ctrl-C where
     no duration is given.
     """
-    file, arguments = one_file(words)
+    file, values = one_file(words)
     if not headless:
         _refuse_without_headless(
             duration=duration,
@@ -140,7 +143,8 @@ def command(
             from kbot.world import load_world
             from kbot.xacro import Packages
 
-            loaded = load_robot(file, arguments, packages=Packages(package_path))
+            given = assigned(file, values, package_path)
+            loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
             found = first_look(loaded, (*MESHES, *CONTROL))
         report(found)
         loaded.require()
@@ -155,7 +159,9 @@ def command(
                 from kbot.workbench.session.driven_session import driven_session
                 from kbot.workbench.source.description import Description
 
-                description = Description(resolve_robot_path(file), arguments, package_path)
+                description = Description(
+                    resolve_robot_path(file), given.arguments, package_path, properties=given.properties
+                )
                 session = driven_session(
                     description,
                     place,
@@ -191,7 +197,7 @@ def command(
 
         require_offscreen()
     start = pose_of("--pose", pose)
-    loaded, simulation = _simulation(file, arguments, world, seed, contacts, package_path, start)
+    loaded, simulation = _simulation(file, values, world, seed, contacts, package_path, start)
     if options.is_live or options.record:
         report(mount_declared(simulation)[1])
     if options.is_live and goal is None:
@@ -236,7 +242,7 @@ def _refuse_without_page(ctx: click.Context) -> None:
 
 def _simulation(
     file: str,
-    arguments: dict[str, str],
+    values: dict[str, str],
     world: str,
     seed: int,
     contacts: str,
@@ -251,7 +257,8 @@ def _simulation(
         from kbot.xacro import Packages
 
         place = load_world(world)
-        loaded = load_robot(file, arguments, packages=Packages(package_path))
+        given = assigned(file, values, package_path)
+        loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         robot = loaded.require()
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
         found = [

@@ -53,8 +53,8 @@ class Reading:
 class Description:
     """A xacro or URDF file with the arguments it is expanded with.
 
-    The findings are those of the file as it is written, with the arguments; not with overridden
-    properties, which only the picture shows.
+    The findings are those of the file with the values given on the command line and the arguments set in the
+    page. Only the picture shows the properties set in the page.
     """
 
     def __init__(
@@ -63,10 +63,11 @@ class Description:
         arguments: Mapping[str, str] | None = None,
         package_path: Sequence[str] = (),
         alter: Callable[[Robot], Robot] = lambda robot: robot,
+        properties: Mapping[str, str] | None = None,
     ) -> None:
         """`alter` makes of the robot that is written the one that is shown."""
         self.path = path
-        self.overrides = Overrides(arguments)
+        self.overrides = Overrides(arguments, properties)
         self.package_path = tuple(package_path)
         self._alter = alter
 
@@ -81,7 +82,11 @@ class Description:
         arguments = self.overrides.arguments
         loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
-        findings = check_file(self.path, arguments, packages) if usable else loaded.diagnostics
+        findings = loaded.diagnostics
+        if usable:
+            findings = check_file(
+                self.path, arguments, packages, properties=self.overrides.given_properties
+            )
         if usable and loaded.robot is not None:
             findings = (*findings, *findings_of_sensors(loaded.robot))
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))

@@ -9,15 +9,21 @@ TRUTHS = {"true": 1.0, "True": 1.0, "false": 0.0, "False": 0.0}
 
 
 class Overrides:
-    """Arguments (given on the command line, then set in the page) and properties (set in the page)."""
+    """Values of arguments and properties: given on the command line, then set in the page."""
 
-    def __init__(self, given: Mapping[str, str] | None = None) -> None:
-        self._given = dict(given or {})
+    def __init__(
+        self, arguments: Mapping[str, str] | None = None, properties: Mapping[str, str] | None = None
+    ) -> None:
+        self.given_properties = dict(properties or {})
+        self._given = {
+            **{("arg", name): text for name, text in (arguments or {}).items()},
+            **{("property", name): text for name, text in self.given_properties.items()},
+        }
         self._set: dict[tuple[str, str], str] = {}
 
     @property
     def arguments(self) -> dict[str, str]:
-        return {**self._given, **self._of("arg")}
+        return self._of("arg")
 
     @property
     def properties(self) -> dict[str, str]:
@@ -36,13 +42,12 @@ class Overrides:
 
     def value(self, kind: str, name: str, written: float) -> float:
         """What the picture shows for a number that is `written`."""
-        given = self._given.get(name) if kind == "arg" else None
-        text = self._set.get((kind, name), given)
+        text = self._set.get((kind, name), self._given.get((kind, name)))
         value = None if text is None else value_of(text)
         return written if value is None else value
 
     def _of(self, kind: str) -> dict[str, str]:
-        return {name: text for (one, name), text in self._set.items() if one == kind}
+        return {name: text for (one, name), text in {**self._given, **self._set}.items() if one == kind}
 
 
 def value_of(text: str) -> float | None:

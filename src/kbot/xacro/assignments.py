@@ -1,0 +1,121 @@
+"""`name:=value` as a user types it: a value for an argument, or else for a top-level property."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from kbot.text.diagnostic import Diagnostic, Severity
+from kbot.text.errors import DescriptionError
+from kbot.text.span import Origin, Source, Span
+from kbot.xacro.binding import LAZY
+from kbot.xacro.engine import expand
+
+if TYPE_CHECKING:
+    from kbot.xacro.binding import Binding
+    from kbot.xacro.packages import Packages
+    from kbot.xacro.result import Expansion
+
+_NEAREST = 5
+"""Names that an error lists: enough for a family of names like `wheel_radius` and `wheel_width`."""
+
+
+@dataclass(frozen=True)
+class Assignments:
+    """What typed names mean for one description.
+
+    arguments   the values to expand it with; all of them, because xacro ignores what is not declared
+    properties  those that override a top-level property
+    notes       a line for each of these properties
+    unknown     an error for each name that is neither
+    """
+
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    properties: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    unknown: Mapping[str, Diagnostic] = field(default_factory=dict)
+
+    def require(self) -> Assignments:
+        """These assignments.
+
+        Raises:
+            DescriptionError: a name is neither an argument nor a property.
+        """
+        if self.unknown:
+            raise DescriptionError(self.unknown.values())
+        return self
+
+
+def assignments(
+    path: str | os.PathLike[str],
+    values: Mapping[str, str],
+    packages: Packages | None = None,
+    properties: Mapping[str, str] | None = None,
+) -> Assignments:
+    """Find out what each typed name means: the file is expanded without and with the overridden properties.
+
+    `properties` are overridden in any case. A file with errors makes no name unknown: the error may hide
+    what declares it.
+    """
+    if not values:
+        return Assignments()
+    explicit = dict(properties or {})
+    before = expand(path, values, properties=explicit, packages=packages)
+    undeclared = {name: value for name, value in values.items() if name not in before.declared}
+    if not undeclared or before.document is None:  # expansion that stopped at a limit takes long: not twice
+        return Assignments(values)
+    after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)
+    overridden = {name: value for name, value in undeclared.items() if name in after.overridden}
+    unknown = [name for name in undeclared if name not in after.declared | after.overridden]
+    return Assignments(
+        values,
+        overridden,
+        tuple(_note(name, value, before, after) for name, value in overridden.items()),
+        {name: _unknown(name, after) for name in unknown} if after.ok else {},
+    )
+
+
+def _note(name: str, value: str, before: Expansion, after: Expansion) -> str:
+    """From which value, where it is written, to which; without the first where the override alone defines it."""
+    binding = _property(name, before)
+    if binding is not None and binding.origin is not None:
+        return f"property {name} is {value} instead of {_shown(binding)} ({_line(binding.origin)})"
+    binding = _property(name, after)
+    place = f" ({_line(binding.origin)})" if binding is not None and binding.origin is not None else ""
+    return f"property {name} is {value}{place}"
+
+
+def _property(name: str, expansion: Expansion) -> Binding | None:
+    return expansion.scope.values.get(name) if expansion.scope is not None else None
+
+
+def _shown(binding: Binding) -> object:
+    """The text that is written, or the number that an expression in it gave; nothing evaluates an unused one."""
+    written = binding.node.attributes[binding.attribute] if binding.node is not None else ""
+    is_number = binding.state != LAZY and isinstance(binding.value, int | float)
+    return binding.value if "$" in written and is_number else written
+
+
+def _line(origin: Origin) -> str:
+    return f"{origin.span.file}:{origin.span.line}"
+
+
+def _unknown(name: str, expansion: Expansion) -> Diagnostic:
+    return unknown("X206", f"there is no argument or top-level property '{name}'", name, expansion)
+
+
+def unknown(code: str, message: str, name: str, expansion: Expansion) -> Diagnostic:
+    """An error for a name that a description does not have, with the nearest names that it has."""
+    from difflib import get_close_matches  # imported only for an error: imports add up
+
+    kinds = dict.fromkeys(expansion.declared, "argument")
+    for known, binding in (expansion.scope.values if expansion.scope is not None else {}).items():
+        if binding.attribute in ("value", "default"):  # not a block, nor a name that an expression assigns
+            kinds.setdefault(known, "property")
+    near = get_close_matches(name, kinds, _NEAREST, cutoff=0.0)
+    listed = ", ".join(f"{known} ({kinds[known]})" for known in near)
+    hint = f"the nearest names are {listed}" if near else "the file declares no arguments and no properties"
+    start = Origin(Span(Source(expansion.path or "", ""), 0, 0))
+    return Diagnostic(code, Severity.ERROR, f"{message}; {hint}", start)

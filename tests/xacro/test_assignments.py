@@ -1,0 +1,163 @@
+"""A typed `name:=value`: an argument, else a top-level property, else an error."""
+
+from pathlib import Path
+
+import pytest
+
+from kbot.text import DescriptionError
+from kbot.xacro import expand
+from kbot.xacro.assignments import Assignments, assignments
+
+HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+
+
+def write(path: Path, *lines: str) -> Path:
+    path.write_text("\n".join((HEAD, *lines, "</robot>\n")))
+    return path
+
+
+def expanded(file: Path, given: Assignments) -> list[dict[str, str]]:
+    """The attributes of the plain elements, with what was typed."""
+    document = expand(file, given.arguments, properties=given.properties).require().document
+    assert document is not None
+    return [element.attributes for element in document.elements()]
+
+
+def test_an_argument_is_an_argument_and_a_property_is_overridden(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:property name="radius" value="0.035"/>',
+        '<xacro:arg name="height" default="1"/>',
+        '<a r="${2 * radius}" h="$(arg height)"/>',
+    )
+    given = assignments(file, {"radius": "0.06", "height": "2"}).require()
+    assert given.properties == {"radius": "0.06"}
+    assert given.notes == (f"property radius is 0.06 instead of 0.035 ({file}:2)",)
+    assert expanded(file, given) == [{"r": "0.12", "h": "2"}]
+    assert expand(file, given.arguments, properties=given.properties).diagnostics == ()
+
+
+def test_an_argument_that_is_declared_after_a_property_of_its_name_is_an_argument(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:property name="radius" value="7"/>',
+        '<xacro:arg name="radius" default="1"/>',
+        '<a r="${radius}" arg="$(arg radius)"/>',
+    )
+    given = assignments(file, {"radius": "2"}).require()
+    assert (given.properties, given.notes) == ({}, ())
+    assert expanded(file, given) == [{"r": "7", "arg": "2"}]
+
+
+@pytest.mark.parametrize(
+    ("lines", "note"),
+    [
+        (['<xacro:property name="p" value="1"/>', '<xacro:property name="p" value="2"/>'], "2 (r.xacro:3)"),
+        (['<xacro:property name="p" default="1"/>'], "1 (r.xacro:2)"),
+        (['<xacro:property name="p" value="1"/>', '<xacro:property name="p" default="2"/>'], "1 (r.xacro:2)"),
+        (['<xacro:property name="p" value="${1 + 2}" lazy_eval="false"/>'], "3 (r.xacro:2)"),
+        (['<xacro:property name="p" value="${1 + 2}"/>'], "3 (r.xacro:2)"),
+        (['<xacro:property name="p" value="${[1]}"/>'], "${[1]} (r.xacro:2)"),
+        (['<xacro:if value="true"><xacro:property name="p" value="1"/></xacro:if>'], "1 (r.xacro:2)"),
+        (['<xacro:include filename="part.xacro"/>'], "5 (part.xacro:2)"),
+        (
+            [
+                '<xacro:macro name="m"><xacro:property name="p" value="1" scope="global"/></xacro:macro>',
+                "<xacro:m/>",
+            ],
+            "1 (r.xacro:2)",
+        ),
+    ],
+)
+def test_every_top_level_definition_is_overridden(
+    tmp_path: Path, lines: list[str], note: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "part.xacro", '<xacro:property name="p" value="5"/>')
+    file = write(Path("r.xacro"), *lines, '<a p="${p + 1}"/>')
+    given = assignments(file, {"p": "8"}).require()
+    assert given.notes == (f"property p is 8 instead of {note}",)
+    assert expanded(file, given) == [{"p": "9"}]
+
+
+def test_a_value_that_a_property_has_in_between_is_overridden_too(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:property name="p" value="1"/><a p="${p}"/><xacro:property name="p" value="2"/><a p="${p}"/>',
+        '<xacro:property name="q" value="1"/><a p="${q}"/><xacro:property name="q" remove="true"/>',
+    )
+    given = assignments(file, {"p": "8", "q": "9"}).require()
+    assert expanded(file, given) == [{"p": "8"}, {"p": "8"}, {"p": "9"}]
+    assert given.notes[1] == "property q is 9"
+
+
+def test_properties_of_macros_and_namespaces_and_blocks_are_not_of_the_top_level(tmp_path: Path) -> None:
+    write(tmp_path / "part.xacro", '<xacro:property name="inner" value="5"/>')
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:macro name="m" params="param"><xacro:property name="local" value="1"/></xacro:macro>',
+        '<xacro:include filename="part.xacro" ns="n"/><xacro:m param="2"/>',
+        '<xacro:property name="block"><b/></xacro:property>',
+    )
+    names = ("param", "local", "inner", "block")
+    assert tuple(assignments(file, dict.fromkeys(names, "8")).unknown) == names
+
+
+def test_a_local_property_of_the_same_name_is_not_changed(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:property name="p" value="1"/>',
+        '<xacro:macro name="m" params="q"><xacro:property name="p" value="2"/><a p="${p}"/></xacro:macro>',
+        '<xacro:m q="1"/><a p="${p}"/>',
+    )
+    assert expanded(file, assignments(file, {"p": "8"})) == [{"p": "2"}, {"p": "8"}]
+
+
+def test_an_override_may_lead_to_the_declaration_of_another_name(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:property name="lidar" value="false"/>',
+        '<xacro:if value="${lidar}"><xacro:arg name="range" default="1"/><a r="$(arg range)"/></xacro:if>',
+        '<xacro:if value="${lidar}"><xacro:property name="rays" value="4"/><a r="${rays}"/></xacro:if>',
+    )
+    given = assignments(file, {"range": "3", "lidar": "true", "rays": "8"}).require()
+    assert given.properties == {"lidar": "true", "rays": "8"}
+    assert expanded(file, given) == [{"r": "3"}, {"r": "8"}]
+    assert [*assignments(file, {"range": "3"}).unknown] == ["range"]
+
+
+def test_any_other_name_is_an_error_with_the_nearest_names(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:arg name="wheel_width" default="1"/><xacro:property name="wheel_radius" value="2"/>',
+    )
+    with pytest.raises(DescriptionError) as raised:
+        assignments(file, {"wheel_raduis": "3", "wheel_width": "2"}).require()
+    assert str(raised.value) == (
+        f"{file}:1:1: error: there is no argument or top-level property 'wheel_raduis'; "
+        "the nearest names are wheel_radius (property), wheel_width (argument) [X206]"
+    )
+    with pytest.raises(DescriptionError, match="the file declares no arguments and no properties"):
+        assignments(write(file, "<a/>"), {"a": "1"}).require()
+
+
+def test_a_file_with_errors_makes_no_name_unknown(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro",
+        '<xacro:include filename="none.xacro"/>',
+        '<xacro:property name="p" value="0"/><a p="${1 / p}"/>',
+    )
+    given = assignments(file, {"elsewhere": "1", "p": "2"}).require()
+    assert given.properties == {"p": "2"}
+    diagnostics = expand(file, given.arguments, properties=given.properties).diagnostics
+    assert [d.code for d in diagnostics if d.is_error] == ["X117"]
+
+
+def test_the_origin_of_an_override_is_the_property_s_own_line(tmp_path: Path) -> None:
+    file = write(
+        tmp_path / "r.xacro", '<xacro:property name="p" value="1"/>', '<a p="${p}"/>', '<b q="${p}"/>'
+    )
+    expansion = expand(file, properties={"p": "8"}).require()
+    trace = expansion.source_map.at(7, 6)
+    assert trace is not None
+    assert [(b.name, b.value, str(b.origin)) for b in trace.fed_by] == [("p", 8, f"{file}:2:33")]
