@@ -153,8 +153,8 @@ def _assigned(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
     """The jobs with the properties that typed names override; a note for each of these.
 
     Raises:
-        DescriptionError: a name is neither an argument nor a property of any of the descriptions. A launch file
-            among the jobs has arguments of its own, whose names it checks itself.
+        DescriptionError: a name is neither an argument nor a property of any of the descriptions. Launch
+            files have arguments of their own: where there is one, its rules check the names.
     """
     from kbot.xacro.assignments import assignments
 
@@ -172,9 +172,7 @@ def _assigned(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
                 note(text)
             assigned.append(replace(job, properties=found.properties))
             unknown.append(found.unknown)
-    errors = [
-        unknown[0][name] for name in values if unknown and all(name in of_file for of_file in unknown)
-    ]
+    errors = [unknown[0][name] for name in values if unknown and all(name in of_file for of_file in unknown)]
     if errors:
         raise DescriptionError(errors)
     return assigned

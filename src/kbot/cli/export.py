@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from kbot.model import Robot
     from kbot.workbench.export.look import Look
     from kbot.workbench.export.palette import Theme
+    from kbot.xacro.assignments import Assignments
 
 FORMATS = ("png", "html", "glb", "svg", "tree")
 _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg": "svg"}
@@ -80,7 +81,7 @@ def command(
     positions = {**initial_positions(robot), **_positions(joints, robot)}
     report([*loaded.diagnostics, *first_look(loaded, MESHES)])
     if wanted == "html":
-        data = _html(robot, file, arguments, package_path, positions)
+        data = _html(robot, file, given, package_path, positions)
     else:
         data = _drawn(robot, wanted, positions, look, theme)
     _write(output, f"{plain_file_name(robot.name)}.{'svg' if wanted == 'tree' else wanted}", data)
@@ -109,13 +110,19 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme:
 
 
 def _html(
-    robot: Robot, file: str, arguments: dict[str, str], package_path: Sequence[str], joints: dict[str, float]
+    robot: Robot, file: str, given: Assignments, package_path: Sequence[str], joints: dict[str, float]
 ) -> bytes:
     from kbot.workbench.export.page import saved_page
     from kbot.workbench.protocol import SetJoint
     from kbot.workbench.serve import open_session
 
-    session = open_session(file, simulate=False, arguments=arguments, package_path=package_path)
+    session = open_session(
+        file,
+        simulate=False,
+        arguments=given.arguments,
+        properties=given.properties,
+        package_path=package_path,
+    )
     for name, position in joints.items():
         session.obey(SetJoint(name, position), 0)
     return saved_page(session, robot).encode()

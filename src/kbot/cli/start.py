@@ -50,20 +50,24 @@ def _open_what_is_closed() -> None:
 
 
 def _expand_plainly(words: Sequence[str]) -> bool:
-    """Write the expansion of `FILE [name:=value …]` to stdout, if nothing else is asked or to be said."""
+    """Write the expansion of `FILE [name:=value …]` to stdout, if nothing else is to be done or reported."""
     files = [word for word in words if ":=" not in word]
     if len(files) != 1 or files[0] == "kbot" or "=" in files[0] or files[0].startswith(("-", "/dev/")):
         return False  # what comes from a pipe can be read once only
     from kbot.cli.xacro_command import xacro_arguments
     from kbot.text.errors import KbotError
+    from kbot.text.notes import notes_sent_to
     from kbot.xacro import expand
+
+    notes: list[str] = []
 
     try:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
-        expansion = expand(files[0], xacro_arguments(given))
+        with notes_sent_to(notes.append):
+            expansion = expand(files[0], xacro_arguments(given))
     except KbotError:
         return False
-    if not expansion.ok or expansion.diagnostics or sys.platform == "win32":
+    if not expansion.ok or expansion.diagnostics or notes or sys.platform == "win32":
         return False
     try:
         sys.stdout.write(expansion.text)

@@ -5,12 +5,16 @@ A library call gives a note as a Python warning. The command line prints it on s
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
 
 def _warn(text: str) -> None:
+    import warnings  # not for every start of the program
+
     warnings.warn(text, UserWarning, stacklevel=3)
 
 

@@ -78,7 +78,7 @@ def assignments(
 
 
 def _note(name: str, value: str, before: Expansion, after: Expansion) -> str:
-    """From which value, where it is written, to which; without the first where the override alone defines it."""
+    """The new value of a property, its old one and the line of that, which a removed property lacks."""
     binding = _property(name, before)
     if binding is not None and binding.origin is not None:
         return f"property {name} is {value} instead of {_shown(binding)} ({_line(binding.origin)})"
@@ -92,7 +92,7 @@ def _property(name: str, expansion: Expansion) -> Binding | None:
 
 
 def _shown(binding: Binding) -> object:
-    """The text that is written, or the number that an expression in it gave; nothing evaluates an unused one."""
+    """The text that is written, or the number that the expression in it gave if anything used it."""
     written = binding.node.attributes[binding.attribute] if binding.node is not None else ""
     is_number = binding.state != LAZY and isinstance(binding.value, int | float)
     return binding.value if "$" in written and is_number else written

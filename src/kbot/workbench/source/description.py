@@ -84,9 +84,7 @@ class Description:
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
         findings = loaded.diagnostics
         if usable:
-            findings = check_file(
-                self.path, arguments, packages, properties=self.overrides.given_properties
-            )
+            findings = check_file(self.path, arguments, packages, properties=self.overrides.given_properties)
         if usable and loaded.robot is not None:
             findings = (*findings, *findings_of_sensors(loaded.robot))
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
