@@ -5,6 +5,7 @@ import socket
 import pytest
 
 from kbot.bridges import discovery
+from kbot.bridges.ros1.contacts import Contacts
 from kbot.bridges.ros1.master import Master
 
 
@@ -27,7 +28,7 @@ def test_nobody_is_there() -> None:
 
 
 def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
-    master = Master("127.0.0.1", 0)
+    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print))
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     with socket.create_server(("127.0.0.1", 0)) as router:

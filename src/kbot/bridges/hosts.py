@@ -1,8 +1,30 @@
-"""Names and addresses of machines."""
+"""Names and addresses of machines, and which of them are this machine's."""
 
 from __future__ import annotations
 
 import ipaddress
+import re
+import socket
+from collections.abc import Sequence
+from functools import cache
+
+# User information before the host is refused: readers of URIs disagree about where it ends.
+_HOST_AND_PORT = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([\w.-]+))(?::([0-9]{1,5}))?", re.ASCII)
+
+
+def host_and_port(text: str) -> tuple[str | None, int | None]:
+    """Split `host:port`, as it is in a Host header and a URI. The host is None if the text is malformed, and
+    the port is None if none is given."""
+    match = _HOST_AND_PORT.fullmatch(text)
+    if match is None:
+        return None, None
+    address, name, port = match.groups()
+    return (address or name).lower(), int(port) if port else None
+
+
+def host_and_port_of_uri(uri: str) -> tuple[str | None, int | None]:
+    """The same for `scheme://host:port/path`."""
+    return host_and_port(re.split("[/?#]", uri.partition("://")[2], maxsplit=1)[0])
 
 
 def is_loopback(host: str | None) -> bool:
@@ -15,3 +37,72 @@ def is_loopback(host: str | None) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def is_address(host: str | None) -> bool:
+    """Whether a host is an IP address, and not a name; None is neither."""
+    if host is None:
+        return False
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def is_this_machine(host: str | None) -> bool:
+    """Whether a host is loopback, or a name or address of this machine.
+
+    Names are compared and not resolved, because the owner of a name decides what it resolves to.
+    """
+    if host is None:
+        return False
+    if is_loopback(host):
+        return True
+    return _is_own_address(host) if is_address(host) else _is_own_name(host)
+
+
+def is_served_at(host: str | None, served_at: str) -> bool:
+    """Whether a host is this machine, or the name that a server here was started with."""
+    return host is not None and (host == served_at.lower() or is_this_machine(host))
+
+
+def accepts_host(headers: Sequence[str], served_at: str) -> bool:
+    """Whether a request's Host headers name this machine once, with any port.
+
+    With DNS rebinding a web page's own name resolves to this machine. Its requests then count as its own
+    origin's, and only the Host header shows whose name it is.
+    """
+    return len(headers) == 1 and is_served_at(host_and_port(headers[0])[0], served_at)
+
+
+def _is_own_address(text: str) -> bool:
+    """Whether a socket can be bound to an address, which works for this machine's alone."""
+    address = ipaddress.ip_address(text)
+    if address.is_unspecified or address.is_multicast:
+        return False  # a socket can be bound to these everywhere
+    family = socket.AF_INET if address.version == 4 else socket.AF_INET6
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.bind((text, 0))
+    except OSError:
+        return False
+    return True
+
+
+def _is_own_name(name: str) -> bool:
+    own = socket.gethostname().lower()
+    short = own.partition(".")[0]
+    if name in (own, short):
+        return True
+    # the resolver may take seconds, so it is asked only about a name that begins with this machine's
+    return name.partition(".")[0] == short and name == _full_name(own)
+
+
+@cache
+def _full_name(name: str) -> str | None:
+    """This machine's name with its domain, as `hostname -f` prints it."""
+    try:
+        return socket.getaddrinfo(name, None, flags=socket.AI_CANONNAME)[0][3].lower()
+    except (OSError, UnicodeError):
+        return None

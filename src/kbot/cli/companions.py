@@ -127,7 +127,8 @@ _BRIDGE_OPTIONS = (
     click.option(
         "--bridge-host",
         metavar="ADDRESS",
-        help="Address of this machine that bridges are reached at.  [default: only this machine]",
+        help="Address of this machine that other machines reach bridges at. Only with it are ROS 1 nodes of "
+        "other machines contacted.  [default: only this machine]",
     ),
     click.option(
         "--no-navigation",

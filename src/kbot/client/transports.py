@@ -65,7 +65,8 @@ class _Ros1:
         from kbot.bridges.ros1 import Ros1Bridge
 
         self._node = node.full_name
-        self._bridge = Ros1Bridge(link, node=self._node, own_master=False)
+        # a user's own node trusts the master that its environment names, like any node of ROS 1
+        self._bridge = Ros1Bridge(link, node=self._node, own_master=False, other_machines=True)
         self.uses_sim_time = bool(self.parameter("/use_sim_time"))
 
     def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold

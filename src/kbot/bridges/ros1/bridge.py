@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import threading
 from typing import Any
-from urllib.parse import urlsplit
 
+from kbot.bridges.hosts import host_and_port_of_uri, is_loopback, is_served_at
 from kbot.bridges.link import Link, Value
+from kbot.bridges.ros1.contacts import Contacts
 from kbot.bridges.ros1.master import Master
 from kbot.bridges.ros1.parameters import flat_parameters, is_plain
 from kbot.bridges.ros1.publisher import Outgoing
@@ -18,7 +19,8 @@ from kbot.text import KbotError
 from kbot.wire.types import ros1_types
 
 NODE = "/kbot"
-DEFAULT_MASTER = "http://localhost:11311/"
+DEFAULT_PORT = 11311
+DEFAULT_MASTER = f"http://localhost:{DEFAULT_PORT}/"
 LOOPBACK = "127.0.0.1"
 CHECK_SECONDS = 2.0
 LEAVE_SECONDS = 5.0
@@ -38,10 +40,12 @@ class Ros1Bridge:
         *,
         node: str = NODE,
         own_master: bool = True,
+        other_machines: bool = False,
     ) -> None:
         """`host` is the address that peers reach this node at: as given, else ROS_IP or ROS_HOSTNAME, else
         loopback. `master` as given, else ROS_MASTER_URI, else port 11311 here; where none
-        answers it is one of its own, unless `own_master` is false. `node` is its full name.
+        answers it is one of its own, unless `own_master` is false. `node` is its full name. Nodes of other
+        machines are contacted with `other_machines`, and if `host` is an address that they can reach.
 
         Raises:
             KbotError: the master is another machine's and does not answer, or an address cannot be used.
@@ -49,6 +53,8 @@ class Ros1Bridge:
         environment = os.environ.get
         self._host = host or environment("ROS_IP") or environment("ROS_HOSTNAME") or LOOPBACK
         self._link, self._node = link, node
+        other_machines = other_machines or (host is not None and not is_loopback(host))
+        self._contacts = Contacts(self._host, link.tell, other_machines)
         self._own_master: Master | None = None
         self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER, own_master)
         self._outgoing: dict[str, Outgoing] = {}
@@ -90,16 +96,16 @@ class Ros1Bridge:
         try:
             call(uri, "getPid", self._node)
         except RpcFailed as failed:
-            parts = urlsplit(uri)
             if not own_master:
                 raise KbotError(
                     f"no ROS 1 master answers at {uri}: start roscore, or kbot sim kbot --ros1"
                 ) from None
-            if parts.hostname not in ("localhost", LOOPBACK, self._host):
+            host, port = host_and_port_of_uri(uri)
+            if host is None or not is_served_at(host, self._host):
                 raise KbotError(f"no ROS 1 master: {failed}") from None
-            host = LOOPBACK if parts.hostname == "localhost" else parts.hostname
+            host = LOOPBACK if host == "localhost" else host
             try:
-                self._own_master = Master(host, parts.port or 11311)
+                self._own_master = Master(host, port or DEFAULT_PORT, self._contacts)
             except OSError as error:
                 why = error.strerror or error
                 raise KbotError(f"no ROS 1 master answers at {uri}, and there can be none: {why}") from None
@@ -163,7 +169,9 @@ class Ros1Bridge:
                 if topic.type_name not in ros1_types().fielddefs:
                     continue  # ROS 1 has no such type
                 if topic.is_input:
-                    heard = self._incoming.setdefault(topic.name, Incoming(self._link, topic, self._node))
+                    if topic.name not in self._incoming:
+                        self._incoming[topic.name] = Incoming(self._link, topic, self._node, self._contacts)
+                    heard = self._incoming[topic.name]
                     uris = call(
                         self.master, "registerSubscriber", self._node, topic.name, heard.type_name, self.uri
                     )

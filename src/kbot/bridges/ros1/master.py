@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from kbot.bridges.link import Value
+from kbot.bridges.ros1.contacts import Contacts
 from kbot.bridges.ros1.parameters import Parameters, resolve
 from kbot.bridges.ros1.registry import Registry
 from kbot.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
@@ -20,8 +21,13 @@ NOTIFIERS = 4
 class Master:
     """Answers as `roscore` does, but for the log."""
 
-    def __init__(self, host: str, port: int) -> None:
-        """Raises OSError: the address is taken, or not this machine's."""
+    def __init__(self, host: str, port: int, contacts: Contacts) -> None:
+        """Only nodes that `contacts` allows can register.
+
+        Raises:
+            OSError: the address is taken, or not this machine's.
+        """
+        self._contacts = contacts
         self._lock = threading.RLock()
         self._registry, self._parameters = Registry(), Parameters()
         self._parameter_watchers: dict[str, dict[str, str]] = {}
@@ -69,6 +75,9 @@ class Master:
     # who is there
 
     def _join(self, node: str, uri: str) -> None:
+        """Raises ValueError: the node is on a machine that is not contacted."""
+        if refusal := self._contacts.refusal_of_uri(uri):
+            raise ValueError(refusal)
         other = self._registry.join(node, uri)
         if other is not None:
             self._later((other, "shutdown", ("/master", f"[{node}] has started elsewhere")))

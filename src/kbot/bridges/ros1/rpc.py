@@ -1,17 +1,30 @@
-"""XML-RPC as ROS 1 uses it: every answer is (code, text, value), and nobody is waited for for long."""
+"""XML-RPC as ROS 1 uses it: every answer is (code, text, value), and every wait has a limit."""
 
 from __future__ import annotations
 
+import contextlib
 import http.client
+import socket
 import socketserver
 import threading
 import xmlrpc.client
 from collections.abc import Callable
+from http import HTTPStatus
 from typing import Any
-from xml.parsers.expat import ExpatError
+from xml.parsers.expat import ExpatError, ParserCreate
 from xmlrpc.server import SimpleXMLRPCDispatcher, SimpleXMLRPCRequestHandler
 
-LARGEST_REQUEST = 1 << 24
+from kbot.bridges.hosts import accepts_host
+
+LARGEST_BODY = 1 << 24
+"""Bytes of a request or an answer: 16 MiB, more than robot descriptions have."""
+DEEPEST = 300
+"""XML elements within each other: a level of a parameter tree takes three, and Python's own writer of XML-RPC
+recurses once for each level."""
+XML_TYPES = ("text/xml", "application/xml")
+READ_BYTES = 1 << 16
+LINGER_SECONDS = 1.0
+"""How long a peer whose request was refused has to read why."""
 MOST_AT_ONCE = 64
 SERVER_SECONDS = 10.0
 CLIENT_SECONDS = 3.0
@@ -23,16 +36,106 @@ Foreign = Any
 """What the library hands over, or ROS answers."""
 
 
+def check_xml(body: bytes) -> None:
+    """Raise ValueError for what is not XML, has a document type (whose entities can multiply a text), or is
+    nested too deeply."""
+    depth = 0
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEEPEST:
+            raise ValueError(f"more than {DEEPEST} XML elements within each other")
+
+    def end(name: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def refuse_doctype(*_: object) -> None:
+        raise ValueError("a document type in XML-RPC")
+
+    parser = ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = refuse_doctype
+    try:
+        parser.Parse(body, True)
+    except ExpatError as error:
+        raise ValueError(f"malformed XML: {error}") from None
+    except LookupError:
+        raise ValueError("malformed XML: its encoding is unknown") from None
+
+
+def read_answer(body: bytes) -> tuple[Foreign, ...]:
+    """The values of an answer, or of a call.
+
+    Raises:
+        ValueError: it is not XML-RPC.
+        xmlrpc.client.Fault: it is a fault.
+    """
+    check_xml(body)
+    try:
+        return xmlrpc.client.loads(body)[0]
+    except (ArithmeticError, AttributeError, LookupError, TypeError, xmlrpc.client.ResponseError) as error:
+        raise ValueError(f"malformed XML-RPC: {type(error).__name__} {error}") from None
+
+
 class _Handler(SimpleXMLRPCRequestHandler):
-    rpc_paths = ()
+    server: RpcServer
+    rpc_paths = ("/", "/RPC2")  # roscpp and rospy use the first, and a URI without a path means the second
     timeout = SERVER_SECONDS
+    error_message_format = "%(code)d: %(message)s\n"
+    error_content_type = "text/plain; charset=utf-8"
 
     def do_POST(self) -> None:
-        length = self.headers.get("content-length", "")
-        if not length.isdecimal() or int(length) > LARGEST_REQUEST:
-            self.send_error(413 if length.isdecimal() else 411)
-            return
-        super().do_POST()
+        refusal = self._refusal()
+        if refusal is None:
+            super().do_POST()
+        else:
+            self._refuse(*refusal)
+
+    def decode_request_content(self, data: bytes) -> bytes | None:
+        """The request's body, checked; None if the request is refused."""
+        decoded: bytes | None = super().decode_request_content(data)
+        if decoded is None:
+            return None
+        try:
+            check_xml(decoded)
+        except ValueError as error:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(error))
+            return None
+        return decoded
+
+    def _refusal(self) -> tuple[HTTPStatus, str] | None:
+        """Why a request is not from a ROS node, or cannot be read; None if it is accepted.
+
+        Without asking the server first, a web page can send a POST to any server, but only with content types
+        other than XML. Browsers add Origin to each POST.
+        """
+        headers = self.headers
+        if "origin" in headers:
+            return HTTPStatus.FORBIDDEN, "web pages cannot use the ROS 1 bridge (the request has an Origin)"
+        if not accepts_host(headers.get_all("host", []), self.server.host):
+            return HTTPStatus.FORBIDDEN, "the Host header is not a name or address of this machine"
+        if headers.get_content_type() not in XML_TYPES:
+            return HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"the Content-Type is not {' or '.join(XML_TYPES)}"
+        length = headers.get("content-length", "")
+        if "transfer-encoding" in headers or not (length.isascii() and length.isdecimal()):
+            return HTTPStatus.LENGTH_REQUIRED, "the request has no Content-Length"
+        if len(length) > len(str(LARGEST_BODY)) or int(length) > LARGEST_BODY:
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"the body has more than {LARGEST_BODY} bytes"
+        return None
+
+    def _refuse(self, status: HTTPStatus, reason: str) -> None:
+        """Answer with an error that has no effect, and let the peer read it: closing a connection with unread
+        bytes resets it, and the answer would be lost."""
+        with contextlib.suppress(OSError):  # the peer may be gone
+            self.send_error(status, reason)
+            self.wfile.flush()
+            self.connection.shutdown(socket.SHUT_WR)
+            self.connection.settimeout(LINGER_SECONDS)
+            left = LARGEST_BODY
+            while left > 0 and (part := self.rfile.read1(READ_BYTES)):
+                left -= len(part)
 
     def handle(self) -> None:
         try:
@@ -45,7 +148,10 @@ class _Handler(SimpleXMLRPCRequestHandler):
 
 
 class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRPCDispatcher):
-    """Answers on threads of its own from the moment it is made; more than a few at once are turned away."""
+    """Answers on threads of its own from the moment it is made; more than a few requests at once are refused.
+
+    Only ROS nodes are answered, not web pages: see `_Handler`.
+    """
 
     allow_reuse_address = True
     daemon_threads = True
@@ -56,6 +162,7 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
 
     def __init__(self, host: str, port: int, functions: dict[str, Callable[..., Reply]]) -> None:
         """Raises OSError: the address is taken, or not this machine's."""
+        self.host = host
         SimpleXMLRPCDispatcher.__init__(self, allow_none=False, encoding="utf-8")
         socketserver.TCPServer.__init__(self, (host, port), _Handler)
         self.register_multicall_functions()
@@ -94,10 +201,25 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
 
 
 class _Transport(xmlrpc.client.Transport):
+    accept_gzip_encoding = False  # the size of an answer is checked as it comes
+
     def make_connection(self, host: Foreign) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = CLIENT_SECONDS
         return connection
+
+    def single_request(
+        self, host: Foreign, handler: str, request_body: Foreign, verbose: bool = False
+    ) -> tuple[Foreign, ...]:
+        """Send a call. Raises ValueError: the answer cannot be read, or is too large."""
+        response = self.send_request(host, handler, request_body, verbose).getresponse()
+        if response.status != HTTPStatus.OK:
+            headers = dict(response.getheaders())
+            raise xmlrpc.client.ProtocolError(f"{host}{handler}", response.status, response.reason, headers)
+        body = response.read(LARGEST_BODY + 1)
+        if len(body) > LARGEST_BODY:
+            raise ValueError(f"the answer has more than {LARGEST_BODY} bytes")
+        return read_answer(body)
 
 
 class RpcFailed(Exception):
@@ -126,8 +248,6 @@ def call(uri: str, method: str, *arguments: Foreign) -> Foreign:
             code, text, value = getattr(server, method)(*arguments)
     except (OSError, xmlrpc.client.Error, http.client.HTTPException, ValueError, TypeError) as error:
         raise RpcFailed(f"{uri} does not answer {method}: {error}") from None
-    except ExpatError as error:
-        raise RpcFailed(f"{uri} answers {method} with no XML: {error}") from None
     if code != 1:
         raise RpcFailed(f"{uri} refuses {method}: {text}")
     return value

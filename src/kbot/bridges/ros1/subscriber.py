@@ -7,6 +7,7 @@ import socket
 import threading
 
 from kbot.bridges.link import Link, Topic
+from kbot.bridges.ros1.contacts import Contacts
 from kbot.bridges.ros1.rpc import RpcFailed, call
 from kbot.bridges.ros1.tcpros import (
     HANDSHAKE_SECONDS,
@@ -24,10 +25,11 @@ MOST_PUBLISHERS = 32
 
 
 class Incoming(TopicEnd):
-    """Hears every publisher of a topic and hands on what it says."""
+    """Connects to each publisher of a topic and passes its messages on."""
 
-    def __init__(self, link: Link, topic: Topic, node: str) -> None:
+    def __init__(self, link: Link, topic: Topic, node: str, contacts: Contacts) -> None:
         super().__init__(link, topic, node)
+        self.contacts = contacts
         self._lock = threading.Lock()
         self._publishers: dict[str, _Publisher] = {}
 
@@ -38,10 +40,11 @@ class Incoming(TopicEnd):
             return list(self._publishers)
 
     def update(self, uris: list[str]) -> None:
-        """Hear these publishers, and no others."""
+        """Connect to these publishers, where they may be contacted, and to no others."""
         with self._lock:
             gone = [self._publishers.pop(uri) for uri in list(self._publishers) if uri not in uris]
-            for uri in uris[:MOST_PUBLISHERS]:
+            allowed = [uri for uri in uris if not self.contacts.refusal_of_uri(uri)]
+            for uri in allowed[:MOST_PUBLISHERS]:
                 if uri not in self._publishers:
                     self._publishers[uri] = _Publisher(self, self._link, self._node, uri)
         for publisher in gone:
@@ -83,6 +86,8 @@ class _Publisher:
             address = str(host), int(port)
         except (TypeError, ValueError):
             raise ProtocolError(f"it offers {answer!r} where an address should be") from None
+        if refusal := self._incoming.contacts.refusal(address[0]):
+            raise ProtocolError(refusal)
         with socket.create_connection(address, HANDSHAKE_SECONDS) as connection:
             self._connection = connection
             connection.sendall(encode_header(self._incoming.header(tcp_nodelay="1")))

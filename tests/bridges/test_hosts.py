@@ -1,0 +1,84 @@
+"""Which hosts are this machine's."""
+
+import socket
+
+import pytest
+
+from kbot.bridges import hosts
+from kbot.bridges.hosts import accepts_host, host_and_port, host_and_port_of_uri, is_this_machine
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("localhost", ("localhost", None)),
+        ("Robot.Example:11311", ("robot.example", 11311)),
+        ("127.0.0.1:80", ("127.0.0.1", 80)),
+        ("[::1]:80", ("::1", 80)),
+        ("[::1]", ("::1", None)),
+        ("", (None, None)),
+        ("::1", (None, None)),
+        ("[::1", (None, None)),
+        ("127.0.0.1:", (None, None)),
+        ("127.0.0.1:123456", (None, None)),
+        ("me@127.0.0.1", (None, None)),
+        ("127.0.0.1@evil.example", (None, None)),
+        ("127.0.0.1 evil.example", (None, None)),
+        ("127.0.0.1\n", (None, None)),
+        ("127.0.0.1/", (None, None)),
+    ],
+)
+def test_a_host_is_split_or_malformed(text: str, parts: tuple[str | None, int | None]) -> None:
+    assert host_and_port(text) == parts
+
+
+def test_the_host_of_a_uri() -> None:
+    assert host_and_port_of_uri("http://Robot:4711/RPC2?a#b") == ("robot", 4711)
+    assert host_and_port_of_uri("http://[::1]:4711") == ("::1", 4711)
+    for uri in (
+        "",
+        "robot:4711",
+        "http:///path",
+        "http://a@robot/",
+        "http://127.0.0.1\\@evil/",
+        "http://[::1",
+    ):
+        assert host_and_port_of_uri(uri) == (None, None)
+
+
+def own_address() -> str:
+    """An address of this machine: the one that it would send from. Connecting UDP sends nothing."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return "127.0.0.2"  # it has no network
+        return str(probe.getsockname()[0])
+
+
+def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def resolved(name: str, *_: object, **__: object) -> list[tuple[int, int, int, str, tuple[str, int]]]:
+        asked.append(name)
+        return [(2, 1, 6, "Robot.example.org", ("127.0.1.1", 0))]
+
+    address = own_address()
+    monkeypatch.setattr(socket, "gethostname", lambda: "Robot")
+    monkeypatch.setattr(socket, "getaddrinfo", resolved)
+    monkeypatch.setattr(hosts, "_full_name", hosts._full_name.__wrapped__)
+    for host in ("localhost", "127.0.0.1", "127.1.2.3", "::1", address, "robot", "robot.example.org"):
+        assert is_this_machine(host), host
+    for host in (None, "", "0.0.0.0", "::", "224.0.0.1", "192.0.2.7", "2001:db8::7", "127.1", "0x7f000001"):
+        assert not is_this_machine(host), host
+    assert not is_this_machine("robot.evil.example")
+    asked.clear()
+    assert not is_this_machine("evil.example")
+    assert asked == []  # the owner of a name decides what it resolves to, and resolving it can take seconds
+
+
+def test_a_request_has_one_host_of_this_machine() -> None:
+    assert accepts_host(["127.0.0.1:1"], "127.0.0.1")
+    assert accepts_host(["robot.lan:1"], "Robot.lan")  # the name that the server was started with
+    for headers in ([], ["evil.example"], ["127.0.0.1", "127.0.0.1"], [""], ["127.0.0.1.evil.example:1"]):
+        assert not accepts_host(headers, "127.0.0.1")
