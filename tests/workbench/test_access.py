@@ -1,5 +1,7 @@
 """Who may speak to the server."""
 
+import socket
+
 import pytest
 
 from kbot.bridges.hosts import is_loopback
@@ -9,13 +11,23 @@ LOCAL = Access("127.0.0.1", 8300, None)
 SHARED = Access("0.0.0.0", 8300, "secret")
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1:8300", "localhost:8300", "[::1]:8300"])
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1:8300", "localhost:8300", "[::1]:8300", f"{socket.gethostname()}:8300"]
+)
 def test_this_machines_names_are_welcome(host: str) -> None:
     assert LOCAL.refuses("/", host, None, secret=False) is None
     assert LOCAL.refuses("/ws", host, f"http://{host}", secret=True) is None
 
 
-@pytest.mark.parametrize("host", [None, "", "evil.example", "evil.example:8300", "127.0.0.1", "127.0.0.1:80"])
+def test_the_port_of_http_may_be_left_out() -> None:
+    assert Access("127.0.0.1", 80, None).refuses("/", "localhost", None, secret=False) is None
+    assert Access("127.0.0.1", 80, None).refuses("/", "localhost:8300", None, secret=False) is not None
+
+
+@pytest.mark.parametrize(
+    "host",
+    [None, "", "evil.example", "evil.example:8300", "127.0.0.1", "127.0.0.1:80", "a@127.0.0.1:8300", "[::1"],
+)
 def test_a_foreign_host_is_refused(host: str | None) -> None:
     assert LOCAL.refuses("/", host, None, secret=False) is not None
 

@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from http import HTTPStatus
 from typing import Protocol
-from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -17,7 +16,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.typing import Subprotocol
 
-from kbot.bridges.hosts import is_loopback
+from kbot.bridges.hosts import accepts_host, host_and_port, host_and_port_of_uri, is_address, is_loopback
 from kbot.bridges.loop import loop, wait_for
 from kbot.text import KbotError
 
@@ -177,18 +176,25 @@ class WebSocketBridge:
                     await self._server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Pages of strangers, and names that only pretend to be this machine, stay out."""
+        """Refuse foreign web pages, and names that are not this machine's."""
         if self._clients >= MOST_CLIENTS:
             return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE, "too many clients\n")
-        origin = request.headers.get("Origin")
-        if origin not in (None, *self._origins) and not is_loopback(urlsplit(origin or "").hostname):
-            return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect\n")
-        host = urlsplit(f"//{request.headers.get('Host', '')}").hostname
-        if is_loopback(self._host) and not is_loopback(host):
-            return connection.respond(HTTPStatus.FORBIDDEN, "this is served to this machine alone\n")
+        for origin in request.headers.get_all("Origin"):
+            if origin not in self._origins and not is_loopback(host_and_port_of_uri(origin)[0]):
+                return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect\n")
+        if not self._accepts_host(request.headers.get_all("Host")):
+            return connection.respond(
+                HTTPStatus.FORBIDDEN, "the Host header is not a name or address of this machine\n"
+            )
         if self._token and not secrets.compare_digest(request.path.encode(), f"/{self._token}".encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "this is for those who know the token\n")
         return None
+
+    def _accepts_host(self, hosts: Sequence[str]) -> bool:
+        # Behind address translation, as in a container, other machines use an address that is not this one's.
+        # A page's name can be rebound to this machine, but an address cannot.
+        by_address = len(hosts) == 1 and is_address(host_and_port(hosts[0])[0])
+        return accepts_host(hosts, self._host) or (by_address and not is_loopback(self._host))
 
     async def _serve(self, connection: ServerConnection) -> None:
         wire = Wire(connection)

@@ -7,7 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
-_LOCAL_NAMES = ("127.0.0.1", "localhost", "[::1]")
+from kbot.bridges.hosts import accepts_host, host_and_port
+
+HTTP_PORT = 80
+"""The port of a Host header without one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +24,12 @@ class Access:
     def refuses(self, path: str, host: str | None, origin: str | None, secret: bool) -> str | None:
         """Why a request is refused, or None when it is welcome. `secret` things need the token.
 
-        Without a token only this machine's own names are taken for Host, so that a foreign name
-        that resolves here (DNS rebinding) gets nothing. A page of another site is always refused.
+        Without a token, Host has to be one of this machine's names, because a foreign name can resolve here
+        (DNS rebinding). A page of another site is always refused.
         """
         if host is None:
             return "no Host header"
-        if self.token is None and host not in self._own_hosts():
+        if self.token is None and not self._is_served(host):
             return f"the Host header names {host[:80]!r}, which is not served here"
         if origin is not None and origin != f"http://{host}":
             return f"the page {origin[:80]!r} may not speak to this server"
@@ -34,9 +37,9 @@ class Access:
             return "the address needs the token that was printed with it"
         return None
 
-    def _own_hosts(self) -> set[str]:
-        hosts = {f"{name}:{self.port}" for name in _LOCAL_NAMES} | {f"{bracketed(self.host)}:{self.port}"}
-        return hosts | set(_LOCAL_NAMES) if self.port == 80 else hosts
+    def _is_served(self, host: str) -> bool:
+        port = host_and_port(host)[1]
+        return accepts_host([host], self.host) and self.port == (HTTP_PORT if port is None else port)
 
     def _has_token(self, path: str) -> bool:
         given = parse_qs(urlsplit(path).query).get("token", [""])[0]
