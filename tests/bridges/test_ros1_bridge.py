@@ -15,7 +15,7 @@ import pytest
 from kbot.bridges.ros1 import Ros1Bridge
 from kbot.bridges.ros1.contacts import Contacts
 from kbot.bridges.ros1.master import Master
-from kbot.bridges.ros1.rpc import RpcFailed, RpcServer, call
+from kbot.bridges.ros1.rpc import LARGEST_BODY, RpcFailed, RpcServer, call
 from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
 from kbot.messages import types as msg
 from kbot.wire import decode_ros1, encode_ros1, ros1_definition
@@ -88,7 +88,11 @@ def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
 
 def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Bridge) -> None:
     """They stay where they are, and what comes after them is told all the same."""
+    deep: list[object] = []
+    for _ in range(150):
+        deep = [deep]
     strange = {"/huge": 1 << 40, "/nothing": {"a": None}, "/numbered": {1: 2}, "/control": "a\0b"}
+    strange |= {"/deep": deep, "/long": "a" * LARGEST_BODY}
     for name, value in strange.items():
         running.link.set_parameter(name, value)
         wait_until(lambda name=name: any(f"parameter {name} is not" in told for told in running.told))

@@ -227,14 +227,13 @@ class RpcFailed(Exception):
 
 
 def why_not_sent(value: Foreign) -> str:
-    """Why XML-RPC cannot carry a value, as it can no number beyond 32 bits; empty where it can."""
+    """Why a value cannot be sent, such as a number of more than 32 bits; empty if it can."""
     try:
-        xmlrpc.client.loads(xmlrpc.client.dumps((value,)))
-    except (OverflowError, TypeError, ValueError) as error:
+        body = xmlrpc.client.dumps((value,), "setParam").encode()
+        read_answer(body)
+    except (OverflowError, TypeError, ValueError, RecursionError) as error:
         return str(error)
-    except ExpatError:
-        return "it has characters that XML has not"
-    return ""
+    return f"it has more than {LARGEST_BODY} bytes" if len(body) > LARGEST_BODY else ""
 
 
 def call(uri: str, method: str, *arguments: Foreign) -> Foreign:
