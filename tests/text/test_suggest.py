@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from kbot.text.suggest import did_you_mean, nearest
@@ -31,16 +33,47 @@ def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "known", "near"),
     [
-        ("caster_wheel_radius", ["base_wheel_gap", "base_width"], []),
-        ("caster_wheel_radius", ["wheel_radius", "base_wheel_gap"], ["wheel_radius"]),
+        ("caster_wheel_radius", ["wheel_radius", "base_wheel_gap", "base_width"], []),
+        ("wheel_sep", ["wheel_separation", "wheel_radius"], []),
+        ("wheel_raduis", ["wheel_radius"], ["wheel_radius"]),
         ("wheel_seperation", ["wheel_separation", "wheel_radius"], ["wheel_separation"]),
-        ("wheel_sep", ["wheel_separation", "wheel_radius"], ["wheel_separation"]),
+        ("left_wheel_radius", ["wheel_radius_left", "wheel_radius"], ["wheel_radius_left"]),
+        ("wheelRadius", ["wheel_radius"], ["wheel_radius"]),
+        ("whee", ["wheel", "wheek", "wheels"], ["wheel", "wheek"]),
+        ("arm1", ["arm_1", "arm_2", "arm"], ["arm_1"]),
+        ("/tf_statci", ["/tf", "/tf_static"], ["/tf_static"]),
     ],
 )
-def test_a_word_in_the_middle_that_both_have_is_no_likeness(
+def test_only_a_slip_or_another_order_of_the_words_is_near(
     name: str, known: list[str], near: list[str]
 ) -> None:
     assert nearest(name, known) == near
+
+
+@pytest.mark.parametrize(
+    ("written", "known"),
+    [
+        ("l_wheel", "r_wheel"),
+        ("lwheel", "rwheel"),
+        ("lwheel", "wheel"),
+        ("fl_wheel", "fr_wheel"),
+        ("wheelr", "wheell"),
+        ("posx", "posy"),
+        ("min_x", "mid_x"),
+        ("arm_1", "arm_2"),
+        ("arm_1_2", "arm_2_1"),
+        ("arm_1_2", "arm_12"),
+        ("wheel2", "wheel"),
+        ("base", "base_link"),
+        ("left_to_right", "right_to_left"),
+        ("left_arm_right_finger", "right_arm_left_finger"),
+        ("base_link", "base_link"),
+        ("…", "?"),
+        ("a" * 300, "a" * 299),
+    ],
+)
+def test_another_name_is_not_suggested(written: str, known: str) -> None:
+    assert did_you_mean(written, [known]) == ""
 
 
 def test_without_candidates_nothing_is_near() -> None:
@@ -62,16 +95,16 @@ def test_one_slip_of_one_name_is_sure(written: str, meant: str) -> None:
     assert did_you_mean(written, LINKS).sure == meant
 
 
-@pytest.mark.parametrize(
-    ("written", "known"),
-    [
-        ("l_wheel", ["r_wheel"]),
-        ("arm_1", ["arm_2"]),
-        ("wheel2", ["wheel"]),
-        ("fl_wheel", ["fr_wheel", "rl_wheel"]),
-        ("whee", ["wheel", "wheek"]),
-        ("base", ["base_link"]),
-    ],
-)
-def test_what_may_be_another_name_is_not_sure(written: str, known: list[str]) -> None:
-    assert did_you_mean(written, known).sure == ""
+def test_of_two_near_names_neither_is_sure() -> None:
+    hint = did_you_mean("whee", ["wheel", "wheek"])
+    assert hint == "did you mean 'wheel' or 'wheek'?"
+    assert hint.sure == ""
+
+
+def test_many_names_are_compared_quickly() -> None:
+    """An unknown name costs less than a microsecond a known one: 5,000 of each stay within 10 s."""
+    known = [f"link_{i}_left" for i in range(5000)]
+    begin = time.process_time()
+    for i in range(100):
+        nearest(f"link_{i}_lft", known)
+    assert time.process_time() - begin < 1.0

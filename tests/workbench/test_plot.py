@@ -107,7 +107,7 @@ def test_a_table_may_have_some_columns_only(recording: Path, capsys: pytest.Capt
     ("words", "told"),
     [
         (["--to", "svg"], "a plot is of --field NAME; /odom has"),
-        (["--field", "pose.position.x"], "did you mean 'pose.pose.position.x'"),
+        (["--field", "pose.pose.positon.x"], "did you mean 'pose.pose.position.x'"),
         (["--field", "header.frame_id", "--to", "svg"], "is text: only numbers are plotted"),
         (["--field", "pose.pose.position.x", "--to", "svg", "--size", "wide"], "as in 1280x720; not 'wide'"),
         (["--field", "pose.pose.position.x", "--to", "svg", "--size", "900x20"], "at least 200 pixels"),

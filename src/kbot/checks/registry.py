@@ -141,16 +141,26 @@ def rules_by_need() -> dict[Needs, tuple[Rule, ...]]:
     }
 
 
+def near_rules(word: str, others: Iterable[str] = ()) -> str:
+    """A hint of the code, or the one of `others`, that a misspelled word means.
+
+    A suggestion never changes a number, but that of a code has three digits: a fourth one, and letters that
+    look like digits, are slips.
+    """
+    code = word[:1].upper() + word[1:4].upper().translate(str.maketrans("OIL", "011"))
+    return f"did you mean '{code}'?" if code in all_rules() else did_you_mean(word, others)
+
+
 def find_rule(word: str) -> Rule:
     """A rule by its code or its name.
 
     Raises:
-        KbotError: there is none; names the nearest.
+        KbotError: there is none; it names the nearest.
     """
     rules = all_rules()
     by_name = {r.name: r for r in rules.values()}
     found = rules.get(word.upper()) or by_name.get(word.lower())
     if found is None:
-        hint = did_you_mean(word, [*rules, *by_name])
+        hint = near_rules(word, by_name)
         raise KbotError(f"there is no rule '{word}'" + (f": {hint}" if hint else ""))
     return found

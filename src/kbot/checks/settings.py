@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from kbot.checks.config import Config
-from kbot.checks.registry import all_rules
+from kbot.checks.registry import all_rules, near_rules
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -38,7 +38,7 @@ def check_words(words: tuple[str, ...]) -> None:
     rules = all_rules()
     for word in words:
         if word != "ALL" and not any(code.startswith(word) for code in rules):
-            hint = did_you_mean(word, [*rules, "ALL"])
+            hint = near_rules(word, ["ALL"])
             raise KbotError(f"no rule has a code that starts with '{word}'" + (f": {hint}" if hint else ""))
 
 

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kbot.checks.edits import with_line
-from kbot.checks.registry import Rule
+from kbot.checks.registry import Rule, near_rules
 from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
-from kbot.text.suggest import did_you_mean
 
 _COMMENT = re.compile(rb"<!--\s*kbot:\s*(.*?)-->", re.DOTALL)
 _IGNORE = re.compile(r"ignore\s*\[([^\]]*)\]\s*(.*)", re.DOTALL)
@@ -70,7 +69,7 @@ def _read(span: Span, text: str, rules: Mapping[str, Rule]) -> Suppression | Dia
     unknown = next((c for c in codes if c not in rules and c != "ALL"), None)
     if not match or not codes or unknown:
         message = f"there is no rule '{unknown}'" if unknown else f"'kbot: {text}' is not understood"
-        hint = did_you_mean(unknown, rules) if unknown else ""
+        hint = near_rules(unknown) if unknown else ""
         hint = hint or "written <!-- kbot: ignore[CODE] why -->"
         return Diagnostic("K002", Severity.WARNING, message, Origin(span), hint)
     first = span.line

@@ -1,42 +1,45 @@
-"""The nearest valid names to a misspelt one."""
+"""The valid names that a misspelled name means.
+
+A reader follows a suggestion without checking it, so a merely similar name does harm: `wheel_radius` for an
+undefined `caster_wheel_radius` gives a robot without an error message whose caster is under the ground. One
+rule therefore holds for every suggestion: the name is one edit away, or has the same words in another order.
+"""
 
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-
-_ALIKE = 0.6
-_WORD, _SWAPPED = 4, 3
-"""Letters of a word in which one, or an exchange of two, is surely a slip."""
+_LONGEST = 200
+"""Characters of the longest name that is compared. Longer ones are data, and comparing them costs time."""
+_KEPT = 2
+"""Letters of a word that an edit leaves: `fl` and `fr`, `a` and `b` keep fewer: they are different words."""
+_SURE = 4
+"""Letters of the shortest word whose edit is surely a slip: `tap` may be meant where `tip` is known. At a
+word's end every slip needs as many: `min` and `mid`."""
+_SIDES = frozenset("lrfbmxyz")
+"""Letters that name a side or an axis at the beginning or end of a word: `lwheel` and `rwheel`, `posx` and
+`posy` are different names, and so are `lwheel` and `wheel`."""
+_CONNECTING = frozenset({"from", "in", "of", "on", "per", "to"})
+_OPPOSITES = (
+    {"left", "right"}, {"front", "rear"}, {"front", "back"}, {"upper", "lower"}, {"top", "bottom"},
+    {"inner", "outer"}, {"min", "max"},
+)  # fmt: skip
+"""With these the order of the words matters: `left_to_right`, `left_arm_right_finger`."""
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_UNIT = re.compile(r"[^\W\d_]+|\d+")
 
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
-    """Up to `count` candidates that look like `name`, best first."""
-    by_lower: dict[str, str] = {}
-    for candidate in candidates:
-        by_lower.setdefault(candidate.lower(), candidate)
-    if not by_lower:
+    """Up to `count` candidates of which `name` is a slip."""
+    if len(name) > _LONGEST:
         return []
-    from difflib import get_close_matches  # only where something is misspelt: imports add up
-
-    matches = get_close_matches(name.lower(), by_lower, count, _ALIKE)
-    return [by_lower[match] for match in matches if _own_words_are_alike(name.lower(), match)]
-
-
-def _own_words_are_alike(name: str, other: str) -> bool:
-    """Whether two names are alike in more than the words that both have, as `_link` and `wheel`."""
-    words, other_words = name.split("_"), other.split("_")
-    own = "_".join(word for word in words if word not in other_words)
-    theirs = "_".join(word for word in other_words if word not in words)
-    if own.startswith(theirs) or theirs.startswith(own):  # a word more or less, or cut short
-        return True
-    from difflib import SequenceMatcher
-
-    return SequenceMatcher(None, own, theirs).ratio() >= _ALIKE
+    names = dict.fromkeys(candidates)
+    return [other for other in names if len(other) <= _LONGEST and _is_a_slip(name, other)][:count]
 
 
 class Suggestion(str):
@@ -47,40 +50,74 @@ class Suggestion(str):
 
     @property
     def sure(self) -> str:
-        """The one of them that is a slip away from what was written; empty where that is none or several."""
-        slips = [name for name in self.nearest if _is_a_slip(self.written, name)]
-        return slips[0] if len(slips) == 1 else ""
-
-
-def _is_a_slip(written: str, meant: str) -> bool:
-    """Whether a letter is missing, too many, another or exchanged with the next, or only capitals differ.
-
-    Not in short words and digits: `l_wheel` and `r_wheel`, `arm_1` and `arm_2` are different names.
-    """
-    if written.lower() == meant.lower():
-        return True
-    start = _common(written, meant)
-    end = _common(written[start:][::-1], meant[start:][::-1])
-    off, right = written[start : len(written) - end], meant[start : len(meant) - end]
-    is_swap = len(off) == 2 and off == right[::-1]
-    if (max(len(off), len(right)) > 1 and not is_swap) or any(c.isdigit() for c in off + right):
-        return False
-    before = re.split(r"[\W_\d]", meant[:start])[-1]
-    after = re.split(r"[\W_\d]", meant[len(meant) - end :])[0]
-    return len(before) + len(after) + max(len(off), len(right)) >= (_SWAPPED if is_swap else _WORD)
-
-
-def _common(one: str, other: str) -> int:
-    """How many characters two texts begin with alike."""
-    both = enumerate(zip(one, other, strict=False))
-    return next((i for i, (a, b) in both if a != b), min(len(one), len(other)))
+        """The name that was surely meant, which a fix may write; empty where none or several are near."""
+        alone = self.nearest[0] if len(self.nearest) == 1 else ""
+        return alone if alone and _is_a_slip(self.written, alone, _SURE) else ""
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> Suggestion:
-    """`did you mean 'a' or 'b'?`, or an empty text when nothing is near."""
+    """`did you mean 'a' or 'b'?`, or an empty text when `name` is a slip of no candidate."""
     near = nearest(name, candidates)
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
     hint = Suggestion(f"did you mean {either}?" if names else "")
     hint.written, hint.nearest = name, tuple(near)
     return hint
+
+
+@lru_cache(maxsize=1 << 14)  # a file with many unknown names compares each with the same known ones
+def _words(name: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
+    """A name's words in lower case: joined by `_`, those that are numbers, and all of them sorted."""
+    words = _UNIT.findall(_HUMP.sub("_", name).lower())
+    return "_".join(words), tuple(word for word in words if word.isdigit()), tuple(sorted(words))
+
+
+def _is_a_slip(written: str, meant: str, shortest: int = 0) -> bool:
+    """Whether one letter is missing, extra, replaced or exchanged with the next, or capitals, separators or
+    the order of the words differ. A word that is edited has at least `shortest` letters.
+
+    Numbers must agree: `arm_1` and `arm_2` are different names.
+    """
+    (one, numbers, words), (other, other_numbers, other_words) = _words(written), _words(meant)
+    if numbers != other_numbers or not one or written == meant:
+        return False
+    if words == other_words:
+        return one == other or not _order_matters(words)
+    return _is_one_edit(one, other, shortest)
+
+
+def _order_matters(words: tuple[str, ...]) -> bool:
+    return not _CONNECTING.isdisjoint(words) or any(pair.issubset(words) for pair in _OPPOSITES)
+
+
+def _is_one_edit(written: str, meant: str, shortest: int) -> bool:
+    if abs(len(written) - len(meant)) > 1:
+        return False
+    if len(written) > 5 and written[:2] != meant[:2] and written[-2:] != meant[-2:]:
+        return False  # one edit leaves the first two letters or the last two: most names end here, quickly
+    start = _common(written, meant)
+    end = _common(written[start:][::-1], meant[start:][::-1])
+    off, right = written[start : len(written) - end], meant[start : len(meant) - end]
+    is_swap = len(off) == 2 and off == right[::-1]
+    if max(len(off), len(right)) > 1 and not is_swap:
+        return False
+    if any(c.isdigit() for c in off + right):
+        return False
+    before = re.split(r"[_\d]", meant[:start])[-1]
+    after = re.split(r"[_\d]", meant[len(meant) - end :])[0]
+    is_doubled = not right and before.endswith(off)
+    is_at_end = not (before and after)
+    if off and is_at_end and not is_swap and not is_doubled and _SIDES.issuperset(off + right):
+        return False
+    kept = len(before) + len(after)
+    if is_swap:  # its letters are all there: one more that stays shows the word
+        return kept > 0
+    if is_at_end and not is_doubled:
+        shortest = _SURE
+    return kept >= _KEPT and kept + max(len(off), len(right)) >= shortest
+
+
+def _common(one: str, other: str) -> int:
+    """How many characters two texts begin with alike."""
+    both = enumerate(zip(one, other, strict=False))
+    return next((i for i, (a, b) in both if a != b), min(len(one), len(other)))

@@ -9,7 +9,7 @@ from kbot.checks.edits import remove_attributes, rename_attribute, rename_tag
 from kbot.checks.facts.vocabulary import ATTRIBUTES, CHILDREN, FOREIGN_ATTRIBUTES, TOLERATED
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Severity
-from kbot.text.suggest import nearest
+from kbot.text.suggest import did_you_mean
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.\-/:]*")
 
@@ -26,13 +26,14 @@ def unknown_tag(context: Context) -> Found:
     Mend: write the tag as URDF has it. Elements with a namespace, `<gazebo>`, `<transmission>`,
     `<ros2_control>` and what is in them are left alone.
 
-    Fix: safe: renamed where one known tag is near and not there already.
+    Fix: safe: renamed where the tag is a slip of one known tag that is not there already.
     """
     for parent, element in context.urdf:
         tag, known = element.tag, CHILDREN[parent.tag]
         if tag in known or tag in TOLERATED.get(parent.tag, ()):
             continue
-        near = [n for n in nearest(tag, known) if n != tag]
+        meant = did_you_mean(tag, known)
+        near = meant.nearest
         if parent.tag == "robot" and not near and tag not in ATTRIBUTES:
             continue  # an extension
         if parent.tag == "geometry" and not near:
@@ -45,12 +46,13 @@ def unknown_tag(context: Context) -> Found:
                 "move it there",
             )
             continue
-        fits = near[0] if near and (parent.find(near[0]) is None or near[0] in _MANY) else None
+        fits = meant.sure if parent.find(meant.sure) is None or meant.sure in _MANY else ""
+        either = " or ".join(f"<{n}>" for n in near)
         yield Finding(
             element.origin,
             f"<{tag}> is no element of <{parent.tag}>, and is ignored by every reader",
-            f"did you mean <{near[0]}>?" if near else "one of " + ", ".join(f"<{c}>" for c in known),
-            fix=rename_tag(context.element_at(element.origin), fits, safe=len(near) == 1) if fits else None,
+            f"did you mean {either}?" if near else "one of " + ", ".join(f"<{c}>" for c in known),
+            fix=rename_tag(context.element_at(element.origin), fits, safe=True) if fits else None,
         )
 
 
@@ -68,7 +70,8 @@ def unknown_attribute(context: Context) -> Found:
 
     Mend: write the attribute as URDF has it, or remove it.
 
-    Fix: safe: renamed where one known attribute is near and not given; `rpy` on `<axis>` removed.
+    Fix: safe: renamed where the name is a slip of one known attribute that is not given; `rpy` on `<axis>`
+    removed.
     """
     for element in (context.root, *(child for _, child in context.urdf)):
         known = ATTRIBUTES.get(element.tag)
@@ -79,11 +82,11 @@ def unknown_attribute(context: Context) -> Found:
                 continue
             if name in FOREIGN_ATTRIBUTES.get(element.tag, ()):
                 continue
-            near = [n for n in nearest(name, known) if n not in element.attributes]
-            hint = f"did you mean '{near[0]}'?" if near else _has(element.tag, known)
+            near = did_you_mean(name, [n for n in known if n not in element.attributes])
+            hint = str(near) or _has(element.tag, known)  # a Suggestion would be written as a value
             own = context.element_at(element.origin)
             if near:
-                fix = rename_attribute(own, name, near[0], safe=len(near) == 1)
+                fix = rename_attribute(own, name, near.sure, safe=True) if near.sure else None
             else:
                 fix = remove_attributes(own, (name,), safe=element.tag == "axis" and name == "rpy")
             yield Finding(

@@ -68,7 +68,10 @@ def print_of_type(types: Mapping[str, str], wanted: str) -> None:
 
     names = [name for name, kind in types.items() if is_type(wanted, kind)]
     if not names:
-        hint = did_you_mean(wanted, set(types.values()))
+        kinds = set(types.values())
+        # ROS 1 writes a type without /msg/
+        hints = (did_you_mean(wanted.replace("/", part, 1), kinds) for part in ("/", "/msg/", "/srv/"))
+        hint = next((hint for hint in hints if hint), "")
         fail(f"nothing here is of the type {wanted}" + (f": {hint}" if hint else ""))
     click.echo("\n".join(names))
 

@@ -84,7 +84,8 @@ def _unknown(plan: Plan, full: str, wish: _Wish) -> Diagnostic:
     """A controller of ROS 1 is its parameters; those of ROS 2 may be in the description."""
     known = [name.removesuffix("/type") for name in plan.params if name.endswith("/type")]
     what = f"the controller {full} is not loaded: there are no parameters beneath that name"
-    return Diagnostic("L064", Severity.WARNING, what, wish.origin, did_you_mean(full, known))
+    hint = did_you_mean(full, known) or (f"there are {', '.join(known)}" if known else "")
+    return Diagnostic("L064", Severity.WARNING, what, wish.origin, hint)
 
 
 def runs_hardware(node: Node) -> bool:
