@@ -70,7 +70,7 @@ def test_a_failure_leaves_the_file_as_it_is(
     assert not (tmp_path / "map.json").exists()
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert f"{robot}:6:9: error: the property 'gone' is not defined" in captured.err
+    assert f"{robot}:6:9: error: unknown property 'gone'" in captured.err
 
 
 def test_dependencies(robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

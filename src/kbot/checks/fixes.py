@@ -59,8 +59,14 @@ def _are_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bo
 
 
 def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
-    """How many errors keep from the rules what comes after: of XML, of expansion, of the model's reader."""
-    return tuple(sum(d.is_error and d.code.startswith(of) for d in found) for of in ("P", "X", "U0"))
+    """How many errors keep from the rules what comes after: of XML, of expansion, of the model's reader.
+
+    A property without a value (X100) is what the fix of an unknown one leaves: it counts as less.
+    """
+    codes = [d.code for d in found if d.is_error]
+    unvalued = codes.count("X100")
+    xml, expansion, reading = (sum(code.startswith(of) for code in codes) for of in ("P", "X", "U0"))
+    return xml, expansion - unvalued, unvalued, reading
 
 
 def _one_by_one(

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from kbot.checks.context import Context
-from kbot.checks.spelling import respelled
+from kbot.checks.spelling import with_fix
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
 _SHOWN = 8
@@ -33,7 +33,7 @@ def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
     for given in found:
-        diagnostic = respelled(_at_value(given, context.parameters), context)
+        diagnostic = with_fix(_at_value(given, context.parameters), context)
         origin = diagnostic.origin
         if origin is None or diagnostic.code in _OF_ALL_COPIES or not _macros(origin.call):
             result.append(diagnostic)

@@ -10,10 +10,11 @@ from pathlib import Path
 from kbot.checks.registry import page
 from kbot.text import Severity
 
-_SLIP = "safe, where one known name is a single slip away: it is written."
+_SLIP = "safe, where the name is a slip of one known name: it is written."
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _FIXES = {
     **dict.fromkeys(_NAMES, _SLIP),
+    "X103": f"{_SLIP} Unsafe, where it is not: a property without a value is inserted, which you fill in.",
     "P001": "safe, for a root element in two pieces and for blanks before `<?xml`.",
     "K001": "safe: it is removed.",
     "L053": "safe: the new name is written.",

@@ -1,4 +1,4 @@
-"""Fixes of names that are a slip away from the only one that can be meant, where they were written."""
+"""Fixes of unknown names: the name that is meant is written where it is a slip of one; else it is defined."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from dataclasses import replace
 from itertools import accumulate
 
 from kbot.checks.context import Context
-from kbot.checks.edits import rename_tag
+from kbot.checks.edits import insert_child, rename_tag
 from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
 from kbot.xacro.faults import Fault
+from kbot.xacro.scope import NO_VALUE
 from kbot.xacro.templates import pieces
 
 _VALUE = re.compile(rb"""[\w:.\-]\s*=\s*("[^"]*"|'[^']*')""")
@@ -22,20 +23,39 @@ _UNIT = re.compile(r"&[^;]*;|\r\n|.", re.DOTALL)
 _BLANKS = str.maketrans("\r\n\t", "   ")
 
 
-def respelled(diagnostic: Diagnostic, context: Context) -> Diagnostic:
-    """The finding with a fix that writes the name its hint is sure of, here and where else it is needed.
+def with_fix(diagnostic: Diagnostic, context: Context) -> Diagnostic:
+    """The finding of an unknown name with its fix."""
+    hint = diagnostic.hint
+    if diagnostic.fix is not None or diagnostic.origin is None or not isinstance(hint, Suggestion):
+        return diagnostic
+    fix = None
+    if hint.sure:
+        fix = _respelled(diagnostic, diagnostic.origin.span, hint, context)
+    elif diagnostic.code == "X103" and not hint.nearest:
+        fix = _defined(diagnostic.origin.span, hint.written, context)
+    return replace(diagnostic, fix=fix) if fix else diagnostic
 
-    A name that is put together, as `${prefix}_lnk`, is left alone.
+
+def _respelled(diagnostic: Diagnostic, span: Span, hint: Suggestion, context: Context) -> Fix | None:
+    """Write the name that the hint is sure of, here and where else it is needed.
+
+    A name that is put together, as `${prefix}_lnk`, is not changed.
     """
-    hint, origin = diagnostic.hint, diagnostic.origin
-    if diagnostic.fix is not None or origin is None or not isinstance(hint, Suggestion) or not hint.sure:
-        return diagnostic
     others = [r.origin.span for r in diagnostic.related if r.message == "needed here"]
-    first, *further = ([*_edits(span, hint, context)] for span in dict.fromkeys((origin.span, *others)))
+    first, *further = ([*_edits(span, hint, context)] for span in dict.fromkeys((span, *others)))
     if not first:
-        return diagnostic
+        return None
     edits = (*first, *(edit for more in further for edit in more))
-    return replace(diagnostic, fix=Fix(f"write '{hint.sure}'", tuple(dict.fromkeys(edits)), safe=True))
+    return Fix(f"write '{hint.sure}'", tuple(dict.fromkeys(edits)), safe=True)
+
+
+def _defined(span: Span, name: str, context: Context) -> Fix | None:
+    """Define a property, still without a value, at the top of the file that uses it."""
+    root = next((file.root for file in context.sources if file.path == span.file), None)
+    if root is None or "xmlns:xacro" not in root.attributes:
+        return None
+    line = f'<xacro:property name="{name}" value="{NO_VALUE}"/>'
+    return insert_child(root, line, f"insert {line}", safe=False)
 
 
 def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:

@@ -48,6 +48,11 @@ class Suggestion(str):
     written: str
     nearest: tuple[str, ...]
 
+    def __new__(cls, hint: str, written: str, nearest: Iterable[str] = ()) -> Suggestion:
+        self = super().__new__(cls, hint)
+        self.written, self.nearest = written, tuple(nearest)
+        return self
+
     @property
     def sure(self) -> str:
         """The name that was surely meant, which a fix may write; empty where none or several are near."""
@@ -60,9 +65,7 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> Suggestion:
     near = nearest(name, candidates)
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
-    hint = Suggestion(f"did you mean {either}?" if names else "")
-    hint.written, hint.nearest = name, tuple(near)
-    return hint
+    return Suggestion(f"did you mean {either}?" if names else "", name, near)
 
 
 @lru_cache(maxsize=1 << 14)  # a file with many unknown names compares each with the same known ones

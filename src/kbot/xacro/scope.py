@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import Suggestion, did_you_mean
 from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, consequence
@@ -14,6 +14,10 @@ from kbot.xacro.values import Value, literal
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.xacro.run import Run
+
+NO_VALUE = "${…}"
+"""The value of a property that a fix defines: only the author knows what it is. Any value that can be read
+would give a robot without an error; this one is not an expression, so KBot and xacro both stop at it."""
 
 
 class Scope:
@@ -137,7 +141,11 @@ class Scope:
         mark = len(run.used)
         try:
             value = literal(evaluate(binding.value, self))
-        except Fault as fault:
+        except Fault as error:
+            fault = error
+            if binding.value == NO_VALUE:
+                hint = f"write its value in place of {NO_VALUE}"
+                fault = Fault("X100", f"the property '{binding.name}' has no value", hint)
             binding.problem = run.report_value(fault, binding)
             binding.state = FAILED
             raise _failed(binding) from None
@@ -163,8 +171,8 @@ class Scope:
 
     def _undefined(self, name: str) -> Fault:
         near = did_you_mean(name, self.known())
-        hint = near or f'define it before: <xacro:property name="{name}" value="…"/>'
-        fault = Fault("X103", f"the property '{name}' is not defined", hint, key=("undefined", name))
+        hint = near or Suggestion(f'Define it with <xacro:property name="{name}" value="…"/>', name)
+        fault = Fault("X103", f"unknown property '{name}'", hint, key=("undefined", name))
         fault.near = bool(near)
         return fault
 

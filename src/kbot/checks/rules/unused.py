@@ -25,15 +25,19 @@ def _entry(context: Context) -> SourceFile | None:
 
 
 def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
-    """Of each element of a tag in the entry file whose name stands nowhere else; `{}` in `message` is it."""
+    """Of each element of a tag in the entry file whose name stands nowhere else; `{}` in `message` is it.
+
+    While there are errors no fix removes it: a misspelled name may mean it, and its value would be lost.
+    """
     file = _entry(context)
+    is_sure = not any(d.is_error for d in context.problems)
     for name, element in named(file, tag) if file is not None else ():
         if name.removeprefix("xacro:") not in context.words and "${" not in name:
             yield Finding(
                 element.attribute_origin("name"),
                 message.format(name),
                 hint,
-                fix=remove_element(element, safe=False),
+                fix=remove_element(element, safe=False) if is_sure else None,
             )
 
 
@@ -48,7 +52,7 @@ def unused_property(context: Context) -> Found:
 
     Mend: use it, or remove it. Properties of included files are left alone: others may use them.
 
-    Fix: unsafe: the property is removed.
+    Fix: unsafe: the property is removed, while nothing else is an error.
     """
     return _unused(
         context,
@@ -68,7 +72,7 @@ def unused_macro(context: Context) -> Found:
 
     Mend: call it, or remove it. Macros of included files are left alone: that is what libraries are.
 
-    Fix: unsafe: the macro is removed.
+    Fix: unsafe: the macro is removed, while nothing else is an error.
     """
     return _unused(context, "xacro:macro", "the macro '{}' is never called", "call it, or remove it")
 
@@ -83,7 +87,7 @@ def unused_argument(context: Context) -> Found:
 
     Mend: use it, or remove it.
 
-    Fix: unsafe: the argument is removed.
+    Fix: unsafe: the argument is removed, while nothing else is an error.
     """
     return _unused(
         context,

@@ -1,0 +1,123 @@
+"""A suggestion or a fix that is followed gives the right robot or an error, never a worse robot silently."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import pytest
+
+from kbot.checks import Config, check_text
+from kbot.checks.fixes import apply_edits, fixed
+from kbot.text import Diagnostic
+from kbot.text.suggest import Suggestion
+
+from .mutators import MUTATORS, Mutator
+from .robots import ROVERS, rover
+
+CASTER = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:property name="wheel_radius" value="0.035"/>
+  <link name="base_link">
+    <visual><geometry><sphere radius="${wheel_radius}"/></geometry></visual>
+  </link>
+  <link name="caster"/>
+  <joint name="caster_joint" type="fixed">
+    <parent link="base_link"/><child link="caster"/>
+    <origin xyz="0 0 ${caster_wheel_radius - wheel_radius}"/>
+  </joint>
+</robot>
+"""
+
+
+def found_in(text: str) -> tuple[Diagnostic, ...]:
+    return check_text(text, "robot.xacro", config=Config(ignore=("I1",)))
+
+
+def test_an_undefined_name_is_defined_and_not_replaced_by_a_similar_one() -> None:
+    (error,) = (d for d in found_in(CASTER) if d.is_error)
+    assert error.message == "unknown property 'caster_wheel_radius'"
+    assert error.hint == 'Define it with <xacro:property name="caster_wheel_radius" value="…"/>'
+    assert error.fix is not None
+    assert not error.fix.safe
+    assert fixed(CASTER, "robot.xacro", found_in, unsafe=False)[0] == CASTER
+
+
+def test_the_inserted_property_asks_for_its_value() -> None:
+    text, _ = fixed(CASTER, "robot.xacro", found_in, unsafe=True)
+    head, _, rest = CASTER.partition("\n")
+    assert text == f'{head}\n  <xacro:property name="caster_wheel_radius" value="${{…}}"/>\n{rest}'
+    (error,) = (d for d in found_in(text) if d.is_error)
+    assert (error.code, error.origin and error.origin.span.line) == ("X100", 2)
+    assert error.message == "the property 'caster_wheel_radius' has no value"
+    assert not [d for d in found_in(text.replace("${…}", "0.02")) if d.is_error]
+
+
+def test_two_undefined_names_are_both_defined() -> None:
+    text = CASTER.replace("${caster_wheel_radius - wheel_radius}", "${caster_size + mast_height}")
+    text, applied = fixed(text, "robot.xacro", found_in, unsafe=True)
+    assert len(applied) == 1  # an expression stops at the first
+    text, applied = fixed(text.replace("${…}", "1"), "robot.xacro", found_in, unsafe=True)
+    assert len(applied) == 1
+    assert text.count("<xacro:property") == 3
+
+
+def test_a_slip_is_suggested() -> None:
+    text = CASTER.replace("caster_wheel_radius", "wheel_raduis")
+    (error,) = (d for d in found_in(text) if d.is_error)
+    assert (error.message, error.hint) == ("unknown property 'wheel_raduis'", "did you mean 'wheel_radius'?")
+
+
+def test_a_property_that_a_misspelled_name_may_mean_is_not_removed() -> None:
+    """`wheel_size` looks unused, for `${size_of_the_wheels}` is unknown: removing it would lose its value."""
+    text = CASTER.replace("${caster_wheel_radius - wheel_radius}", "${size_of_the_wheels}")
+    text = text.replace("  <link", '  <xacro:property name="wheel_size" value="0.07"/>\n  <link', 1)
+    assert "S101" in {d.code for d in found_in(text)}
+    assert '"wheel_size"' in fixed(text, "robot.xacro", found_in, unsafe=True)[0]
+
+
+def uses(text: str, name: str) -> list[int]:
+    """Where a text has the name as a whole word, its definition included."""
+    return [match.start() for match in re.finditer(rf"\b{name}\b", text)]
+
+
+DEFINED = re.compile(r'<(?:xacro:property|xacro:macro|xacro:arg|link|joint) name="(\w+)"')
+CLEAN = rover(ROVERS[0])
+NAMES = sorted(name for name in set(DEFINED.findall(CLEAN)) if len(uses(CLEAN, name)) > 1)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_is_defined_nowhere_is_not_replaced_by_another(name: str) -> None:
+    """One definition of the clean robot is given another name: no suggestion or fix may then leave a robot
+    without an error in which another part takes its place."""
+    spoiled = DEFINED.sub(lambda m: m[0].replace(f'"{name}"', '"zzz_qqq"') if m[1] == name else m[0], CLEAN)
+    assert spoiled != CLEAN
+    for found in found_in(spoiled):
+        assert not getattr(found.hint, "nearest", ()), found
+    after = found_in(fixed(spoiled, "robot.xacro", found_in, unsafe=True)[0])
+    assert any(d.code not in ("S101", "S102", "S103") for d in after)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if len(name) >= 4])
+def test_a_slip_in_a_name_is_fixed_or_reported(name: str) -> None:
+    """The last use of a name is misspelled in three ways; following each suggestion gives the clean robot."""
+    start = uses(CLEAN, name)[-1]
+    for slip in (name[:2] + name[3:], name[0] + name[2] + name[1] + name[3:], name + name[-1]):
+        spoiled = CLEAN[:start] + slip + CLEAN[start + len(name) :]
+        suggested = [d.hint for d in found_in(spoiled) if isinstance(d.hint, Suggestion) and d.hint.nearest]
+        assert all(hint.nearest == (name,) for hint in suggested), suggested
+        after = fixed(spoiled, "robot.xacro", found_in, unsafe=False)[0]
+        assert after == CLEAN or found_in(after)
+
+
+@pytest.mark.parametrize("mutator", MUTATORS, ids=lambda m: f"{m.code}-{m.name}")
+def test_no_fix_brings_another_finding_without_an_error(mutator: Mutator) -> None:
+    """Each fix of a mutant is followed alone, safe or not: nothing new is found afterwards, or an error is
+    left that says what remains to be done."""
+    spoiled = next(spoiled for robot in ROVERS if (spoiled := mutator.spoil(rover(robot))))[0]
+    before = found_in(spoiled)
+    for finding in before:
+        if finding.fix is None:
+            continue
+        after = found_in(apply_edits(spoiled, finding.fix.edits))
+        new = Counter(d.code for d in after) - Counter(d.code for d in before)
+        assert not new or any(d.is_error for d in after), (finding.code, finding.fix.title, new)
