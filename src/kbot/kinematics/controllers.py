@@ -8,8 +8,8 @@ from kbot.model import Joint, Robot
 from kbot.text import Element
 
 _DRIVES = ("diff_drive", "diffdrive", "skid_steer", "skidsteer")
-_LEFT = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
-_RIGHT = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
+LEFT_TAGS = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
+RIGHT_TAGS = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
 
 _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
 
@@ -26,15 +26,25 @@ def drive_plugins(robot: Robot) -> Iterator[Element]:
 
 def plugin_joints(plugin: Element) -> tuple[list[str], list[str]]:
     """The joints a drive plugin names as left and right, as written."""
-    left = [e.text.strip() for e in plugin.elements() if e.tag in _LEFT]
-    right = [e.text.strip() for e in plugin.elements() if e.tag in _RIGHT]
+    left = [name for e in plugin.elements() if e.tag in LEFT_TAGS and (name := e.text.strip())]
+    right = [name for e in plugin.elements() if e.tag in RIGHT_TAGS and (name := e.text.strip())]
+    return left, right
+
+
+def plugin_sides(robot: Robot) -> tuple[list[str], list[str]]:
+    """The joints that the drive plugins name as left and as right; of several plugins the first decides."""
+    left, right = list[str](), list[str]()
+    for plugin in drive_plugins(robot):
+        known = {*left, *right}
+        for side, names in zip((left, right), plugin_joints(plugin), strict=True):
+            side += [name for name in names if name not in known]
     return left, right
 
 
 def plugin_driven_joints(robot: Robot) -> list[Joint]:
     """The movable joints that the drive plugins name."""
-    names = [name for p in drive_plugins(robot) for side in plugin_joints(p) for name in side]
-    return _movable(robot, names)
+    left, right = plugin_sides(robot)
+    return _movable(robot, [*left, *right])
 
 
 def steering_plugin_joints(robot: Robot) -> list[Joint]:

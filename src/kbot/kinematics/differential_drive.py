@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.casters import find_casters
-from kbot.kinematics.controllers import plugin_driven_joints, velocity_joints
-from kbot.kinematics.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.controllers import plugin_driven_joints, plugin_sides, velocity_joints
+from kbot.kinematics.drive import DifferentialDrive, NoDrive, with_sides
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.steering import steered_axle, steered_wheel
 from kbot.kinematics.transform import Transform
@@ -34,9 +34,10 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
     """
     tree = tree or FrameTree(robot)
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
+    left, right = plugin_sides(robot)
     by_plugin = drive_of(robot, tree, plugin_driven_joints(robot))
-    if isinstance(by_plugin, DifferentialDrive):
-        return by_plugin
+    if isinstance(by_plugin, DifferentialDrive) or not set(left).isdisjoint(right):
+        return with_sides(by_plugin, left, right)
     if not turning:
         return NoDrive(_why_nothing_turns(robot))
     steered = steered_axle(robot, tree, turning)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from kbot.kinematics.odometry import PlanarPose, integrate
 from kbot.kinematics.transform import Transform
@@ -14,11 +14,12 @@ from kbot.kinematics.wheels import Wheel
 class DifferentialDrive:
     """Two sides of equal wheels on parallel axles.
 
-    `left` and `right` name the driving joints, front to rear; `forward` tells for each whether a
-    positive speed of the joint drives forwards (1.0) or backwards (-1.0). `radius` of the wheels and
-    `separation` between the middles of left and right ones, in m. `axle_in_base` is the frame in the
-    middle of the wheels' centres, x forward, y to the left wheel, in the frame of the link `base`.
-    `casters` name the links that bear the robot without driving it.
+    `left` and `right` name the driving joints, front to rear. They are the sides that the robot's plugin or
+    controller names; without one, those on which the wheels stand. `forward` is the sign of the speed that a
+    joint is commanded for driving forwards. `radius` is that of the wheels and `separation` the distance
+    between the middles of left and right ones, in m; both are positive. `axle_in_base` is the frame in the
+    middle of the wheels' centres, x forward, y to the wheels that stand on the left, in the frame of the link
+    `base`. `casters` name the links that bear the robot without driving it.
     """
 
     left: tuple[str, ...]
@@ -34,6 +35,22 @@ class DifferentialDrive:
     @property
     def joints(self) -> tuple[str, ...]:
         return self.left + self.right
+
+    @property
+    def mistakes(self) -> dict[str, str]:
+        """What the plugin or controller gets wrong, by joint: the robot then does not move as commanded."""
+        found: dict[str, str] = {}
+        axle_from_base, leftward = self.axle_in_base.inverse(), self.axle_in_base.rotation[:, 1]
+        for side, names in (("left", self.left), ("right", self.right)):
+            for name in names:
+                wheel = self.wheels[name]
+                true = "left" if axle_from_base.apply(wheel.center)[1] > 0.0 else "right"
+                if (wheel.axis @ leftward) * self.forward[name] < 0.0:
+                    found[name] = f"a positive speed of '{name}', as the drive commands it, drives backwards"
+                elif side != true:
+                    what = f"the drive names '{name}' as {side}, and its wheel is on the {true}"
+                    found[name] = f"{what}: turns are reversed"
+        return found
 
     @property
     def axle_in_base_planar(self) -> PlanarPose:
@@ -74,3 +91,31 @@ class NoDrive:
     """Why a robot has no differential drive, in one sentence."""
 
     reason: str
+
+
+def with_sides(
+    drive: DifferentialDrive | NoDrive, left: Sequence[str], right: Sequence[str]
+) -> DifferentialDrive | NoDrive:
+    """The drive as its plugin or controller commands it, which names joints as left and as right.
+
+    A side is what the plugin names so, wherever the wheels stand: gazebo_ros_diff_drive, gz's DiffDrive and
+    diff_drive_controller all command (v - w s/2)/r to the joints named left and (v + w s/2)/r to those named
+    right, and compute the turn of their odometry from right minus left. With exchanged names the robot
+    therefore turns against the command, while the odometry agrees with the command. The speed is that of the
+    joint: where its axis points to the right, a positive speed drives backwards. A joint that is not named
+    stays on the side where its wheel stands, and is turned as its axis requires.
+    """
+    both = next((name for name in left if name in right), None)
+    if both is not None:
+        return NoDrive(f"its drive names the joint '{both}' both as left and as right")
+    if isinstance(drive, NoDrive):
+        return drive
+    ahead = drive.axle_in_base.rotation[:, 0]
+    joints = sorted(drive.joints, key=lambda name: -float(drive.wheels[name].center @ ahead))
+    lefts = tuple(n for n in joints if n in left or (n in drive.left and n not in right))
+    rights = tuple(n for n in joints if n not in lefts)
+    if not lefts or not rights:
+        return NoDrive(f"its drive names no joint as {'right' if lefts else 'left'}")
+    named = dict.fromkeys((*left, *right), 1.0)
+    forward = {name: named.get(name, sign) for name, sign in drive.forward.items()}
+    return replace(drive, left=lefts, right=rights, forward=forward)

@@ -64,10 +64,13 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
 
 
 def require_turning(simulation: Simulation) -> None:
-    """Raises KbotError for a robot that steers: paths have corners, at which it is turned on the spot."""
-    if isinstance(simulation.drive, SteeredDrive):
-        name = simulation.named().name
+    """Raises KbotError for a robot that steers, for paths have corners at which it turns on the spot, and for
+    one that does not move as it is commanded."""
+    drive, name = simulation.drive, simulation.named().name
+    if isinstance(drive, SteeredDrive):
         raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
+    if isinstance(drive, DifferentialDrive) and drive.mistakes:
+        raise KbotError(f"robot '{name}' cannot follow a path: {next(iter(drive.mistakes.values()))}")
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:

@@ -11,7 +11,8 @@ from kbot.kinematics.steered_drive import SteeredDrive, find_base
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.model.load import load_robot
-from kbot.sim.drive.settings import DriveSettings, check_named_joints, drive_settings
+from kbot.sim.drive.settings import DriveSettings, drive_settings
+from kbot.sim.drive.sides import check_named_joints, commanded
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.inertia import drive_with_masses
 from kbot.sim.engine.robot_builder import RobotPlan
@@ -58,7 +59,7 @@ def prepare(
     own controller."""
     drive = drive_with_masses(robot, _base(robot))
     findings = Findings()
-    check_named_joints(robot, findings)
+    check_named_joints(robot, drive, findings)
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
         settings = drive_settings(robot, drive, findings, naming)
@@ -93,7 +94,7 @@ def read_robot(robot: object) -> Robot:
 
 def _base(robot: Robot) -> DifferentialDrive | NoDrive:
     """What drives a robot, unless a launch has its wheels commanded one by one."""
-    drive = find_base(robot)
+    drive = commanded(robot, find_base(robot))
     reason = spawned_for(robot, _driving_joints(drive))
     return NoDrive(reason) if reason else drive
 

@@ -10,14 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from kbot.kinematics.controllers import LEFT_TAGS, RIGHT_TAGS
 from kbot.model import Robot
 from kbot.text import Element, KbotError, Origin, Source, Span, read_source
 
 if TYPE_CHECKING:
     from kbot.xacro import Packages
-
-_LEFT = {"leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint"}
-_RIGHT = {"rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,9 +97,9 @@ def _plugin_driver(plugin: Element, kind: str) -> Driver:
     for element in plugin.elements():
         word = Word(element.text.strip(), element.origin)
         words.setdefault(element.tag, word)
-        if element.tag in _LEFT:
+        if element.tag in LEFT_TAGS:
             sides["left"].append(word)
-        elif element.tag in _RIGHT:
+        elif element.tag in RIGHT_TAGS:
             sides["right"].append(word)
     separation = next((words[t] for t in ("wheelSeparation", "wheel_separation") if t in words), None)
     diameter = next((words[t] for t in ("wheelDiameter", "wheel_diameter") if t in words), None)

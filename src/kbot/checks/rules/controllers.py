@@ -66,6 +66,37 @@ def plugin_joint_unknown(context: Context) -> Found:
                     )
 
 
+@rule("D131", "joint-named-twice", Severity.ERROR, "robot")
+def joint_named_twice(context: Context) -> Found:
+    """A joint that a drive plugin or controller names as left and as right, or twice on one side.
+
+    Why: for both sides one wheel gets two commands, of which the last wins, and the other wheel gets none:
+    the robot runs in circles. `kbot sim` does not drive it. Named twice on one side, ros2_control does not
+    activate the controller, and gazebo_ros_diff_drive does not start.
+
+    Example: `<leftJoint>left_wheel_joint</leftJoint> <rightJoint>left_wheel_joint</rightJoint>`
+
+    Mend: name the joint of each wheel once, on its own side.
+
+    Fix: none.
+    """
+    for driver in context.drivers:
+        first: dict[str, tuple[str, Word]] = {}
+        for side, words in driver.sides.items():
+            for word in words:
+                if not word.text:
+                    continue
+                before, place = first.setdefault(word.text, (side, word))
+                if place is not word:
+                    twice = f"twice as {side}" if side == before else "both as left and as right"
+                    yield Finding(
+                        word.origin,
+                        f"{driver.name}: it names the joint '{word.text}' {twice}",
+                        "name the joint of each wheel once, on its own side",
+                        (Related("named here first", place.origin),),
+                    )
+
+
 @rule("D102", "control-joint-unknown", Severity.ERROR, "robot")
 def control_joint_unknown(context: Context) -> Found:
     """A joint within `<ros2_control>` that the robot lacks.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import chain
 from math import inf, isfinite
 
-from kbot.kinematics.controllers import drive_plugins, plugin_joints, steering_plugins
+from kbot.kinematics.controllers import drive_plugins, steering_plugins
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import Robot
@@ -20,7 +20,6 @@ from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import Element, Origin
 from kbot.text.numbers import to_float
-from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
 DEFAULT_LIMITS = DriveLimits()
@@ -90,21 +89,6 @@ def drive_settings(
     if found is not None:
         return _from_controller(found, drive, findings)
     return DriveSettings(drive.radius, drive.separation)
-
-
-def check_named_joints(robot: Robot, findings: Findings) -> None:
-    """Say which joints a drive plugin names that the robot does not have."""
-    for plugin in drive_plugins(robot):
-        left, right = plugin_joints(plugin)
-        for element in plugin.elements():
-            name = element.text.strip()
-            if name in (*left, *right) and name not in robot.joints:
-                findings.warning(
-                    "W134",
-                    f"the drive names the joint '{name}', which the robot does not have",
-                    element.origin,
-                    did_you_mean(name, robot.joints),
-                )
 
 
 class _PluginValues:

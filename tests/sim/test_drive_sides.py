@@ -1,0 +1,175 @@
+"""The simulation drives the joints that a plugin or controller names, on the sides that it names.
+
+gazebo_ros_diff_drive, gz's DiffDrive and diff_drive_controller command (v - w s/2)/r to the left joints and
+(v + w s/2)/r to the right ones, and take the turn of their odometry from right minus left. With exchanged
+names a robot that is commanded +w therefore turns at -w, while its odometry turns at +w.
+"""
+
+import pytest
+
+from kbot.cli.main import main
+from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
+from kbot.model.load import load_robot, load_robot_text
+from kbot.navigation.simulated import require_turning
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.workbench.session.driven_session import why_not
+
+LEFT, RIGHT = "left_wheel_joint", "right_wheel_joint"
+YAML = """controller_manager:
+  ros__parameters:
+    base: {{type: diff_drive_controller/DiffDriveController}}
+base:
+  ros__parameters:
+    left_wheel_names: [{left}]
+    right_wheel_names: [{right}]
+"""
+
+
+@pytest.fixture(scope="module")
+def plain() -> str:
+    """KBot as URDF without anything that drives it."""
+    return load_robot("kbot", {"control": "none"}).expansion.text
+
+
+@pytest.fixture(params=["classic", "gz", "ros2_control"])
+def named(request, plain, tmp_path):
+    """KBot with a drive of each kind, which names these joints as left and right."""
+
+    def build(left: str, right: str, change=lambda text: text):
+        if request.param == "classic":
+            plugin = f"<leftJoint>{left}</leftJoint><rightJoint>{right}</rightJoint>"
+            attributes = 'name="d" filename="libgazebo_ros_diff_drive.so"'
+        elif request.param == "gz":
+            plugin = f"<left_joint>{left}</left_joint><right_joint>{right}</right_joint>"
+            attributes = 'name="gz::sim::systems::DiffDrive" filename="gz-sim-diff-drive-system"'
+        else:
+            (tmp_path / "c.yaml").write_text(YAML.format(left=left, right=right))
+            plugin, attributes = f"<parameters>{tmp_path}/c.yaml</parameters>", 'name="r" filename="x"'
+        text = plain.replace("</robot>", f"<gazebo><plugin {attributes}>{plugin}</plugin></gazebo></robot>")
+        return load_robot_text(change(text), "kbot.urdf").require()
+
+    return build
+
+
+def driven(robot, linear: float, angular: float) -> Simulation:
+    sim = Simulation(robot)
+    sim.cmd_vel(linear, angular)
+    sim.run(2.0)
+    return sim
+
+
+def codes(sim: Simulation) -> list[str]:
+    return [d.code for d in sim.diagnostics]
+
+
+def test_exchanged_sides_turn_against_the_command_and_the_odometry_agrees_with_it(named):
+    """0.5 rad/s for 2 s, less the ramp of 8 rad/s^2: 1 - 0.5^2/(2*8) = 0.984 rad, and the servos' lag."""
+    right, wrong = driven(named(LEFT, RIGHT), 0.0, 0.5), driven(named(RIGHT, LEFT), 0.0, 0.5)
+    assert right.ground_truth.pose.yaw == pytest.approx(0.984, rel=0.03)
+    assert wrong.ground_truth.pose.yaw == pytest.approx(-right.ground_truth.pose.yaw, rel=1e-3)
+    assert wrong.odometry.pose.yaw == pytest.approx(right.odometry.pose.yaw, rel=1e-3)
+    assert (codes(right), codes(wrong)) == ([], ["W146"])
+    assert wrong.diagnostics[0].message == (
+        f"the drive names '{RIGHT}' as left, and its wheel is on the right: turns are reversed"
+    )
+
+
+def test_exchanged_sides_drive_straight_as_before(named):
+    """0.2 m/s for 2 s, less the ramp of 1 m/s^2: 0.4 - 0.2^2/2 = 0.38 m."""
+    sim = driven(named(RIGHT, LEFT), 0.2, 0.0)
+    assert sim.ground_truth.pose.x == pytest.approx(0.38, rel=0.03)
+    assert abs(sim.ground_truth.pose.y) < 1e-3
+
+
+def test_axes_to_the_right_drive_backwards_for_a_drive_that_commands_a_positive_speed(named):
+    """Both wheels then turn the other way: x is -0.38 m, the odometry's +0.38 m."""
+
+    def flipped(text: str) -> str:
+        return text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>')
+
+    sim = driven(named(LEFT, RIGHT, flipped), 0.2, 0.0)
+    assert sim.ground_truth.pose.x == pytest.approx(-0.38, rel=0.03)
+    assert sim.odometry.pose.x == pytest.approx(0.38, rel=0.03)
+    assert codes(sim) == ["W146"]
+    # turned by half a turn the robot is right: exchanged names and axes together turn it as commanded
+    assert driven(named(RIGHT, LEFT, flipped), 0.0, 0.5).ground_truth.pose.yaw == pytest.approx(
+        0.984, rel=0.03
+    )
+
+
+def test_goals_are_refused_for_a_robot_that_turns_against_its_commands(named):
+    require_turning(Simulation(named(LEFT, RIGHT)))
+    with pytest.raises(KbotError, match=rf"cannot follow a path: .*'{RIGHT}' as left.*turns are reversed"):
+        require_turning(Simulation(named(RIGHT, LEFT)))
+
+
+def test_one_joint_on_both_sides_is_not_driven(named):
+    robot = named(LEFT, LEFT)
+    sim = Simulation(robot)
+    assert codes(sim) == ["W145"]
+    assert isinstance(sim.drive, NoDrive)
+    reason = f"its drive names the joint '{LEFT}' both as left and as right"
+    with pytest.raises(KbotError, match=f"robot 'kbot' cannot drive: {reason}"):
+        sim.cmd_vel(0.2, 0.0)
+    assert why_not(robot) == reason  # what the page shows
+    sim.run(0.5)
+    assert abs(sim.ground_truth.pose.x) < 1e-3
+
+
+def test_one_joint_on_both_sides_ends_the_command_with_one_line(plain, tmp_path, capsys):
+    joint = f"<leftJoint>{LEFT}</leftJoint><rightJoint>{LEFT}</rightJoint>"
+    plugin = f'<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">{joint}</plugin></gazebo>'
+    file = tmp_path / "same.urdf"
+    file.write_text(plain.replace("</robot>", f"{plugin}</robot>"))
+    with pytest.raises(SystemExit) as end:
+        main(["sim", str(file), "--headless", "--duration", "1", "--cmd-vel", "0.2,0"])
+    assert end.value.code == 2
+    error = capsys.readouterr().err.splitlines()[-1]
+    assert error == (
+        f"error: robot 'kbot' cannot drive: its drive names the joint '{LEFT}' both as left and as right"
+    )
+
+
+def test_a_joint_twice_on_one_side_drives_once(plain):
+    joints = f"<left_joint>{LEFT}</left_joint>" * 2 + f"<right_joint>{RIGHT}</right_joint>"
+    plugin = f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{joints}</plugin></gazebo>'
+    drive = find_drive(load_robot_text(plain.replace("</robot>", f"{plugin}</robot>"), "k.urdf").require())
+    assert isinstance(drive, DifferentialDrive)
+    assert (drive.left, drive.right) == ((LEFT,), (RIGHT,))
+
+
+WHEEL = """<link name="{0}"><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1"
+ length="0.03"/></geometry></collision></link><joint name="{0}" type="continuous"><parent link="base"/>
+ <child link="{0}"/><origin xyz="{1} {2} 0"/><axis xyz="0 1 0"/></joint>"""
+
+
+@pytest.mark.parametrize(
+    ("tags", "left", "right", "wrong"),
+    [
+        (("fl", "rl", "fr", "rr"), ("fl", "rl"), ("fr", "rr"), set()),
+        (("fr", "rr", "fl", "rl"), ("fr", "rr"), ("fl", "rl"), {"fl", "fr", "rl", "rr"}),
+        (("fl", "rr", "fr", "rl"), ("fl", "rr"), ("fr", "rl"), {"rl", "rr"}),
+    ],
+)
+def test_each_wheel_of_a_skid_steer_is_on_the_side_that_the_plugin_names(urdf, tags, left, right, wrong):
+    places = {"fl": (0.2, 0.2), "rl": (-0.2, 0.2), "fr": (0.2, -0.2), "rr": (-0.2, -0.2)}
+    wheels = "".join(WHEEL.format(name, *place) for name, place in places.items())
+    names = ("leftFrontJoint", "leftRearJoint", "rightFrontJoint", "rightRearJoint")
+    joints = "".join(f"<{tag}>{joint}</{tag}>" for tag, joint in zip(names, tags, strict=True))
+    plugin = (
+        f'<gazebo><plugin name="d" filename="libgazebo_ros_skid_steer_drive.so">{joints}</plugin></gazebo>'
+    )
+    drive = find_drive(urdf(f'<robot name="r"><link name="base"/>{wheels}{plugin}</robot>'))
+    assert isinstance(drive, DifferentialDrive)
+    assert (drive.left, drive.right, set(drive.mistakes)) == (left, right, wrong)
+    assert drive.separation == pytest.approx(0.4)
+
+
+def test_a_plugin_without_a_right_joint_does_not_drive(urdf):
+    wheels = WHEEL.format("l", 0, 0.2) + WHEEL.format("r", 0, -0.2)
+    joints = "<left_joint>l</left_joint><left_joint>r</left_joint>"
+    plugin = f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{joints}</plugin></gazebo>'
+    drive = find_drive(urdf(f'<robot name="r"><link name="base"/>{wheels}{plugin}</robot>'))
+    assert isinstance(drive, NoDrive)
+    assert drive.reason == "its drive names no joint as right"
