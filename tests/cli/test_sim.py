@@ -156,7 +156,7 @@ def test_a_script_that_cannot_be_used_ends_with_two(capsys, tmp_path, text, mess
         (("kbot", "--headless", "--duration", "nan"), "--duration is a finite number"),
         (("kbot", "--headless", "--duration", "-1"), "--duration is a finite number"),
         (("kbot", "--headless", "--duration", "soon"), "not a valid float"),
-        (("kbot", "--headless", "--world", "bokses"), "did you mean 'boxes'"),
+        (("kbot", "--headless", "--world", "boxs"), "did you mean 'boxes'"),
         (("kbot", "--headless", "--world", "maze:size=x"), "whole number"),
         (("kbot", "--headless", "--seed", "-1"), "--seed"),
         (("kbot", "--headless", "--contacts", "magic"), "--contacts"),
