@@ -80,6 +80,24 @@ def uses(text: str, name: str) -> list[int]:
     return [match.start() for match in re.finditer(rf"\b{name}\b", text)]
 
 
+@pytest.mark.parametrize(
+    ("expression", "message", "hint"),
+    [
+        # `${degrees}` would be the text "<built-in function degrees>"
+        ("degree", "unknown property 'degree'", 'Define it with <xacro:property name="degree" value="…"/>'),
+        ("sqtr(wheel_radius)", "unknown function 'sqtr'", "did you mean 'sqrt' or 'str'?"),
+        ("lenn('a')", "unknown function 'lenn'", "did you mean 'len'?"),
+        ("size_of(wheel_radius)", "unknown function 'size_of'", ""),
+        ("max([radian(i) for i in [1, 2]])", "unknown function 'radian'", "did you mean 'radians'?"),
+    ],
+)
+def test_a_function_is_suggested_only_where_one_is_called(expression: str, message: str, hint: str) -> None:
+    text = CASTER.replace("caster_wheel_radius - wheel_radius", expression)
+    (error,) = (d for d in found_in(text) if d.is_error)
+    assert (error.message, error.hint) == (message, hint)
+    assert (error.fix is not None and not error.fix.safe) == (hint.startswith("Define"))
+
+
 DEFINED = re.compile(r'<(?:xacro:property|xacro:macro|xacro:arg|link|joint) name="(\w+)"')
 CLEAN = rover(ROVERS[0])
 NAMES = sorted(name for name in set(DEFINED.findall(CLEAN)) if len(uses(CLEAN, name)) > 1)

@@ -39,7 +39,7 @@ def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
         ("wheel_seperation", ["wheel_separation", "wheel_radius"], ["wheel_separation"]),
         ("left_wheel_radius", ["wheel_radius_left", "wheel_radius"], ["wheel_radius_left"]),
         ("wheelRadius", ["wheel_radius"], ["wheel_radius"]),
-        ("whee", ["wheel", "wheek", "wheels"], ["wheel", "wheek"]),
+        ("whee", ["wheel", "wheek", "wheels"], ["wheek", "wheel"]),
         ("arm1", ["arm_1", "arm_2", "arm"], ["arm_1"]),
         ("/tf_statci", ["/tf", "/tf_static"], ["/tf_static"]),
     ],
@@ -97,7 +97,7 @@ def test_one_slip_of_one_name_is_sure(written: str, meant: str) -> None:
 
 def test_of_two_near_names_neither_is_sure() -> None:
     hint = did_you_mean("whee", ["wheel", "wheek"])
-    assert hint == "did you mean 'wheel' or 'wheek'?"
+    assert hint == "did you mean 'wheek' or 'wheel'?"
     assert hint.sure == ""
 
 

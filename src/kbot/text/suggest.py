@@ -35,11 +35,11 @@ _UNIT = re.compile(r"[^\W\d_]+|\d+")
 
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
-    """Up to `count` candidates of which `name` is a slip."""
+    """Up to `count` candidates of which `name` is a slip, in alphabetical order: many come from a set."""
     if len(name) > _LONGEST:
         return []
-    names = dict.fromkeys(candidates)
-    return [other for other in names if len(other) <= _LONGEST and _is_a_slip(name, other)][:count]
+    near = {other for other in candidates if len(other) <= _LONGEST and _is_a_slip(name, other)}
+    return sorted(near)[:count]
 
 
 class Suggestion(str):

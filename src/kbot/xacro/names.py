@@ -137,6 +137,9 @@ def _xacro(run: Run, constant: Evaluate) -> Names:
     )
 
 
+FUNCTIONS = frozenset([*_DEPRECATED, *(name for name, value in GLOBAL.items() if callable(value))])
+"""Names that are called: none of them is meant where a value is missing, nor a value where a function is."""
+
 FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
 """Names of the documentation that the official implementation does not define."""
 

@@ -6,7 +6,7 @@ from kbot.text.suggest import Suggestion, did_you_mean
 from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, consequence
-from kbot.xacro.names import GLOBAL, KNOWN, run_name
+from kbot.xacro.names import FUNCTIONS, GLOBAL, KNOWN, run_name
 from kbot.xacro.substitution import substitute
 from kbot.xacro.templates import evaluate, expression
 from kbot.xacro.values import Value, literal
@@ -113,8 +113,8 @@ class Scope:
     __getitem__ = xacro_attribute
 
     def known(self) -> set[str]:
-        """Every name that has a meaning here."""
-        names = set(KNOWN)
+        """Every name that has a value here; a function is not one."""
+        names = set(KNOWN - FUNCTIONS)
         scope: Scope | None = self
         while scope is not None:
             names.update(name for name in scope.values if not name.startswith("*"))

@@ -17,6 +17,7 @@ from kbot.xacro.expressions.operations import (
     Closure,
     InvalidExpression,
     comparison,
+    function_closure,
     item,
     name_closure,
     operation,
@@ -193,7 +194,8 @@ def _dict(node: ast.Dict) -> Closure:
 
 
 def _call(node: ast.Call) -> Closure:
-    function, arguments = closure_of(node.func), items(node.args)
+    named_by = node.func.id if isinstance(node.func, ast.Name) else ""
+    function, arguments = function_closure(named_by) if named_by else closure_of(node.func), items(node.args)
     named = [(keyword.arg, closure_of(keyword.value)) for keyword in node.keywords]
     if not named:
         return lambda env: call(env.budget, function(env), arguments(env), {})

@@ -70,6 +70,27 @@ def name_closure(identifier: str) -> Closure:
     return lambda env: env.lookup(identifier)
 
 
+def function_closure(identifier: str) -> Closure:
+    """The closure of a name that is called."""
+    refuse_private(identifier)
+
+    def function(env: Environment) -> Value:
+        try:
+            return env.lookup(identifier)
+        except Fault as fault:
+            if fault.code != "X103" or fault.problem is not None:  # the name has a value, which is at fault
+                raise
+        from kbot.text.suggest import did_you_mean
+        from kbot.xacro.names import FUNCTIONS
+
+        near = did_you_mean(identifier, FUNCTIONS)
+        unknown = Fault("X103", f"unknown function '{identifier}'", near or "", key=("undefined", identifier))
+        unknown.near = bool(near)
+        raise unknown
+
+    return function
+
+
 def operation(kind: str, left: Closure, right: Closure) -> Closure:
     """The closure of a binary operator, by the name of its syntax tree's class."""
     if kind == "Div":
