@@ -35,6 +35,8 @@ class Controlled(Population):
         for names in (start, stop):
             if isinstance(names, str) or not isinstance(names, Sequence):
                 raise KbotError(f"controllers are a list of names, not {shortened(names)}")
+        if not isinstance(strict, bool):
+            raise KbotError(f"strict is True or False, not {shortened(strict)}")
         switched = self.named(robot)
         managed = _loaded(switched)
         running = managed.keys() - switched.stopped
