@@ -32,11 +32,12 @@ CHROMIUMS = (
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C reach the programs that tests start.
+    """Let Ctrl-C reach the programs that tests start, and their tracebacks reach the tests.
 
     A shell starts its background jobs with SIGINT ignored, and every child inherits that, down to
     the programs whose Ctrl-C is tested.
     """
+    os.environ["KBOT_DEBUG"] = "1"  # programs that tests start print the traceback of an internal error
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -21,6 +21,7 @@ from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.bridges.websocket.topic_server import TopicServer
 from kbot.messages import services as srv
+from kbot.messages.types import Twist
 from kbot.text import KbotError
 
 from .conftest import Running, wait_until
@@ -78,6 +79,33 @@ def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
             connect(server.address, sock=raw, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]),
         ):
             raw.sendall(frame)
+    assert running.goes_on()
+    assert still_serves(server)
+
+
+def test_a_message_that_fails_is_answered(
+    running: Running, server: TopicServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """An unforeseen error fails that message alone, on the bridges' thread and on the simulation's."""
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    name = type(server).__name__.removesuffix("Bridge")
+    with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+        with monkeypatch.context() as patch:
+            patch.setattr("kbot.bridges.websocket.topic_server.JsonTalk.hear", fail)
+            connection.send("{}")
+            while "KBot failed at this: ZeroDivisionError" not in str(connection.recv(60)):
+                pass
+        with monkeypatch.context() as patch:
+            patch.setattr(running.simulation.bus, "publish", fail)
+            reasons: list[str] = []
+            running.link.send("/cmd_vel", Twist(), reasons.append)
+            wait_until(lambda: reasons)
+        assert "KBot failed at this: ZeroDivisionError" in reasons[0]
+    assert f"{name}: a message failed: internal error".lower() in caplog.text.lower()
+    assert not any(record.exc_info for record in caplog.records)
     assert running.goes_on()
     assert still_serves(server)
 

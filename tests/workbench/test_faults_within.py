@@ -68,7 +68,35 @@ def test_files_are_watched_on_after_a_fault(
         hear(page, "state")
         monkeypatch.setattr("kbot.workbench.serving.file_watcher._signature", broken)
         until(lambda: "watching the files failed" in caplog.text)
-        assert "ZeroDivisionError: a bug" in caplog.text
+        assert "internal error (ZeroDivisionError)" in caplog.text
         monkeypatch.undo()
         xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
         until(lambda: "'value': 0.2" in str(hear(page, "parameters")))
+
+
+def test_a_plot_that_fails_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
+    address, _ = driving
+    with connect(socket_address(address)) as page:
+        monkeypatch.setattr("kbot.workbench.serving.past.Past.series", broken)
+        say(page, type="ask_series", number=1, fields=["state twist.0"], start=0.0, end=1.0)
+        assert refusal(page, "failed") == FAILED
+        monkeypatch.undo()
+        say(page, type="ask_series", number=2, fields=["state twist.0"], start=0.0, end=1.0)
+        assert hear(page, "series")["number"] == 2
+
+
+@pytest.mark.parametrize(
+    ("path", "part"),
+    [("/export/robot.glb", "kbot.workbench.export.model_file.glb"), ("/mesh/1", "MeshStore.packed")],
+)
+def test_a_request_that_fails_is_answered(
+    driving: tuple[str, Session], path: str, part: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    address, _ = driving
+    monkeypatch.setattr(part.replace("MeshStore", "kbot.workbench.meshes.store.MeshStore"), broken)
+    status, _, body = get(address, path)
+    assert (status, body.decode()) == (500, f"500: {FAILED}\n")
+    (fault,) = caplog.messages
+    assert fault.startswith(f"GET /{path.split('/')[1]} failed: internal error (ZeroDivisionError)")
+    monkeypatch.undo()
+    assert get(address, "/")[0] == 200

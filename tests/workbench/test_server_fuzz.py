@@ -119,8 +119,12 @@ def say(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]:
 
 
 def tracebacks(caplog: pytest.LogCaptureFixture) -> list[str]:
-    """What was logged with a traceback."""
-    return [f"{record.getMessage()}: {record.exc_info}" for record in caplog.records if record.exc_info]
+    """What was logged as an internal error or with a traceback."""
+    return [
+        f"{record.getMessage()}: {record.exc_info}"
+        for record in caplog.records
+        if record.exc_info or "internal error" in record.getMessage()
+    ]
 
 
 @pytest.mark.filterwarnings("ignore:The recursion limit")  # reading a description raises it

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from kbot.bridges.fan_out import FanOut
 from kbot.bridges.live import Live
+from kbot.bridges.loop import FAULTS
 from kbot.bridges.services import Service, require_service
 from kbot.messages.types import Twist, TwistStamped
 from kbot.text import KbotError
@@ -251,9 +252,7 @@ class Link:
             except KbotError as error:
                 future.set_exception(error)
             except Exception as error:  # noqa: BLE001 - no caller is to end the simulation, whatever it found
-                told = f"{service.name} failed, which is a fault of KBot: {type(error).__name__}: {error}"
-                self.tell(told)
-                future.set_exception(KbotError(told))
+                future.set_exception(KbotError(FAULTS.fault(service.name, error)))
         self._wake_all()
         return called > 0
 
@@ -287,4 +286,6 @@ class Link:
         except KbotError as error:
             self.tell(f"{topic}: a message from outside was refused: {error}")
             return f"{topic}: {error}"
+        except Exception as error:  # noqa: BLE001 - one message that fails does not end the simulation
+            return f"{topic}: {FAULTS.fault(f'a message on {topic}', error)}"
         return ""

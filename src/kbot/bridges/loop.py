@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 from collections.abc import Callable, Coroutine
 from functools import cache
 from typing import Any, Generic, TypeVar
 
+from kbot.bridges.complaints import Complaints
+
 T = TypeVar("T")
 S = TypeVar("S")
 WAIT_SECONDS = 10.0
+
+FAULTS = Complaints(logging.getLogger(__name__))
+"""Where the bridges report what they did not foresee."""
 
 
 @cache
 def loop() -> asyncio.AbstractEventLoop:
     """It runs until the process ends. What is called on it must not wait, for all bridges would."""
     made = asyncio.new_event_loop()
+    made.set_exception_handler(FAULTS.loop_fault)
     threading.Thread(target=made.run_forever, daemon=True, name="kbot-bridges").start()
     return made
 

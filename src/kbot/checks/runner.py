@@ -14,6 +14,7 @@ from kbot.checks.registry import all_rules
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
+from kbot.text.errors import reading
 
 if TYPE_CHECKING:
     from kbot.checks.context import Context
@@ -68,7 +69,7 @@ def check_text(
 
     config = config or load_config(str(Path(path).parent))
     packages = (packages or Finder()).beside(path)
-    with _without_collecting():
+    with reading(path), _without_collecting():
         found = _findings(Source(path, text), path, arguments or {}, packages, config, properties)
     return _wanted(found, path, config)
 
@@ -83,7 +84,7 @@ def check_loaded(loaded: Loaded, config: Config | None = None) -> tuple[Diagnost
         return loaded.diagnostics
     source = loaded.expansion.document.source
     config = config or load_config(str(Path(source.path).parent))
-    with _without_collecting():
+    with reading(source.path), _without_collecting():
         found = _of_description(as_loaded(loaded, source, config))
     return _wanted(found, source.path, config)
 

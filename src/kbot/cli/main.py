@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +16,7 @@ import click
 
 from kbot.cli.arguments import examples
 from kbot.cli.output import report_error
+from kbot.text.crash import report_thread_error
 from kbot.text.errors import KbotError
 from kbot.text.notes import notes_sent_to
 from kbot.text.suggest import did_you_mean
@@ -119,6 +121,7 @@ def group() -> None:
 
 def main(words: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status."""
+    threading.excepthook = report_thread_error
     sys.exit(run(sys.argv[1:] if words is None else words))
 
 

@@ -15,25 +15,34 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Run the command line and leave with its exit status."""
+    """Run the command line and leave with its exit status; an unforeseen error is one line and status 2."""
     try:
-        _open_what_is_closed()
-        words = sys.argv[1:]
-        if words[:1] == ["expand"] and _expand_plainly(words[1:]):
-            return
-        from kbot.cli.main import main as full
+        _main()
+    except SystemExit:
+        raise
+    except BaseException as error:  # noqa: BLE001 - errors of extensions in Rust are no Exception
+        if _comes_from_ctrl_c(error):  # also while modules are still being imported
+            sys.exit(130)
+        from kbot.text.crash import report_internal_error
 
-        full()
-    except KeyboardInterrupt:  # also while modules are still being imported
-        sys.exit(130)
-    except ImportError as error:
-        if not _comes_from_ctrl_c(error):
-            raise
-        sys.exit(130)
+        report_internal_error(error)
+        sys.exit(2)
+
+
+def _main() -> None:
+    _open_what_is_closed()
+    words = sys.argv[1:]
+    if words[:1] == ["expand"] and _expand_plainly(words[1:]):
+        return
+    from kbot.cli.main import main as full
+
+    full()
 
 
 def _comes_from_ctrl_c(error: BaseException) -> bool:
-    """Whether Ctrl-C is what an error came from: modules of pybind11 say so when their import is cut off."""
+    """Whether an error is Ctrl-C, or an ImportError that Ctrl-C caused in a module of pybind11."""
+    if not isinstance(error, (KeyboardInterrupt, ImportError)):
+        return False
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, KeyboardInterrupt):
         cause = cause.__cause__ or cause.__context__

@@ -12,6 +12,7 @@ from kbot.model._values import MeshFinder
 from kbot.model.read import read_robot
 from kbot.model.robot import Robot
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source
+from kbot.text.errors import reading
 from kbot.text.nodes import Comment, Instruction
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.xacro import Expansion, Packages, expand, expand_text
@@ -128,11 +129,12 @@ def _xacro_in(root: Element) -> Origin | None:
 def _read(expansion: Expansion, packages: Packages) -> Loaded:
     if expansion.document is None:
         return Loaded(None, expansion, expansion.diagnostics, packages)
-    reading = read_robot(expansion.document, packages)
-    told = reading.diagnostics
+    with reading(expansion.path or ""):
+        read = read_robot(expansion.document, packages)
+    told = read.diagnostics
     if any(d.is_error for d in expansion.diagnostics):
         told = tuple(d for d in told if not _follows(d))
-    return Loaded(reading.robot, expansion, expansion.diagnostics + told, packages)
+    return Loaded(read.robot, expansion, expansion.diagnostics + told, packages)
 
 
 def _follows(diagnostic: Diagnostic) -> bool:

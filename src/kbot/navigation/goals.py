@@ -19,6 +19,7 @@ from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, lies, req
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.text.crash import internal_error
 from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
 
 log = logging.getLogger(__name__)
@@ -226,8 +227,8 @@ class Goals:
             self._navigator.planner = result()
         except KbotError as error:
             self._navigator.refuse(str(error))
-        except Exception as error:  # whatever its thread met refuses the goal, and the run goes on
-            log.exception("no map could be made")
+        except Exception as error:  # noqa: BLE001 - it refuses the goal, and the run goes on
+            log.error("%s", internal_error(error, "making a map"))
             self._navigator.refuse(f"no map: {error}")
 
     def _let_go(self) -> None:

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import os
     from collections.abc import Iterable
+    from types import TracebackType
 
     from kbot.text.diagnostic import Diagnostic
 
+READING = "while reading "
+"""How the note of `reading` begins."""
+
 
 class KbotError(Exception):
-    """Something a user can cause and mend; its text is one clear sentence."""
+    """An error that a user can cause and fix; its text is one clear sentence."""
 
 
 class DescriptionError(KbotError):
@@ -23,3 +28,22 @@ class DescriptionError(KbotError):
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(str(d) for d in self.diagnostics if d.is_error))
+
+
+class reading:
+    """Within it, an unforeseen error gets a note that names the file; the innermost file comes first."""
+
+    __slots__ = ("_file",)
+
+    def __init__(self, file: str | os.PathLike[str]) -> None:
+        self._file = file
+
+    def __enter__(self) -> None:
+        """Nothing is prepared: an expansion pays for this too."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        name = str(self._file)
+        if name and isinstance(error, Exception) and not isinstance(error, (KbotError, OSError)):
+            error.add_note(READING + (name if name.isprintable() else ascii(name)))

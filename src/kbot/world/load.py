@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from kbot.text import KbotError
+from kbot.text.errors import reading
 from kbot.text.suggest import did_you_mean
 from kbot.world.builtin.registry import BUILDERS, build_world
 from kbot.world.world import World
@@ -33,11 +34,13 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     if suffix in SDF_SUFFIXES:
         from kbot.world.sdf import read_sdf
 
-        return read_sdf(text)
+        with reading(text):
+            return read_sdf(text)
     if suffix in MAP_SUFFIXES:
         from kbot.world.maps import map_world
 
-        return map_world(text)
+        with reading(text):
+            return map_world(text)
     if "/" in text or os.sep in text or Path(text).is_file():
         known = ", ".join((*SDF_SUFFIXES, *MAP_SUFFIXES))
         near = did_you_mean(text, BUILDERS)

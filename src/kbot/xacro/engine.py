@@ -6,7 +6,7 @@ import gc
 import os
 
 from kbot.text.depth import room_for
-from kbot.text.errors import DescriptionError
+from kbot.text.errors import DescriptionError, reading
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Document, Element
@@ -57,7 +57,8 @@ def expand(
         source = run.read(name)
     except DescriptionError as error:
         return Expansion(name, None, None, error.diagnostics, ())
-    return _expand(source, name, run, properties or {})
+    with reading(name):
+        return _expand(source, name, run, properties or {})
 
 
 def expand_text(
@@ -73,7 +74,8 @@ def expand_text(
     """Expand a text as if it were the file `base_path`, which need not exist."""
     name = os.fspath(base_path)
     run = Run(name, arguments or {}, packages, limits, root_dir)
-    return _expand(Source(name, text), name, run, properties or {})
+    with reading(name):
+        return _expand(Source(name, text), name, run, properties or {})
 
 
 def clear_cache() -> None:

@@ -16,8 +16,9 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.typing import Subprotocol
 
+from kbot.bridges.complaints import socket_logger
 from kbot.bridges.hosts import accepts_host, host_and_port, host_and_port_of_uri, is_address, is_loopback
-from kbot.bridges.loop import loop, wait_for
+from kbot.bridges.loop import FAULTS, loop, wait_for
 from kbot.text import KbotError
 
 LARGEST_MESSAGE = 1 << 22
@@ -126,7 +127,7 @@ class WebSocketBridge:
         Raises:
             KbotError: no port is free, or the address is not this machine's.
         """
-        self._host, self._make_talk = host, make_talk
+        self._name, self._host, self._make_talk = name, host, make_talk
         self._subprotocols = [Subprotocol(item) for item in subprotocols]
         self._origins, self._token = frozenset(origins), token
         self._clients = 0
@@ -160,6 +161,7 @@ class WebSocketBridge:
                     close_timeout=1,
                     compression=None,
                     server_header=None,
+                    logger=socket_logger(FAULTS),
                 )
             except OSError:
                 if candidate in (0, port + TRIES - 1):
@@ -207,6 +209,8 @@ class WebSocketBridge:
                     talk.hear(data)
                 except KbotError as error:
                     talk.fault(str(error))
+                except Exception as error:  # noqa: BLE001 - one message that fails ends no connection
+                    talk.fault(FAULTS.fault(f"{self._name}: a message", error))
         except ConnectionClosed:
             pass  # as clients do
         finally:

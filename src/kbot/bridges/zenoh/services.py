@@ -19,6 +19,7 @@ from typing import Any
 import zenoh
 
 from kbot.bridges.link import Link
+from kbot.bridges.loop import FAULTS
 from kbot.bridges.services import Service
 from kbot.bridges.zenoh.names import ATTACHED, VOLATILE, topic_key, type_key
 from kbot.text import KbotError
@@ -135,9 +136,8 @@ class ServiceServer:
         self._end(query, partial(query.reply, key, data, attachment=_attachment(query)))
 
     def _refuse(self, query: OfZenoh, error: Exception) -> None:
-        if not isinstance(error, KbotError):
-            self._tell(f"Zenoh: a call failed, which is a fault of KBot: {type(error).__name__}: {error}")
-        self._end(query, partial(query.reply_err, str(error).encode(errors="replace")))
+        reason = str(error) if isinstance(error, KbotError) else FAULTS.fault("Zenoh: a service call", error)
+        self._end(query, partial(query.reply_err, reason.encode(errors="replace")))
 
     def _end(self, query: OfZenoh, reply: Callable[[], None]) -> None:
         with suppress(zenoh.ZError):  # the caller is gone, or the session

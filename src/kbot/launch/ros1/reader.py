@@ -18,6 +18,7 @@ from kbot.launch.ros1.node_tags import read_env, read_node, read_remap
 from kbot.launch.ros1.parameters import Parameters
 from kbot.launch.ros1.schema import CHILDREN
 from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
+from kbot.text.errors import reading
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
@@ -39,7 +40,8 @@ def read_launch(
     """
     anonymous: dict[str, str] | None = {} if resolve_anonymous else None
     reader = _Reader(TagReporter(packages or Packages(around=path), anonymous), allow_commands)
-    return reader.read(path, dict(arguments or {}), source)
+    with reading(path):
+        return reader.read(path, dict(arguments or {}), source)
 
 
 class _Reader:

@@ -11,6 +11,7 @@ from kbot.launch.ros2.context import Context
 from kbot.launch.ros2.markup import read_xml, read_yaml
 from kbot.launch.ros2.modules import PythonFiles
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, read_source
+from kbot.text.errors import reading
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
 
@@ -50,7 +51,7 @@ def read_launch_2(
         return python.load(file)
 
     carrier = Carrier(context, reporter, given, load)
-    with python.modules_in_place():
+    with reading(path), python.modules_in_place():
         try:
             python.guarded(source, lambda: _read(carrier, source))
         except DescriptionError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kbot.text import KbotError
+from kbot.text.errors import reading
 from kbot.text.files import read_source, write_bytes
 from kbot.workbench.displays.rviz import read_rviz, unwritten, write_rviz
 from kbot.workbench.displays.rviz_standard import Version, version_of
@@ -52,11 +53,12 @@ class DisplayFile:
             KbotError: it is of another kind, or malformed; with name:line.
         """
         _of_known_kind(name)
-        if name.endswith(RVIZ):
-            found = read_rviz(text, name)
-            self._rviz = found.document
-            return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
-        return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
+        with reading(name):
+            if name.endswith(RVIZ):
+                found = read_rviz(text, name)
+                self._rviz = found.document
+                return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
+            return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
 
     def hold(self, frame: str) -> None:
         """Make a frame the fixed one, whatever the file says."""

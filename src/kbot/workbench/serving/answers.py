@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import http
-import logging
 from collections.abc import Iterable
 
 from websockets.datastructures import Headers
@@ -40,11 +39,3 @@ def only(headers: Headers, name: str) -> str | None:
     """A header's value; two of them are as good as a foreign one."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else ("(several)" if values else None)
-
-
-def quiet_logger() -> logging.Logger:
-    """Handshakes that fail are answered; a user need not read of them."""
-    logger = logging.getLogger(f"{__name__}.sockets")
-    logger.setLevel(logging.WARNING)
-    logger.addFilter(lambda record: "handshake" not in record.getMessage())
-    return logger

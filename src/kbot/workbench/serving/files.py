@@ -10,11 +10,12 @@ from urllib.parse import urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from kbot.bridges.complaints import Complaints
+from kbot.text import KbotError
 from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.answers import only, response
-from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.exports import EXPORTS, described, exported
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
@@ -30,8 +31,20 @@ class Files:
         self._session, self._access, self._complaints = session, access, complaints
         self._page = load_page()
 
-    def answer(self, connection: ServerConnection, request: Request) -> Response | Awaitable[Response] | None:
-        """An answer to a plain request; None lets a WebSocket handshake go on."""
+    async def answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """An answer to a plain request; None lets a WebSocket handshake go on. A request that fails ends no
+        other."""
+        try:
+            found = self._answer(request)
+            return await found if isinstance(found, Awaitable) else found
+        except KbotError as error:
+            reason = str(error)
+        except Exception as error:  # noqa: BLE001 - logged, and answered
+            kind = request.path.partition("?")[0].split("/")[1][:20]  # a client makes up whole paths
+            reason = self._complaints.fault(f"GET /{kind}", error)
+        return response(http.HTTPStatus.INTERNAL_SERVER_ERROR, "", f"500: {reason}\n".encode())
+
+    def _answer(self, request: Request) -> Response | Awaitable[Response] | None:
         # older releases of websockets refuse every other method themselves, and name none
         method = getattr(request, "method", "GET")
         if method not in ("GET", "HEAD"):

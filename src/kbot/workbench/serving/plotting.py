@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Generator
 from typing import TypeAlias
 
+from kbot.bridges.complaints import Complaints
 from kbot.text import KbotError
 from kbot.workbench.export.plot import Curve, plot_svg
 from kbot.workbench.protocol import AskSeries, AskTrail, DrawPlot, FromServer, PlotDrawn, Refused, Series
@@ -19,8 +20,8 @@ Asked: TypeAlias = AskSeries | AskTrail | DrawPlot
 class Plotting:
     """Answers each page's newest question; an older one that is not answered yet is given up."""
 
-    def __init__(self, past: Past) -> None:
-        self._past = past
+    def __init__(self, past: Past, complaints: Complaints) -> None:
+        self._past, self._complaints = past, complaints
         self._answering: dict[tuple[int, str], asyncio.Task[None]] = {}
 
     def ask(self, client: Client, asked: Asked) -> None:
@@ -51,6 +52,8 @@ class Plotting:
             client.put(done.value)
         except KbotError as error:
             client.put(Refused(str(error)))
+        except Exception as error:  # noqa: BLE001 - one question that fails ends no others
+            client.put(Refused(self._complaints.fault(asked.type, error)))
 
     def _making(self, asked: Asked) -> Generator[None, None, FromServer]:
         if isinstance(asked, AskTrail):

@@ -15,6 +15,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
+from kbot.bridges.complaints import Complaints, socket_logger
 from kbot.text import KbotError
 from kbot.wire.types import ros2_types
 from kbot.workbench.protocol import (
@@ -39,8 +40,6 @@ from kbot.workbench.protocol import (
 )
 from kbot.workbench.protocol.decode import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
-from kbot.workbench.serving.answers import quiet_logger
-from kbot.workbench.serving.complaints import Complaints
 from kbot.workbench.serving.file_watcher import Watcher
 from kbot.workbench.serving.files import Files
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
@@ -89,8 +88,8 @@ class Server:
         self.access = access
         self.hub = Hub()
         self.past = Past(session, self.hub)
-        self._plotting = Plotting(self.past)
         self._complaints = Complaints(log)
+        self._plotting = Plotting(self.past, self._complaints)
         self._files = Files(session, access, self._complaints)
         self._changed = True
         self._topics: Topics | None = None
@@ -99,6 +98,7 @@ class Server:
 
     async def run(self, listening: socket.socket) -> None:
         """Serve on a bound socket until cancelled."""
+        asyncio.get_running_loop().set_exception_handler(self._complaints.loop_fault)
         sockets = await serve(
             self._page_connected,
             sock=listening,
@@ -108,7 +108,7 @@ class Server:
             max_size=MAX_MESSAGE,
             max_queue=8,
             server_header=None,
-            logger=quiet_logger(),
+            logger=socket_logger(self._complaints),
         )
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -208,7 +208,7 @@ class Server:
             now = time.monotonic()
             self._changed |= self._advance(min(now - before, 0.1))
             before = now
-            with self._surviving("telling of the run"):
+            with self._surviving("sending the state"):
                 apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
                 if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
                     self._changed, sent = False, now
@@ -220,8 +220,8 @@ class Server:
         """Say once a second which topics there are, where that changed."""
         while True:
             await asyncio.sleep(TOPICS_SECONDS)
-            await asyncio.to_thread(ros2_types)  # takes a while the first time
-            with self._surviving("telling of topics"):
+            with self._surviving("listing topics"):
+                await asyncio.to_thread(ros2_types)  # takes a while the first time
                 if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
                     self._topics = topics
                     self.hub.publish(topics)
@@ -230,7 +230,7 @@ class Server:
         """Say to each page what there is to go back to, and how a recording grows."""
         for count in itertools.count(1):
             await asyncio.sleep(TIMELINE_SECONDS)
-            with self._surviving("telling of time"):
+            with self._surviving("sending the timeline"):
                 failure = self.session.recording.take_failure()
                 if failure is not None:
                     self.hub.publish(Refused(str(failure)))
@@ -251,10 +251,10 @@ class Server:
 
     @contextlib.contextmanager
     def _surviving(self, doing: str) -> Iterator[None]:
-        """Tell every page of a fault of KBot's own, and go on: it ends neither the server nor a recording."""
+        """Report an unforeseen error to every page, and go on: it ends neither the server nor a recording."""
         try:
             yield
-        except Exception as error:  # noqa: BLE001 - told to every page, and survived
+        except Exception as error:  # noqa: BLE001 - reported, and survived
             self.hub.publish(Refused(self._complaints.fault(doing, error)))
 
     async def _follow_files(self) -> None:
@@ -264,7 +264,7 @@ class Server:
         while True:
             try:
                 await watcher.changed()
-            except Exception as error:  # noqa: BLE001 - said, and the files are watched again
+            except Exception as error:  # noqa: BLE001 - logged, and the files are watched again
                 self._complaints.fault("watching the files", error)
                 await asyncio.sleep(AFTER_FAULT_SECONDS)
                 continue
