@@ -8,10 +8,10 @@ from pathlib import Path
 
 from trimesh.resolvers import Resolver
 
+from kbot.model._mesh_limits import MOST_BYTES
+
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 """What it says of textures that it does not find would go to stderr otherwise, with tracebacks."""
-
-MOST_BYTES = 256 * 1024 * 1024
 
 
 class PackageFiles(Resolver):
@@ -29,6 +29,7 @@ class PackageFiles(Resolver):
             if (folder / "package.xml").is_file() or (folder / "model.config").is_file()
         )
         self._root = next(marked, self._folder.parent)
+        self._left = MOST_BYTES
 
     def get(self, name: str) -> bytes:
         """The bytes of a file.
@@ -39,7 +40,8 @@ class PackageFiles(Resolver):
         written = name.strip().removeprefix("file://").replace("\\", "/")
         for candidate in (written, written.lstrip("/"), written.rpartition("/")[2]):
             path = (self._folder / candidate).resolve()
-            if path.is_relative_to(self._root) and path.is_file() and path.stat().st_size <= MOST_BYTES:
+            if path.is_relative_to(self._root) and path.is_file() and path.stat().st_size <= self._left:
+                self._left -= path.stat().st_size  # a file may name another one many times
                 return path.read_bytes()
         raise FileNotFoundError(name)
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.model._mesh_limits import MOST_CORNERS, MOST_TEXELS, TooLarge, check_costs
 from kbot.text import KbotError
 from kbot.text.files import check_regular
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 FORMATS = ("stl", "obj", "dae", "glb", "gltf", "ply")
 MOST_PIXELS = 2048
 """Across and down a texture; larger ones are made smaller."""
+LARGEST = 1e9
+"""Metres: the squares of larger numbers do not fit the single precision of pages and engines."""
 
 Array = NDArray[np.float64]
 
@@ -116,18 +119,33 @@ def _load(path: str) -> MeshData:
     if extension not in FORMATS:
         raise KbotError(f"the mesh {path} is of no known format: one of {', '.join(FORMATS)}")
     try:
-        scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
-        unit = _unit(scene) if extension == "dae" else 1.0
-        parts = tuple(_parts(scene, unit))
+        check_costs(path, extension)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
+            unit = _unit(scene) if extension == "dae" else 1.0
+            parts = tuple(_parts(scene, unit))
     except ImportError:  # what trimesh would guess an encoding with
         raise KbotError(f"the mesh {path} cannot be read: it is no .{extension} file") from None
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
         raise KbotError(f"the mesh {path} cannot be read: {error}") from None
     if not parts:
         raise KbotError(f"the mesh {path} has no triangle")
-    if not all(np.isfinite(part.vertices).all() for part in parts):
-        raise KbotError(f"the mesh {path} has a vertex that is not finite")
+    for part in parts:
+        _check(path, part)
     return MeshData(parts)
+
+
+def _check(path: str, part: MeshPart) -> None:
+    """The one look at what a loader of any format made. Raises KbotError: it is not a mesh."""
+    size = np.abs(part.vertices).max(initial=0.0)
+    if not np.isfinite(size):
+        raise KbotError(f"the mesh {path} has a vertex that is not finite")
+    if size > LARGEST:
+        raise KbotError(f"the mesh {path} has a vertex at {size:g} m, beyond {LARGEST:g} m")
+    low, high, count = part.faces.min(), part.faces.max(), len(part.vertices)
+    if low < 0 or high >= count:
+        index = low if low < 0 else high
+        raise KbotError(f"the mesh {path} has a triangle with vertex {index}, of {count} that count from 0")
 
 
 def _unit(scene: trimesh.Scene) -> float:
@@ -139,36 +157,39 @@ def _unit(scene: trimesh.Scene) -> float:
 
 
 def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
+    corners = texels = 0
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         mesh = scene.geometry[name]
         faces = getattr(mesh, "faces", None)
         if faces is None or len(faces) == 0:
             continue
+        corners += len(mesh.vertices) + 3 * len(faces)  # also of a mesh that is placed many times
+        if corners > MOST_CORNERS:
+            raise TooLarge(f"it has more than {MOST_CORNERS} vertices and corners of triangles")
         vertices = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         triangles = np.asarray(faces, dtype=np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0.0:
             triangles = triangles[:, ::-1]
-        texture = _texture(mesh)
+        texture = _texture(mesh, MOST_TEXELS - texels)
+        texels += texture.image.width * texture.image.height if texture is not None else 0
         rgba = _color(mesh) if texture is None else _mean(texture.image)
         yield MeshPart(vertices * unit, triangles, rgba, texture)
 
 
-def _texture(mesh: Any) -> Texture | None:  # noqa: ANN401 - trimesh has no types
-    """The picture of the material and where it lies, where the file gives both."""
+def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimesh has no types
+    """The picture of the material and where it lies, where the file gives both; none of more than so many
+    pixels, which a file of a few bytes may claim."""
     material = getattr(mesh.visual, "material", None)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     uv = getattr(mesh.visual, "uv", None)
-    if image is None or uv is None or len(uv) != len(mesh.vertices):
+    if image is None or uv is None or len(uv) != len(mesh.vertices) or image.width * image.height > texels:
         return None
     places = np.asarray(uv, dtype=np.float64)[:, :2]
     if not np.isfinite(places).all():
         return None
     if max(image.size) > MOST_PIXELS:
-        kept = image.format
-        image = image.copy()
-        image.thumbnail((MOST_PIXELS, MOST_PIXELS))
-        image.format = kept
+        image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double what it takes
     image.load()
     return Texture(places, image)
 
