@@ -57,7 +57,7 @@ def test_own_files_say_all_that_is_set() -> None:
         ("a: &a [*a]\n", "a.kbot.yaml:1: "),
         ("displays:\n- kind: Grid\n  enabled: !!int ''\n", 'a.kbot.yaml:3: "" is no int'),
         ("displays:\n- kind: !!bool perhaps\n", 'a.kbot.yaml:2: "perhaps" is no bool'),
-        (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: no setting is a number as large as this"),
+        (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: a number is too large"),
     ],
 )
 def test_malformed_files_say_what_is_wrong_and_where(text: str, said: str) -> None:

@@ -14,10 +14,11 @@ from kbot.world.maps import rectangles
 YAML = "image: {image}\nresolution: 0.5\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
 
 
-def png(pixels: np.ndarray, kind: int = 0, depth: int = 8, filters: int = 0) -> bytes:
-    def chunk(name: bytes, body: bytes) -> bytes:
-        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+def chunk(name: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
+
+def png(pixels: np.ndarray, kind: int = 0, depth: int = 8, filters: int = 0) -> bytes:
     height, width = pixels.shape[:2]
     rows = b"".join(bytes([filters]) + row.tobytes() for row in pixels)
     header = struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0)
@@ -99,7 +100,10 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
         ({"m.yaml": "a: [\n"}, "not YAML"),
         ({"m.yaml": "a: !!int ''\n"}, "not YAML: a value is not of its tag's kind"),
         ({"m.yaml": "a: " + "[" * 5000}, "not YAML: it is nested too deeply"),
-        ({"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"}, "above 0"),
+        (
+            {"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"},
+            "a length from 0.0001 to 1000 m, not -1",
+        ),
         ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cannot be read: .*truncated"),
         ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "no kind that can be read"),
         ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
@@ -110,6 +114,75 @@ def test_what_is_no_map_is_said(tmp_path, files, message):
         (tmp_path / name).write_text(text)
     with pytest.raises(KbotError, match=message):
         load_world(tmp_path / "m.yaml")
+
+
+LAUGHS = "a0: &a0 [x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12))
+MERGES = "m0: &m0 {x: 1}\n" + "".join(
+    f"m{i}: &m{i} {{<<: [{', '.join([f'*m{i - 1}'] * 10)}]}}\n" for i in range(1, 12)
+)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"resolution": "1" + "0" * 400}, r"m\.yaml:2:13: not YAML: a number is too large"),
+        ({"resolution": "1" + "0" * 5000}, "not YAML: a number is too large"),
+        ({"resolution": "0x" + "f" * 20_000}, "not YAML: a number is too large"),
+        ({"resolution": "1" + ":1" * 200_000}, "not YAML: a number is too large"),  # to the base of 60
+        ({"resolution": "1.0e-300"}, r"m\.yaml:2:13: resolution is a length from 0.0001 to 1000 m"),
+        ({"origin": "[1.0e+308, 0, 0]"}, r"m\.yaml:3:9: origin is .* up to 1e\+06"),
+        ({"origin": "[1" + "0" * 400 + ", 0, 0]"}, "not YAML: a number is too large"),
+        ({"origin": "&a [*a, *a, *a]"}, "not YAML: its aliases stand for too many values"),
+        ({"occupied_thresh": "1.0e+308"}, "occupied_thresh is a probability from 0 to 1"),
+        ({"negate": "1" + "0" * 400}, "not YAML: a number is too large"),
+        ({"image": "[a, b]"}, r"m\.yaml:1:8: image is a file's name, not \['a', 'b'\]"),
+        ({"": LAUGHS, "mode": "*a11"}, "not YAML: its aliases stand for too many values"),
+        ({"": MERGES}, "not YAML: its aliases stand for too many values"),
+        ({"": "<<: {resolution: x}\n", "resolution": None}, "m.yaml: resolution is a finite number, not 'x'"),
+    ],
+)
+def test_hostile_numbers_and_aliases_are_one_error(tmp_path, changed, message):
+    lines = {"image": "p.pgm", "resolution": "0.5", "origin": "[0, 0, 0]"} | changed
+    text = lines.pop("", "")
+    (tmp_path / "p.pgm").write_bytes(b"P5\n1 1\n255\nx")
+    (tmp_path / "m.yaml").write_text(text + "".join(f"{k}: {v}\n" for k, v in lines.items() if v))
+    with pytest.raises(KbotError, match=message):
+        load_world(tmp_path / "m.yaml")
+
+
+def claim(width: int, height: int) -> bytes:
+    """The head of a PNG, and nothing of the picture."""
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
+
+
+@pytest.mark.filterwarnings("ignore::PIL.Image.DecompressionBombWarning")
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (claim(50_000, 50_000), "exceeds limit of"),
+        (claim(9_000, 9_000), "9000 x 9000 pixels: more than 50000000"),
+        (b"P5\n9000 9000\n255\n", "9000 x 9000 pixels: more than 50000000"),
+        (b"P5\n7000 7000\n255\n", "truncated"),
+        (b"P5\n-4 -4\n255\n", "no kind that can be read"),
+        (b"P5\n99999999999999999999 1\n255\n", "Token too long"),
+        (b"P2\n4 4\n255\n" + b"9" * 100_000, "Token too long"),
+        (b"P5\n4 4\n0\n" + bytes(16), "maxval"),
+        (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n", "no kind that can be read"),
+    ],
+)
+def test_pictures_that_claim_too_much_are_one_error(tmp_path, data, message):
+    (tmp_path / "p").write_bytes(data)
+    with pytest.raises(KbotError, match=message):
+        read_picture(tmp_path / "p")
+
+
+def test_walls_that_take_minutes_to_join_are_one_error(tmp_path):
+    """Four million pieces of wall: each row differs from the one before, so that none can be skipped."""
+    cells = np.tile(np.array([0, 255], dtype=np.uint8), (2000, 2050))
+    (tmp_path / "room.pgm").write_bytes(b"P5\n4100 2000\n255\n" + cells.tobytes())
+    (tmp_path / "room.yaml").write_text(YAML.format(image="room.pgm"))
+    with pytest.raises(KbotError, match="pieces of wall in its rows, more than 2000000"):
+        load_world(tmp_path / "room.yaml")
 
 
 def test_a_broken_png_is_said(tmp_path):

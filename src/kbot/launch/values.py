@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from kbot.text.yaml_text import NOT_MADE, safe_loader
+
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
 _ANGLE = re.compile(r"\s*(rad|deg)?\(?([^()]*)\)?\s*\Z")
 _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+|pi))\s*\Z")
@@ -51,6 +53,8 @@ def load_yaml(text: str) -> Any:
         raise ValueError(" ".join(str(error).split())) from None
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
+    except NOT_MADE as error:
+        raise ValueError(f"a value is not of its tag's kind: {error}") from None
 
 
 def dump_yaml(parameters: Mapping[str, Any], namespace: str) -> str:
@@ -94,7 +98,7 @@ def yaml_loader() -> Any:
     if _loader_class is None:
         import yaml
 
-        class Loader(yaml.SafeLoader):
+        class Loader(safe_loader()):  # type: ignore[misc]  # a class that is made when it is needed
             """YAML as rosparam reads it."""
 
         def radians(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:

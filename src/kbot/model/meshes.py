@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 FORMATS = ("stl", "obj", "dae", "glb", "gltf", "ply")
 MOST_PIXELS = 2048
 """Across and down a texture; larger ones are made smaller."""
+RUN_A_PROGRAM = ("EPS", "WMF")
+"""Pictures for which Pillow runs a program: they are left out, as one that is missing."""
 LARGEST = 1e9
 """Metres: the squares of larger numbers do not fit the single precision of pages and engines."""
 
@@ -186,7 +188,7 @@ def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimes
     if image is None or uv is None or len(uv) != len(mesh.vertices) or image.width * image.height > texels:
         return None
     places = np.asarray(uv, dtype=np.float64)[:, :2]
-    if not np.isfinite(places).all():
+    if not np.isfinite(places).all() or image.format in RUN_A_PROGRAM:
         return None
     if max(image.size) > MOST_PIXELS:
         image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double what it takes

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,17 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes, write_text
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import load_yaml
+from kbot.text.yaml_text import load_yaml, quote, safe_loader
 from kbot.world.images import read_picture
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 """As map_saver of ROS 1 writes them; with 0.25 its grey for unknown (205) would read as free."""
+
+SMALLEST, LARGEST = 1e-4, 1e3
+"""Metres of a cell: smaller ones than those of any sensor, and larger ones than a world, are mistakes."""
+FARTHEST = 1e6
+"""Metres, as for the poses of SDF."""
 
 _BLACK, _GREY, _WHITE = 0, 205, 254
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -64,47 +70,64 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     """
     name = os.fspath(path)
     settings, places = _settings(name)
-    image = Path(name).parent / str(settings["image"])
+    if not isinstance(settings["image"], str):
+        raise KbotError(f"{places['image']}: image is a file's name, not {quote(settings['image'])}")
+    image = Path(name).parent / settings["image"]
     resolution = _number(places, settings, "resolution")
-    if not 0.0 < resolution < 1e3:
-        raise KbotError(f"{places['resolution']}: resolution is a length in m above 0, not {resolution}")
+    if not SMALLEST <= resolution < LARGEST:
+        where = places["resolution"]
+        raise KbotError(f"{where}: resolution is a length from {SMALLEST} to {LARGEST:g} m, not {resolution}")
     origin = settings["origin"]
-    if not isinstance(origin, list) or len(origin) != 3 or not all(_is_number(v) for v in origin):
-        raise KbotError(f"{places['origin']}: origin is [x, y, yaw] in m and rad, not {origin}")
+    if (
+        not isinstance(origin, list)
+        or len(origin) != 3
+        or not all(_is_number(v) and abs(v) <= FARTHEST for v in origin)
+    ):
+        raise KbotError(
+            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FARTHEST:g}, not {quote(origin)}"
+        )
     mode = settings.get("mode", "trinary")
     if mode not in _MODES:
-        hint = did_you_mean(str(mode), _MODES) or f"there are {', '.join(_MODES)}"
-        raise KbotError(f"{places['mode']}: there is no mode '{mode}': {hint}")
+        hint = did_you_mean(quote(mode), _MODES) or f"there are {', '.join(_MODES)}"
+        raise KbotError(f"{places['mode']}: there is no mode {quote(mode)}: {hint}")
     grey, opaque = read_picture(image)
     cells = _interpret(
         grey,
         opaque,
         mode,
         negate=bool(settings.get("negate", 0)),
-        occupied=_number(places, settings, "occupied_thresh", OCCUPIED_THRESHOLD),
-        free=_number(places, settings, "free_thresh", FREE_THRESHOLD),
+        occupied=_threshold(places, settings, "occupied_thresh", OCCUPIED_THRESHOLD),
+        free=_threshold(places, settings, "free_thresh", FREE_THRESHOLD),
     )
     x, y, yaw = (float(v) for v in origin)
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, PlanarPose(x, y, yaw))
 
 
 def _interpret(
-    grey: NDArray[np.float64],
+    grey: NDArray[np.float32],
     opaque: NDArray[np.bool_],
     mode: str,
     negate: bool,
     occupied: float,
     free: float,
 ) -> NDArray[np.int8]:
-    """Cells of a picture's greys (0..1), as map_server's documentation has it."""
+    """Cells of a picture's greys (0..1), as map_server's documentation has it. The greys are overwritten: a
+    picture may have millions."""
+    cells = np.full(grey.shape, UNKNOWN, dtype=np.int8)
     if mode == "raw":
-        raw = np.rint(grey * 255)
-        return np.where(raw <= 100, raw, UNKNOWN).astype(np.int8)
-    dark = grey if negate else 1.0 - grey
-    between: float | NDArray[np.float64] = UNKNOWN
+        np.rint(np.multiply(grey, 255, out=grey), out=grey)
+        np.copyto(cells, grey, where=grey <= 100, casting="unsafe")
+        return cells
+    dark = grey if negate else np.subtract(1.0, grey, out=grey)
+    is_free, is_occupied = dark < free, dark > occupied
     if mode == "scale":
-        between = np.where(opaque, 1 + np.floor(98 * (dark - free) / max(occupied - free, 1e-9)), UNKNOWN)
-    return np.where(dark > occupied, OCCUPIED, np.where(dark < free, FREE, between)).astype(np.int8)
+        dark -= free
+        dark *= 98 / max(occupied - free, 1e-9)
+        between = opaque & ~is_free & ~is_occupied
+        np.copyto(cells, np.floor(dark, out=dark) + 1, where=between, casting="unsafe")
+    cells[is_free] = FREE
+    cells[is_occupied] = OCCUPIED
+    return cells
 
 
 def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
@@ -114,14 +137,14 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
     text = read_source(name).text
     try:
         settings = load_yaml(text)
-        tree = yaml.compose(text, yaml.SafeLoader)
+        tree = yaml.compose(text, safe_loader())
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
         raise KbotError(f"{name}{where}: not YAML: {getattr(error, 'problem', error)}") from None
     if not isinstance(settings, dict):
         raise KbotError(f"{name} is no map: it has no keys such as image and resolution")
-    others = [str(key) for key in settings if key not in _KEYS]
+    others = [key for key in settings if isinstance(key, str) and key not in _KEYS]
     for key in ("image", "resolution", "origin"):
         if key not in settings:
             near = did_you_mean(key, others)
@@ -129,15 +152,24 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
     for key in ("occupied_thresh", "free_thresh"):
         if key not in settings and (near := did_you_mean(key, others)):
             raise KbotError(f"{name}: the key '{key}' is missing: {near}")
-    marks = {str(key.value): value.start_mark for key, value in (tree.value if tree else ())}
-    return settings, {key: f"{name}:{mark.line + 1}:{mark.column + 1}" for key, mark in marks.items()}
+    pairs = tree.value if isinstance(tree, yaml.MappingNode) else []
+    marks = {key.value: value.start_mark for key, value in pairs if isinstance(key, yaml.ScalarNode)}
+    places = {key: f"{name}:{mark.line + 1}:{mark.column + 1}" for key, mark in marks.items()}
+    return settings, defaultdict(lambda: name, places)  # a key may come from a merged mapping
 
 
 def _number(places: dict[str, str], settings: dict[str, Any], key: str, default: float = math.nan) -> float:
     value = settings.get(key, default)
     if not _is_number(value):
-        raise KbotError(f"{places[key]}: {key} is a finite number, not {value!r}")
+        raise KbotError(f"{places[key]}: {key} is a finite number, not {quote(value)}")
     return float(value)
+
+
+def _threshold(places: dict[str, str], settings: dict[str, Any], key: str, default: float) -> float:
+    value = _number(places, settings, key, default)
+    if not 0.0 <= value <= 1.0:
+        raise KbotError(f"{places[key]}: {key} is a probability from 0 to 1, not {value}")
+    return value
 
 
 def _is_number(value: object) -> bool:

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.text import KbotError
-from kbot.text.yaml_text import NOT_MADE
+from kbot.text.yaml_text import NOT_MADE, TOO_LARGE, safe_loader
 
 MOST_VALUES = 50_000
-LARGEST_BITS = 1023
-"""Of a whole number that a float can hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +87,7 @@ class _Maker:
         import yaml
 
         self._file, self._count, self._yaml = file, 0, yaml
-        self._constructor = yaml.constructor.SafeConstructor()
+        self._constructor = safe_loader()("")
         self._open: list[Any] = []
 
     def make(self, node: Any) -> Marked:  # noqa: ANN401 - nodes of PyYAML have no common type
@@ -110,11 +108,11 @@ class _Maker:
             return [self.make(item) for item in node.value]
         try:
             value = self._constructor.construct_object(node)
-        except (self._yaml.YAMLError, *NOT_MADE):
+        except (self._yaml.YAMLError, *NOT_MADE) as error:
+            if getattr(error, "problem", None) == TOO_LARGE:
+                raise self._error(node, TOO_LARGE) from None
             said, kind = json.dumps(node.value, ensure_ascii=False)[:60], node.tag.rpartition(":")[2]
             raise self._error(node, f"{said} is no {kind}") from None
-        if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
-            raise self._error(node, "no setting is a number as large as this")
         return value
 
     def _error(self, node: Any, text: str) -> KbotError:  # noqa: ANN401 - PyYAML has no types

@@ -19,6 +19,8 @@ from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mes
 Placed = tuple[Shape, Transform]
 FindFile = Callable[[Element], str | None]
 CONE_SIDES = 32
+MOST_HEIGHTS = 17_000_000
+"""Of a height map: 4097 by 4097, which takes 0.8 GB to simulate."""
 SHAPES = (
     "box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", "mesh", "heightmap", "polyline",
 )  # fmt: skip
@@ -124,11 +126,11 @@ class Shapes:
         path, size = self._file(shape), self._numbers(shape, "size", 3)
         if path is None or size is None:
             return []
-        grey, _ = read_picture(path)
+        grey, _ = read_picture(path, MOST_HEIGHTS)
         where = shape.find("pos")
         place = (self._values.numbers(where, 3) if where is not None else None) or (0.0, 0.0, 0.0)
         # the picture's first row is the far side, +y
-        field = HeightField(np.flipud(grey) * size[2], (size[0], size[1]))
+        field = HeightField(np.flipud(grey).astype(np.float64) * size[2], (size[0], size[1]))
         return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]
 
     def _polyline(self, shape: Element) -> list[Placed]:
