@@ -152,7 +152,8 @@ def test_hostile_numbers_and_aliases_are_one_error(tmp_path, changed, message):
 
 def claim(width: int, height: int) -> bytes:
     """The head of a PNG, and nothing of the picture."""
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
+    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", b"")
 
 
 @pytest.mark.filterwarnings("ignore::PIL.Image.DecompressionBombWarning")
