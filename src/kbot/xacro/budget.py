@@ -1,26 +1,37 @@
-"""What one expansion may still spend, and how large a value of an expression may be."""
+"""The work that one expansion may still do, and the largest values that its expressions may make.
+
+All work is counted in steps. A step is at most about a microsecond of CPU time and 64 bytes of
+memory, so that a bound on steps is a bound on both. Work is charged before it is done.
+"""
 
 from __future__ import annotations
 
-import re
-
-from kbot.xacro.faults import LimitFault
+from kbot.xacro.faults import Fault, LimitFault
+from kbot.xacro.values import YamlList
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from kbot.xacro.limits import Limits
     from kbot.xacro.values import Value
 
-SIZED = (list, tuple, dict, set, frozenset, range)
-"""What has a length to be counted, item by item; texts cost less."""
-_RAISE_HINT = "raise the bound with Limits({name}=…) if the description is to be trusted"
-_WIDTH = re.compile(r"\d{4,}|\*")
+VIEWS = (type({}.keys()), type({}.values()), type({}.items()))
+SIZED = (list, tuple, dict, set, frozenset, range, *VIEWS)
+"""Containers, whose items are counted. Text is charged by its length instead."""
+HASHED = (dict, set, frozenset, VIEWS[0], VIEWS[2])
+"""Containers that find their items by a hash."""
+
+_SHORT = 64
+"""Characters of a text, and bits of a whole number, that every operation may handle without a charge."""
+_DEEPEST = 200
+"""Levels of nested containers. Python's own C code recurses once per level, without a check for tuples."""
+_OWN_HASH = (1 << 61) - 1
+"""The hash of a smaller whole number is the number. Larger ones can be chosen to have the same hash."""
 
 
 class Budget:
-    """What is left of the steps of one expansion, and how large a value may be."""
+    """The steps that are left of one expansion."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -29,16 +40,28 @@ class Budget:
 
     def exceeded(self, name: str, what: str) -> LimitFault:
         bound = getattr(self.limits, name)
-        return LimitFault("X190", f"{what} (the bound is {bound:,})", _RAISE_HINT.format(name=name))
+        hint = f"simplify it; for a trusted file, Python code can raise the bound with Limits({name}=…)"
+        return LimitFault("X190", f"{what} (the bound is {bound:,})", hint)
 
     def charge(self, steps: int) -> None:
-        """Take steps from what is left."""
+        """Take steps from those that are left."""
         self.steps -= steps
         if self.steps < 0:
             raise self.exceeded("steps", "the expressions take too many steps")
 
+    def enter(self) -> None:
+        """Go one level deeper into functions and iterators that call one another; `leave` goes back."""
+        self.function_depth -= 1
+        if self.function_depth < 0:
+            raise self.exceeded("function_depth", "functions or iterators call one another too deeply")
+
+    def leave(self) -> None:
+        self.function_depth += 1
+
+    # --- sizes -------------------------------------------------------------------------------
+
     def length(self, count: int) -> None:
-        """Refuse a text or list of so many items."""
+        """Refuse a text or container of so many items."""
         if count > self.limits.length:
             raise self.exceeded("length", f"an expression makes a text or list of {count:,} items")
 
@@ -48,26 +71,65 @@ class Budget:
             raise self.exceeded("bits", "an expression makes too large a whole number")
 
     def checked(self, value: Value) -> Value:
-        """The value, where it is not too large."""
+        """The value. Charges the memory that it takes; refuses it if it is too large."""
         kind = type(value)
         if kind is float or kind is bool or value is None:
             return value
         if kind is int:
-            if value.bit_length() > self.limits.bits:
-                self.bits(value.bit_length())
+            bits = value.bit_length()
+            if bits > _SHORT:
+                self.bits(bits)
+                self.charge(bits >> 9)
         elif isinstance(value, str | bytes):
             size = len(value)
-            if size > 64:
+            if size > _SHORT:
                 self.length(size)
-                self.charge(size >> 6)
-        elif isinstance(value, SIZED):
-            self.length(len(value))
-            self.charge(len(value) >> 2)
+                self.charge(size >> 4)
+        elif isinstance(value, SIZED) and not isinstance(value, range):
+            size = len(value)
+            self.length(size)
+            # an entry of a dictionary or set takes about 100 bytes, one of a list or tuple 8
+            self.charge(size << 1 if isinstance(value, dict | set | frozenset) else size >> 2)
         return value
 
+    def joined(self, parts: Sequence[str]) -> str:
+        """The parts one after the other, their length checked before the text is made."""
+        total = sum(map(len, parts))
+        if total > _SHORT:
+            self.length(total)
+            self.charge(total >> 4)
+        return "".join(parts)
+
+    # --- work --------------------------------------------------------------------------------
+
+    def integer(self, value: int) -> None:
+        """Charge the work of a division or conversion, which grows with the square of the digits."""
+        bits = value.bit_length()
+        if bits > _SHORT:
+            self.charge((bits >> 6) + ((bits >> 5) ** 2 >> 10))
+
+    def measure(self, value: Value) -> None:
+        """Charge the work of going through a value once, not into nested ones."""
+        kind = type(value)
+        if kind is float or kind is bool or value is None:
+            return
+        if kind is int:
+            self.integer(value)
+        elif isinstance(value, str | bytes):
+            if len(value) > _SHORT:
+                self.charge(len(value) >> 4)
+        elif kind is YamlList:  # each of its items is copied when it is asked for
+            self.weigh(value)
+        elif isinstance(value, SIZED):
+            self.charge(len(value))
+
     def weigh(self, value: Value) -> None:
-        """Count everything within nested lists and dictionaries, shared parts as often as they show."""
+        """Charge the work of going through a value and all within; shared parts count as often as they occur.
+
+        This is what comparing, hashing, sorting and writing a value takes.
+        """
         if not isinstance(value, SIZED) or isinstance(value, range):
+            self.measure(value)
             return
         left, path = self.steps, 0
         pending: list[Iterator[Value]] = [iter((value,))]
@@ -77,33 +139,58 @@ class Budget:
                 pending.pop()
                 continue
             left -= 1
-            if isinstance(item, str):
-                left -= len(item) >> 6
+            if isinstance(item, str | bytes):
+                left -= len(item) >> 2  # an unprintable character is written with ten
+            elif isinstance(item, int):
+                bits = item.bit_length()
+                if bits > _SHORT:
+                    left -= (bits >> 6) + ((bits >> 5) ** 2 >> 10)
             elif isinstance(item, dict):
+                left -= len(item)
                 pending.append(iter([*item.keys(), *dict.values(item)]))
             elif isinstance(item, SIZED) and not isinstance(item, range):
                 pending.append(list.__iter__(item) if isinstance(item, list) else iter(item))
             path = max(path, len(pending))
-            if left < 0 or path > 200:
+            if left < 0 or path > _DEEPEST:
                 raise self.exceeded("steps", "a nested list or dictionary is too large")
         self.steps = left
 
     def text(self, value: Value) -> str:
-        """`str(value)`."""
-        if type(value) is str:
-            return value
+        """`str(value)`.
+
+        Raises:
+            Fault: X104, a whole number in it has more digits than Python writes.
+        """
+        kind = type(value)
+        if kind is str:
+            return value  # type: ignore[no-any-return]  # it is one
+        if kind is float:
+            return str(value)
         self.weigh(value)
-        return str(value)
+        try:
+            return str(value)
+        except ValueError as error:
+            raise Fault("X104", f"the value cannot be written as text: {error}") from None
 
-    def measure(self, value: Value) -> None:
-        """Take the steps of going through a value once."""
-        if isinstance(value, SIZED):
-            self.charge(len(value))
-        elif isinstance(value, str | bytes):
-            self.charge(len(value) >> 4)
+    def keys(self, size: int, keys: Iterable[Value]) -> None:
+        """Charge finding or inserting keys in a container that has `size` of them before.
 
-    def widths(self, pattern: str, values: Sequence[Value]) -> None:
-        """Refuse a format that pads too far; `values` are those a `*` may mean."""
-        for match in _WIDTH.findall(pattern):
-            widths = [v for v in values if isinstance(v, int)] if match == "*" else [int(match)]
-            self.length(max(map(abs, widths), default=0))
+        Numbers and tuples can be chosen so that all have one hash; then each is compared with all
+        before it, at about 20 ns each. Python chooses the hashes of texts at random in each process,
+        and those of small numbers are all different.
+        """
+        chosen = count = 0
+        for key in keys:
+            count += 1
+            kind = type(key)
+            if kind is str or kind is bytes or kind is bool or key is None:
+                continue
+            if kind is int or kind is float:
+                # an old container may hold keys that have the hash of this one
+                chosen += size
+                if kind is int and not -_OWN_HASH < key < _OWN_HASH:
+                    chosen += count
+            else:
+                self.weigh(key)
+                chosen += size + count
+        self.charge((count >> 2) + (chosen >> 5))

@@ -128,7 +128,7 @@ def _xacro(run: Run, constant: Evaluate) -> Names:
             "dotify": YamlDict,
             "arg": run.argument,
             "tokenize": tokenize,
-            "fatal": _fatal,
+            "fatal": lambda *args: _fatal(run.budget.text, *args),
             "message": _speaker(run, "message"),
             "warning": _speaker(run, "warning"),
             "error": _speaker(run, "error"),
@@ -154,8 +154,8 @@ def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value])
     return call
 
 
-def _fatal(*args: Value) -> Value:
-    raise Fault("X118", " ".join(map(str, args)) or "xacro.fatal() was called")
+def _fatal(text: Callable[[Value], str], *args: Value) -> Value:
+    raise Fault("X118", " ".join(map(text, args)) or "xacro.fatal() was called")
 
 
 def _speaker(run: Run, kind: str) -> Callable[..., str]:

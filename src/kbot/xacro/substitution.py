@@ -7,8 +7,7 @@ import os
 from collections.abc import Callable
 
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.expressions.compiler import compiled
-from kbot.xacro.expressions.operations import Frame, InvalidExpression
+from kbot.xacro.expressions.operations import Frame
 from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value
 
@@ -171,13 +170,6 @@ class _Names:
 def _evaluate(source: str, run: Run) -> str:
     if "__" in source:
         raise Fault("X191", "two underscores in a row are refused within $(eval …)")
-    from kbot.xacro.templates import EXPRESSION_ERRORS, failed, invalid
+    from kbot.xacro.templates import expression
 
-    try:
-        closure = compiled(source)
-    except InvalidExpression as error:
-        raise invalid(error) from None
-    try:
-        return run.budget.text(closure(Frame(_Names(run), {})))
-    except EXPRESSION_ERRORS as error:
-        raise failed(error, source) from None
+    return run.budget.text(expression(source, Frame(_Names(run), {})))

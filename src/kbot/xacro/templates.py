@@ -102,12 +102,13 @@ Evaluator = Callable[["Names"], Value]
 class Template:
     """A text taken apart and its expressions compiled, ready to be evaluated in any scope."""
 
-    __slots__ = ("_evaluators", "_single", "text")
+    __slots__ = ("_evaluators", "_single", "_steps", "text")
 
     def __init__(self, text: str) -> None:
         self.text = text
         evaluators = self._evaluators = [_evaluator(piece) for piece in pieces(text)]
         self._single = evaluators[0] if len(evaluators) == 1 else None
+        self._steps = len(evaluators) >> 3  # a piece takes about an eighth of a step
 
     def value(self, scope: Names) -> Value:
         """The value: of its own type where the text is one expression, a text otherwise.
@@ -119,21 +120,28 @@ class Template:
         try:
             if self._single is not None:
                 return _writable(self._single(scope))
+            budget = scope.budget
+            if self._steps:
+                budget.charge(self._steps)
             parts = []
             for evaluate in self._evaluators:
-                value = _writable(evaluate(scope))
-                parts.append(value if type(value) is str else scope.budget.text(value))
+                value = evaluate(scope)
+                parts.append(value if type(value) is str else budget.text(value))
                 done += 1
+            text = budget.joined(parts)
+            if not text.isascii() and _HALF.search(text):
+                done = next(index for index, part in enumerate(parts) if _HALF.search(part))
+                _writable(parts[done])
+            return text
         except Fault as fault:
             if fault.part is None:
-                piece = pieces(self.text)[done]
-                fault.part = (piece.start, piece.end)
+                found = pieces(self.text)[done : done + 1]  # none where all together are too long
+                fault.part = (found[0].start, found[0].end) if found else (0, len(self.text))
             raise
-        return "".join(parts)
 
 
 def _writable(value: Value) -> Value:
-    """The same. Raises Fault: it is a text with half of a character, which no encoding has."""
+    """The same. Raises Fault: it is a text with half a character, which cannot be encoded."""
     if type(value) is str and not value.isascii() and _HALF.search(value):
         raise Fault("X104", "the text holds half of a character, from U+D800 to U+DFFF")
     return value
@@ -160,6 +168,7 @@ def evaluate(text: str, scope: Names) -> Value:
     if template is None:
         if len(_cache) >= _CACHE_SIZE:
             _cache.clear()
+        scope.budget.charge(len(text))  # compiling an expression takes about 1 us per character
         template = _cache[text] = Template(text)
     return template.value(scope)
 
@@ -234,13 +243,16 @@ def failed(error: Exception, content: str) -> Fault:
         from kbot.text.suggest import did_you_mean
 
         hint = did_you_mean(wanted, getattr(error, "candidates", ()))
-    reason = str(error) or type(error).__name__
+    reason = shortened(str(error)) or type(error).__name__
     if isinstance(error, KeyError):
         reason = f"there is no key {reason}"
     elif isinstance(error, RecursionError):
         reason = "it is nested too deeply"
     elif isinstance(error, MemoryError):
         reason = "it needs too much memory"
-    shown = " ".join(content.split())
-    shown = shown if len(shown) <= 60 else shown[:57] + "…"
-    return Fault("X104", f"{reason}, in '{shown}'", hint)
+    return Fault("X104", f"{reason}, in '{shortened(' '.join(content.split()), 60)}'", hint)
+
+
+def shortened(text: str, size: int = 200) -> str:
+    """A text as it is quoted in a message."""
+    return text if len(text) <= size else text[: size - 1] + "…"

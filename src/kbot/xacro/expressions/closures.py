@@ -12,6 +12,7 @@ import ast
 from collections.abc import Callable
 
 from kbot.xacro.expressions import comprehensions
+from kbot.xacro.expressions.formatting import format_value
 from kbot.xacro.expressions.functions import call
 from kbot.xacro.expressions.operations import (
     Closure,
@@ -20,11 +21,11 @@ from kbot.xacro.expressions.operations import (
     function_closure,
     item,
     name_closure,
+    negation,
     operation,
     refuse_private,
 )
 from kbot.xacro.expressions.operators import COMPARE
-from kbot.xacro.expressions.string_methods import format_value
 from kbot.xacro.values import Value, attribute, public_names
 
 TYPE_CHECKING = False
@@ -60,12 +61,12 @@ def _unary(node: ast.UnaryOp) -> Closure:
     operand = closure_of(node.operand)
     match node.op:
         case ast.USub():
-            return lambda env: -operand(env)
+            return negation(operand)
         case ast.UAdd():
-            return lambda env: +operand(env)
+            return lambda env: env.budget.checked(+operand(env))
         case ast.Not():
             return lambda env: not operand(env)
-    return lambda env: ~operand(env)
+    return lambda env: env.budget.checked(~operand(env))
 
 
 def _boolean(node: ast.BoolOp) -> Closure:
@@ -118,7 +119,7 @@ def _attribute(node: ast.Attribute) -> Closure:
     def get(env: Environment) -> Value:
         owner = value(env)
         try:
-            return attribute(owner, name)
+            return env.budget.checked(attribute(owner, name))
         except AttributeError as error:
             error.candidates = public_names(owner)  # type: ignore[attr-defined]  # for the hint, where it is caught
             error.wanted = name  # type: ignore[attr-defined]  # the same
@@ -130,7 +131,7 @@ def _attribute(node: ast.Attribute) -> Closure:
 def _subscript(node: ast.Subscript) -> Closure:
     value, index = closure_of(node.value), closure_of(node.slice)
 
-    return lambda env: env.budget.checked(item(value(env), index(env)))
+    return lambda env: env.budget.checked(item(env.budget, value(env), index(env)))
 
 
 def _slice(node: ast.Slice) -> Closure:
@@ -152,7 +153,9 @@ def items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
         values: list[Value] = []
         for starred, closure in mixed:
             if starred:
-                values.extend(closure(env))
+                value = closure(env)
+                env.budget.measure(value)
+                values.extend(value)
                 env.budget.checked(values)
             else:
                 values.append(closure(env))
@@ -172,7 +175,13 @@ def _tuple(node: ast.Tuple) -> Closure:
 
 def _set(node: ast.Set) -> Closure:
     make_items = items(node.elts)
-    return lambda env: set(make_items(env))
+
+    def make(env: Environment) -> Value:
+        values = make_items(env)
+        env.budget.keys(0, values)
+        return set(values)
+
+    return make
 
 
 def _dict(node: ast.Dict) -> Closure:
@@ -185,10 +194,15 @@ def _dict(node: ast.Dict) -> Closure:
         result: dict[Value, Value] = {}
         for key, value in pairs:
             if key is None:
-                result.update(value(env))
+                more = value(env)
+                env.budget.measure(more)
+                env.budget.keys(len(result), more)
+                result.update(more)
             else:
-                result[key(env)] = value(env)
-        return result
+                new = key(env)
+                env.budget.keys(len(result), (new,))
+                result[new] = value(env)
+        return env.budget.checked(result)
 
     return make
 
@@ -205,7 +219,9 @@ def _call(node: ast.Call) -> Closure:
         keywords: dict[str, Value] = {}
         for name, closure in named:
             if name is None:
-                keywords.update(closure(env))
+                more = closure(env)
+                env.budget.measure(more)
+                keywords.update(more)
             else:
                 keywords[name] = closure(env)
         return call(env.budget, target, values, keywords)
@@ -235,15 +251,17 @@ def _formatted(node: ast.FormattedValue) -> Closure:
 
     def formatted(env: Environment) -> str:
         result = value(env)
-        env.budget.weigh(result)
-        return format_value(env.budget, convert(result) if convert else result, spec(env))
+        if convert:
+            env.budget.weigh(result)
+            result = convert(result)
+        return format_value(env.budget, result, spec(env))
 
     return formatted
 
 
 def _joined(node: ast.JoinedStr) -> Closure:
     parts = [closure_of(part) for part in node.values]
-    return lambda env: env.budget.checked("".join([part(env) for part in parts]))
+    return lambda env: env.budget.joined([part(env) for part in parts])
 
 
 _MAKERS: dict[type[ast.expr], Callable[[Any], Closure]] = {

@@ -114,6 +114,7 @@ def _compile(expression: str) -> Closure:
     import ast
 
     from kbot.xacro.expressions.closures import closure_of
+    from kbot.xacro.expressions.weights import steps_of, weigh
 
     try:
         if _MAY_WARN.search(source):
@@ -135,9 +136,22 @@ def _compile(expression: str) -> Closure:
             for node in ast.walk(tree):
                 if isinstance(node, ast.Constant):
                     node.value = known.setdefault((type(node.value), repr(node.value)), node.value)
-        return closure_of(tree.body)
+        weigh(tree.body)
+        return _charged(closure_of(tree.body), steps_of(tree.body))
     except RecursionError:
         raise InvalidExpression("the expression is nested too deeply") from None
+
+
+def _charged(closure: Closure, steps: int) -> Closure:
+    """A closure that charges its own steps, if there are any worth it."""
+    if not steps:
+        return closure
+
+    def charged(env: Environment) -> Value:
+        env.budget.charge(steps)
+        return closure(env)
+
+    return charged
 
 
 def _simple(match: re.Match[str]) -> Closure | None:
@@ -169,7 +183,7 @@ def _operand(
     if name in _KEYWORDS or name.startswith("__"):
         return None
     value = _lookup(name, keys[2:-2].split("']['")) if keys else operations.name_closure(name)
-    return (lambda env: -value(env)) if sign else value
+    return operations.negation(value) if sign else value
 
 
 def _lookup(name: str, keys: list[str]) -> Closure:
@@ -183,7 +197,7 @@ def _lookup(name: str, keys: list[str]) -> Closure:
             if is_yaml and isinstance(value, dict) and key in value:
                 value = dict.__getitem__(value, key)
             else:
-                value = operations.item(wrap(value) if is_yaml else value, key)
+                value = operations.item(env.budget, wrap(value) if is_yaml else value, key)
                 is_yaml = False
         return env.budget.checked(wrap(value) if is_yaml else value)
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
+from kbot.xacro.expressions.iterators import Counted
 from kbot.xacro.expressions.operations import Closure, Frame, InvalidExpression
-from kbot.xacro.values import Value
+from kbot.xacro.expressions.weights import steps_of
+from kbot.xacro.values import Value, YamlList
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ def lambda_closure(node: ast.Lambda) -> Closure:
     arguments, body = node.args, _closure(node.body)
     positional = [a.arg for a in (*arguments.posonlyargs, *arguments.args)]
     defaults = [_closure(default) for default in arguments.defaults]
+    steps = 2 + steps_of(node.body)
     rest = arguments.vararg.arg if arguments.vararg else None
     if arguments.kwonlyargs or arguments.kwarg:
         raise InvalidExpression("a lambda function takes plain parameters here", node.col_offset)
@@ -48,21 +51,19 @@ def lambda_closure(node: ast.Lambda) -> Closure:
             if missing:
                 raise TypeError(f"the function misses the argument '{missing[0]}'")
             budget = env.budget
-            budget.charge(1)
-            budget.function_depth -= 1
-            if budget.function_depth < 0:
-                raise budget.exceeded("function_depth", "lambda functions call one another too deeply")
+            budget.charge(steps)
+            budget.enter()
             try:
                 return body(Frame(env, variables))
             finally:
-                budget.function_depth += 1
+                budget.leave()
 
         return function
 
     return make
 
 
-Binder = Callable[[dict[str, Value], Value], None]
+Binder = Callable[[Frame, Value], None]
 
 
 def _target(node: ast.expr) -> Binder:
@@ -70,39 +71,46 @@ def _target(node: ast.expr) -> Binder:
     if isinstance(node, ast.Name):
         name = node.id
 
-        def one(variables: dict[str, Value], value: Value) -> None:
-            variables[name] = value
+        def bind_name(frame: Frame, value: Value) -> None:
+            frame.variables[name] = value
 
-        return one
+        return bind_name
     if not isinstance(node, ast.Tuple | ast.List) or any(isinstance(n, ast.Starred) for n in node.elts):
         raise InvalidExpression("a loop's variable is a name or some names here", node.col_offset)
     binders = [_target(element) for element in node.elts]
 
-    def several(variables: dict[str, Value], value: Value) -> None:
+    def bind_names(frame: Frame, value: Value) -> None:
+        frame.budget.measure(value)
         values = list(value)
         if len(values) != len(binders):
             raise ValueError(f"{len(values)} values to unpack into {len(binders)} names")
         for binder, item in zip(binders, values, strict=True):
-            binder(variables, item)
+            binder(frame, item)
 
-    return several
+    return bind_names
 
 
-def _loops(generators: list[ast.comprehension]) -> Callable[[Environment], Iterator[Frame]]:
-    """An iterator over the frames of a comprehension's innermost loop."""
+def _loops(
+    generators: list[ast.comprehension], *results: ast.expr
+) -> Callable[[Environment], Iterator[Frame]]:
+    """An iterator over the frames of a comprehension's innermost loop, in which `results` are computed."""
     parts = []
     for generator in generators:
         if generator.is_async:
             raise InvalidExpression("async has no place in an expression")
         tests = [_closure(test) for test in generator.ifs]
-        parts.append((_closure(generator.iter), _target(generator.target), tests))
+        steps = 1 + steps_of(*generator.ifs, *(results if generator is generators[-1] else ()))
+        parts.append((_closure(generator.iter), _target(generator.target), tests, steps))
 
     def run(env: Environment, frame: Frame, level: int) -> Iterator[Frame]:
-        items, bind, tests = parts[level]
+        iterable, bind, tests, steps = parts[level]
         budget = frame.budget
-        for item in items(env):
-            budget.charge(1)
-            bind(frame.variables, item)
+        items = iterable(env)
+        if type(items) is YamlList:  # each of its items is copied when it is asked for
+            budget.weigh(items)
+        for item in items:
+            budget.charge(steps)
+            bind(frame, item)
             if all(test(frame) for test in tests):
                 if level + 1 < len(parts):
                     yield from run(frame, frame, level + 1)
@@ -114,23 +122,36 @@ def _loops(generators: list[ast.comprehension]) -> Callable[[Environment], Itera
 
 def list_comprehension_closure(node: ast.ListComp) -> Closure:
     """The closure of a list comprehension."""
-    loops, element = _loops(node.generators), _closure(node.elt)
+    loops, element = _loops(node.generators, node.elt), _closure(node.elt)
     return lambda env: env.budget.checked([element(frame) for frame in loops(env)])
 
 
 def set_comprehension_closure(node: ast.SetComp) -> Closure:
     """The closure of a set comprehension."""
-    loops, element = _loops(node.generators), _closure(node.elt)
-    return lambda env: env.budget.checked({element(frame) for frame in loops(env)})
+    loops, element = _loops(node.generators, node.elt), _closure(node.elt)
+
+    def make(env: Environment) -> Value:
+        values = [element(frame) for frame in loops(env)]
+        env.budget.keys(0, values)
+        return env.budget.checked(set(values))
+
+    return make
 
 
 def generator_closure(node: ast.GeneratorExp) -> Closure:
     """The closure of a generator expression."""
-    loops, element = _loops(node.generators), _closure(node.elt)
-    return lambda env: (element(frame) for frame in loops(env))
+    loops, element = _loops(node.generators, node.elt), _closure(node.elt)
+    return lambda env: Counted(env.budget, (element(frame) for frame in loops(env)))
 
 
 def dict_comprehension_closure(node: ast.DictComp) -> Closure:
     """The closure of a dict comprehension."""
-    loops, key, value = _loops(node.generators), _closure(node.key), _closure(node.value)
-    return lambda env: env.budget.checked({key(frame): value(frame) for frame in loops(env)})
+    loops = _loops(node.generators, node.key, node.value)
+    key, value = _closure(node.key), _closure(node.value)
+
+    def make(env: Environment) -> Value:
+        pairs = [(key(frame), value(frame)) for frame in loops(env)]
+        env.budget.keys(0, [name for name, _ in pairs])
+        return env.budget.checked(dict(pairs))
+
+    return make

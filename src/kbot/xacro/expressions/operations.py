@@ -89,24 +89,35 @@ def function_closure(identifier: str) -> Closure:
         raise unknown
 
     return function
+_FLOATS = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}
 
 
 def operation(kind: str, left: Closure, right: Closure) -> Closure:
     """The closure of a binary operator, by the name of its syntax tree's class."""
-    if kind == "Div":
+    if kind == "Div":  # the quotient is a number of a fixed size
         return lambda env: left(env) / right(env)
     function = operators.BINARY[kind]
-    if kind in ("Sub", "Add", "Mult"):
-        direct = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}[kind]
+    direct = _FLOATS.get(kind)
+    if direct is None:
+        return lambda env: function(env.budget, left(env), right(env))
 
-        def arithmetic(env: Environment) -> Value:
-            a, b = left(env), right(env)
-            if type(a) is float and type(b) is float:
-                return direct(a, b)
-            return function(env.budget, a, b)
+    def arithmetic(env: Environment) -> Value:
+        a, b = left(env), right(env)
+        if type(a) is float and type(b) is float:
+            return direct(a, b)
+        return function(env.budget, a, b)
 
-        return arithmetic
-    return lambda env: function(env.budget, left(env), right(env))
+    return arithmetic
+
+
+def negation(operand: Closure) -> Closure:
+    """The closure of a minus sign."""
+
+    def negative(env: Environment) -> Value:
+        value = operand(env)
+        return -value if type(value) is float else env.budget.checked(-value)
+
+    return negative
 
 
 def comparison(kind: str, left: Closure, right: Closure) -> Closure:
@@ -115,8 +126,10 @@ def comparison(kind: str, left: Closure, right: Closure) -> Closure:
     return lambda env: function(env.budget, left(env), right(env))
 
 
-def item(owner: Value, index: Value) -> Value:
+def item(budget: Budget, owner: Value, index: Value) -> Value:
     """`owner[index]`."""
     if isinstance(owner, type):
         raise TypeError(f"type '{owner.__name__}' is not subscriptable here")
+    if type(index) is not str and isinstance(owner, dict):
+        budget.keys(len(owner), (index,))
     return owner[index]

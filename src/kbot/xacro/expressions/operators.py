@@ -1,4 +1,4 @@
-"""Operators of expressions, by the names of their syntax trees' classes; they measure before they compute.
+"""Operators of expressions, by the names of their syntax trees' classes. They charge before they compute.
 
 They give what Python's give; a bound that is reached raises a LimitFault.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import operator
 
-from kbot.xacro.budget import SIZED, Budget
+from kbot.xacro.budget import HASHED, SIZED, Budget
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,18 +22,29 @@ def multiply(budget: Budget, a: Value, b: Value) -> Value:
     if type(a) is float or type(b) is float:
         return a * b
     if isinstance(a, int) and isinstance(b, int):
-        budget.bits(a.bit_length() + b.bit_length())
+        digits, more = a.bit_length() >> 5, b.bit_length() >> 5
+        if digits and more:
+            budget.bits(a.bit_length() + b.bit_length())
+            budget.charge(digits * more >> 10)
     elif isinstance(b, int) and hasattr(a, "__len__"):
-        budget.length(len(a) * b)
+        _repeat(budget, len(a) * b)
     elif isinstance(a, int) and hasattr(b, "__len__"):
-        budget.length(len(b) * a)
+        _repeat(budget, len(b) * a)
     return budget.checked(a * b)
+
+
+def _repeat(budget: Budget, count: int) -> None:
+    if count > 0:
+        budget.length(count)
+        budget.charge(count >> 4)
 
 
 def power(budget: Budget, a: Value, b: Value) -> Value:
     if isinstance(a, int) and isinstance(b, int) and b > 0 and a not in (-1, 0, 1):
-        budget.bits(math.log2(abs(a)) * b)
-    return a**b
+        bits = math.log2(abs(a)) * b
+        budget.bits(bits)
+        budget.charge((int(bits) >> 5) ** 2 >> 10)
+    return budget.checked(a**b)
 
 
 def shift(budget: Budget, a: Value, b: Value) -> Value:
@@ -42,31 +53,58 @@ def shift(budget: Budget, a: Value, b: Value) -> Value:
     return budget.checked(a << b)
 
 
+def _divide(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
+    """A division, whose work grows with the square of the digits."""
+
+    def bounded(budget: Budget, a: Value, b: Value) -> Value:
+        if isinstance(a, int):
+            budget.integer(a)
+        return budget.checked(function(a, b))
+
+    return bounded
+
+
+_remainder = _divide(operator.mod)
+
+
 def modulo(budget: Budget, a: Value, b: Value) -> Value:
     if isinstance(a, str | bytes):
-        pattern = a if isinstance(a, str) else a.decode("latin-1")
-        budget.widths(pattern, b if isinstance(b, tuple) else (b,))
-        budget.weigh(b)
-        return budget.checked(a % b)
-    return a % b
+        from kbot.xacro.expressions.formatting import percent
+
+        return budget.checked(percent(budget, a, b))
+    return _remainder(budget, a, b)
 
 
 def contains(budget: Budget, a: Value, b: Value) -> bool:
-    budget.measure(b)
-    if isinstance(b, SIZED):
+    if isinstance(b, HASHED):
+        budget.keys(len(b), (a,))
+    elif isinstance(b, SIZED):
         budget.weigh(a)
         budget.weigh(b)
+    elif isinstance(a, str | bytes) and isinstance(b, str | bytes):
+        budget.charge(len(a) * len(b) >> 10)
+        budget.measure(b)
     return a in b
 
 
 def compare(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
     def bounded(budget: Budget, a: Value, b: Value) -> Value:
-        if isinstance(a, SIZED) and isinstance(b, SIZED):
+        if type(a) is str and type(b) is str:
+            budget.charge(min(len(a), len(b)) >> 6)
+        elif isinstance(a, SIZED) and isinstance(b, SIZED):
             budget.weigh(a)
             budget.weigh(b)
+            _look_up(budget, a, b)
         return function(a, b)
 
     return bounded
+
+
+def _look_up(budget: Budget, a: Value, b: Value) -> None:
+    """Charge finding the items of one container in another, where they are found by a hash."""
+    if isinstance(a, HASHED) and isinstance(b, HASHED):
+        budget.keys(len(a), b)
+        budget.keys(len(b), a)
 
 
 def add(budget: Budget, a: Value, b: Value) -> Value:
@@ -77,6 +115,7 @@ def add(budget: Budget, a: Value, b: Value) -> Value:
 
 def _plain(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
     def bounded(budget: Budget, a: Value, b: Value) -> Value:
+        _look_up(budget, a, b)
         return budget.checked(function(a, b))
 
     return bounded
@@ -94,7 +133,7 @@ BINARY: dict[str, Callable[[Budget, Value, Value], Value]] = {
     "BitXor": _plain(operator.xor),
     "Sub": _plain(operator.sub),
     "RShift": _plain(operator.rshift),
-    "FloorDiv": _plain(operator.floordiv),
+    "FloorDiv": _divide(operator.floordiv),
 }
 COMPARE: dict[str, Callable[[Budget, Value, Value], Value]] = {
     "Eq": compare(operator.eq),
