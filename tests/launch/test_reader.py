@@ -279,5 +279,5 @@ def test_eval_is_not_python(folder: Path) -> None:
 def test_a_text_that_doubles_time_and_again_is_bounded(folder: Path) -> None:
     doubled = "".join(f"<arg name='a{n}' default='$(arg a{n - 1})$(arg a{n - 1})'/>" for n in range(1, 60))
     plan = plan_of(folder, f"<arg name='a0' default='x'/>{doubled}")
-    assert plan.diagnostics[0].code == "L015"
-    assert max(len(argument.value or "") for argument in plan.arguments.values()) == 1 << 24
+    assert [d.code for d in plan.diagnostics] == ["L015"]
+    assert max(len(argument.value or "") for argument in plan.arguments.values()) == 1 << 21

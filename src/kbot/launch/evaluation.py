@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kbot.launch.faults import Fault
-from kbot.xacro.expressions.compiler import compiled
-from kbot.xacro.expressions.operations import InvalidExpression
+from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault as ExpressionFault
+from kbot.xacro.faults import LimitFault
+from kbot.xacro.templates import expression as value_of
+
+if TYPE_CHECKING:
+    from kbot.xacro.expressions.operations import Environment
 
 _HARMLESS = (
     abs,
@@ -34,37 +38,30 @@ BUILTINS: Mapping[str, Callable[..., Any]] = {function.__name__: function for fu
 """Python's own functions that expressions may call: they compute and nothing more."""
 
 
-MOST_CHARACTERS = 1 << 24
-"""Of a text that is put together: one that doubles another, time and again, would fill all memory."""
-
-
-def joined(parts: Sequence[str]) -> str:
+def joined(parts: Sequence[str], budget: Budget) -> str:
     """Texts one after the other.
 
     Raises:
-        Fault: L015, they are too much.
+        Fault: L015, they are too long, alone or with all that the file's substitutions made before.
     """
-    count = sum(map(len, parts))
-    if count > MOST_CHARACTERS:
-        raise Fault("L015", f"a text of {count:,} characters (the bound is {MOST_CHARACTERS:,})")
-    return "".join(parts)
+    try:
+        return budget.joined(parts)
+    except LimitFault as error:
+        raise Fault("L015", error.message, error.hint, is_limit=True) from None
 
 
-def evaluated(expression: str, names: object) -> str:
-    """A Python expression's value as text; it can compute and nothing more. `names` is an environment of
-    `kbot.xacro.expressions`: with `lookup`, `assign` and a `budget`.
+def evaluated(expression: str, names: Environment) -> str:
+    """A Python expression's value as text. The expression can compute, within the budget of `names`, and
+    nothing more.
 
     Raises:
         Fault: L014, or what looking up a name raised.
     """
     try:
-        return str(compiled(expression)(names))
+        return names.budget.text(value_of(expression, names))
     except Fault as fault:
         fault.piece = fault.piece or expression
         raise
-    except InvalidExpression as error:
-        raise Fault("L014", f"the expression cannot be read: {error}", "", expression) from None
     except ExpressionFault as error:
-        raise Fault("L014", error.message, error.hint, expression) from None
-    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
-        raise Fault("L014", f"the expression cannot be computed: {error}", "", expression) from None
+        is_limit = isinstance(error, LimitFault)
+        raise Fault("L014", error.message, error.hint, expression, is_limit=is_limit) from None

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 
 class Fault(Exception):
-    """A value that cannot be had; `piece` is the part of the text that is at fault."""
+    """A value that cannot be computed.
 
-    def __init__(self, code: str, message: str, hint: str = "", piece: str = "") -> None:
+    piece     the part of the text that is at fault
+    is_limit  whether the file takes more work than it may; then all work that follows is refused too
+    """
+
+    def __init__(
+        self, code: str, message: str, hint: str = "", piece: str = "", *, is_limit: bool = False
+    ) -> None:
         super().__init__(message)
-        self.code, self.message, self.hint, self.piece = code, message, hint, piece
+        self.code, self.message, self.hint, self.piece, self.is_limit = code, message, hint, piece, is_limit

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from kbot.launch.faults import Fault
 from kbot.text import Diagnostic, Origin, Related, Severity, Span
+from kbot.xacro.budget import Budget
+from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import Packages
 
 
@@ -15,7 +18,10 @@ class Reporter:
         self.packages = packages
         self.problems: list[Diagnostic] = []
         self.findings: list[Diagnostic] = []
+        self.budget = Budget(DEFAULT)
+        """The work that the expressions and substitutions of the file and of those it includes may take."""
         self._seen: set[tuple[str, str, str, int]] = set()
+        self._is_limit_reached = False
 
     def problem(
         self,
@@ -33,6 +39,12 @@ class Reporter:
         if key not in self._seen:
             self._seen.add(key)
             self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
+
+    def fault(self, fault: Fault, origin: Origin) -> None:
+        """Report a fault, unless a limit was reached before: what follows is missing because of that."""
+        if not self._is_limit_reached:
+            self.problem(fault.code, fault.message, origin, fault.hint)
+            self._is_limit_reached = fault.is_limit
 
     def finding(self, diagnostic: Diagnostic) -> None:
         """Report what a ROS would stumble over."""

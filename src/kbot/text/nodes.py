@@ -206,10 +206,11 @@ class _LateOrigin(Origin):
 class Document:
     """A parsed file: what stands before the root, the root, what stands after it.
 
-    `diagnostics` holds what is wrong but leaves a tree to work with.
+    `diagnostics` holds what is wrong but leaves a tree to work with. `nodes` counts elements and
+    comments, `depth` the levels of elements.
     """
 
-    __slots__ = ("after", "before", "diagnostics", "root", "source")
+    __slots__ = ("after", "before", "depth", "diagnostics", "nodes", "root", "source")
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -217,6 +218,7 @@ class Document:
         self.before: list[Text] = []
         self.after: list[Text] = []
         self.diagnostics: tuple[Diagnostic, ...] = ()
+        self.nodes = self.depth = 0
 
 
 def markup_end(data: bytes, at: int) -> int:

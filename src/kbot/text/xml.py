@@ -103,13 +103,13 @@ def _handle(
     specials = _specials(source.data)
     passed, special = -1, specials.pop()
     subset_at = -1
-    nodes = 0
+    nodes = depth = 0
     blanks: dict[str, Text] = {}
     prefixes = Prefixes(source)
     known_tags, known_names = prefixes.tags, prefixes.names
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal children, previous, fresh, nodes
+        nonlocal children, previous, fresh, nodes, depth
         previous = at = parser.CurrentByteIndex
         fresh = True
         nodes += 1
@@ -125,8 +125,10 @@ def _handle(
         stack.append(element)
         outer.append(children)
         children = element.children
-        if len(stack) > max_nesting:
-            raise _error(source, "P005", f"elements are nested more than {max_nesting} deep", at)
+        if len(stack) > depth:
+            depth = len(stack)
+            if depth > max_nesting:
+                raise _error(source, "P005", f"elements are nested more than {max_nesting} deep", at)
 
     def end(tag: str) -> None:
         nonlocal children, previous, fresh, passed, special
@@ -138,6 +140,8 @@ def _handle(
         element._close = at
         element.is_plain = passed < element.start
         children = outer.pop()
+        if not stack:
+            document.nodes, document.depth = nodes, depth
 
     def text(value: str) -> None:
         nonlocal fresh

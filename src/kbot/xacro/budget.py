@@ -12,14 +12,15 @@ from kbot.xacro.values import YamlList
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+    from typing import Any
 
     from kbot.xacro.limits import Limits
     from kbot.xacro.values import Value
 
-VIEWS = (type({}.keys()), type({}.values()), type({}.items()))
-SIZED = (list, tuple, dict, set, frozenset, range, *VIEWS)
+VIEWS: tuple[Any, ...] = (type({}.keys()), type({}.values()), type({}.items()))
+SIZED: tuple[Any, ...] = (list, tuple, dict, set, frozenset, range, *VIEWS)
 """Containers, whose items are counted. Text is charged by its length instead."""
-HASHED = (dict, set, frozenset, VIEWS[0], VIEWS[2])
+HASHED: tuple[Any, ...] = (dict, set, frozenset, VIEWS[0], VIEWS[2])
 """Containers that find their items by a hash."""
 
 _SHORT = 64

@@ -96,7 +96,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
     try:
         with room_for(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
-            document = files.parsed(source, run.limits.nesting, run.limits.nodes)
+            document = run.parsed(source)
             if document.diagnostics:
                 run.adopt(document.diagnostics, None)
             root = _walk(document, expander, scope)
@@ -124,6 +124,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
 
 def _walk(document: Document, expander: Expander, scope: Scope) -> Element:
     root = expander.root(document.root, scope)
+    expander.run.check_result(root)
     expander.run.point_at_later_definitions(scope.find)
     _warn_of_unknown(expander, scope)
     return root

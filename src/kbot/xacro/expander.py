@@ -19,12 +19,15 @@ from kbot.xacro.macros import MacroTable
 from kbot.xacro.place import Node, Place
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
-from kbot.xacro.templates import evaluate
+from kbot.xacro.templates import evaluate, shortened
 from kbot.xacro.values import Value, truth
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+_EVALUATED = 8
+"""What each evaluated text counts for beyond its own characters: evaluating an empty one takes time too."""
 
 Handler = Callable[["Expander", Element, Place, bool], None]
 """What does a tag: the expander, the tag, the place, and whether anything follows the tag."""
@@ -67,6 +70,7 @@ class Expander:
         """Expand nodes into `place.out`."""
         run = self.run
         out, depth, macro_depth = place.out, run.depth, run.macro_depth
+        run.nodes -= len(nodes)
         evaluate_comments = False
         last = len(nodes) - 1
         for index, node in enumerate(nodes):
@@ -101,11 +105,10 @@ class Expander:
     def element(self, node: Element, place: Place) -> Element:
         """Expand an element that is none of xacro's own."""
         run, call = self.run, place.call
-        run.nodes -= 1
         depth = run.depth
         run.depth = depth + 1
-        if run.nodes < 0 or depth > run.limits.nesting:
-            self._exceeded(node, place)
+        if run.nodes < 0 or depth > run.deepest:
+            self._deeper(depth, node, place)
         made = Element(node.tag, {}, node.source, node.start, node._close, call)
         attributes = self.attributes(node, place.scope, call, made)
         if node.children:
@@ -121,7 +124,7 @@ class Expander:
         """An element in which there is nothing to expand; shared with the parsed file where it can be."""
         if call is None:
             return node
-        self.run.nodes -= 1
+        self.run.nodes -= len(node.children)
         made = Element(node.tag, node.attributes, node.source, node.start, node._close, call)
         made.is_plain = True
         children: list[Node] = []
@@ -137,19 +140,22 @@ class Expander:
     def tag(self, node: Element, place: Place, has_next: bool) -> None:
         """Do what one of xacro's own tags says."""
         run = self.run
-        run.nodes -= 1
         run.depth += 1
-        if run.nodes < 0 or run.depth > run.limits.nesting:
-            self._exceeded(node, place)
+        if run.nodes < 0 or run.depth > run.deepest:
+            self._deeper(run.depth, node, place)
         self.tags.get(node.tag, self._call_macro)(self, node, place, has_next)
         run.depth -= 1
 
-    def _exceeded(self, node: Element, place: Place) -> None:
+    def _deeper(self, depth: int, node: Element, place: Place) -> None:
+        """Check the bounds on nodes and nesting, where one of them may be reached."""
         run = self.run
+        run.deepest = max(run.deepest, depth)
         if run.nodes < 0:
             fault = run.budget.exceeded("nodes", "the result has too many elements")
-        else:
+        elif depth > run.limits.nesting:
             fault = run.budget.exceeded("nesting", "elements and macro calls are nested too deeply")
+        else:
+            return
         run.report(fault, node, "", place.call)
 
     # --- texts and attributes ----------------------------------------------------------------
@@ -193,7 +199,7 @@ class Expander:
 
     def _count(self, value: str, node: Node, call: Call | None) -> None:
         run = self.run
-        run.characters -= len(value)
+        run.characters -= len(value) + _EVALUATED
         if run.characters < 0:
             run.report(run.budget.exceeded("text", "the evaluated texts are too long"), node, "", call)
 
@@ -242,8 +248,8 @@ class Expander:
         try:
             return truth(value)
         except (ValueError, TypeError):
-            text = node.attributes[name]
-            shown = f"'{text}' is" if text == value else f"'{text}' gives '{value}', which is"
+            text, result = shortened(node.attributes[name], 60), shortened(self.run.budget.text(value), 60)
+            shown = f"'{text}' is" if text == result else f"'{text}' evaluates to '{result}', which is"
             fault = Fault(
                 "X128", f"{shown} neither true nor false", "write true, false, or a comparison: ${a == b}"
             )

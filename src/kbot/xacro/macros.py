@@ -40,11 +40,12 @@ class Parameter:
 class Macro:
     """A macro as it was last defined: its element, its parameters, and what brought it there.
 
+    size      characters of the body
     is_plain  whether its own attributes hold no expressions and no namespaces
     problem   what is wrong with the definition; calls are then no errors of their own
     """
 
-    __slots__ = ("body", "call", "is_plain", "name", "parameters", "problem")
+    __slots__ = ("body", "call", "is_plain", "name", "parameters", "problem", "size")
 
     def __init__(
         self,
@@ -58,6 +59,7 @@ class Macro:
         self.body = body
         self.parameters = parameters
         self.call = call
+        self.size = 0
         self.is_plain = True
         self.problem = problem
 

@@ -13,12 +13,15 @@ from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element, Text
 from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
+from kbot.xacro.files import parsed
 from kbot.xacro.location import locate
+from kbot.xacro.serialise import written_size
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.text.diagnostic import Diagnostic
+    from kbot.text.xml import Document
     from kbot.xacro.binding import Binding
     from kbot.xacro.limits import Limits
     from kbot.xacro.packages import Packages
@@ -57,6 +60,12 @@ class Run:
         self.budget = Budget(limits)
         self.nodes = limits.nodes
         self.characters = limits.text
+        self.deepest = 0
+        """The levels of elements, macro calls and includes so far."""
+        self.copied = 0
+        """A bound on the characters that were copied unchanged from files and macros."""
+        self.source_nodes = self.source_depth = 0
+        """The elements and comments of all files; the levels of the deepest."""
         self.depth = 0
         self.macro_depth = 0
         self.used: list[Binding] = []
@@ -97,7 +106,32 @@ class Run:
         """
         path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)
         source = read_source(path, self.limits.file_bytes)
+        self.budget.charge(len(source.text) >> 8)  # a file can be read any number of times
         return source if path == name else Source(name, source.text)
+
+    def parsed(self, source: Source) -> Document:
+        """The document of a file that is expanded."""
+        document = parsed(source, self.limits.nesting, self.limits.nodes)
+        self.copied += len(source.text)
+        self.source_nodes += document.nodes
+        self.source_depth = max(self.source_depth, document.depth)
+        return document
+
+    def check_result(self, root: Element) -> None:
+        """Refuse a result that is too long to be written.
+
+        Raises:
+            LimitFault: it is.
+        """
+        nodes = self.limits.nodes - self.nodes + self.source_nodes
+        evaluated = self.limits.text - self.characters
+        indentation = 2 * nodes * (self.deepest + self.source_depth)
+        most = self.limits.text
+        # the exact size takes a walk, which only a suspect is worth
+        if evaluated + self.copied + indentation > most and written_size([root], most) > most:
+            fault = self.budget.exceeded("text", "the result is too long")
+            fault.origin = root.origin
+            raise fault
 
     def argument(self, name: str) -> str:
         """The value of `$(arg name)`.
@@ -133,7 +167,7 @@ class Run:
             raise fault from None
         self.files.append(name)
         try:
-            return yaml.load(source, constant)
+            return yaml.load(source, constant, self.budget)
         finally:
             self.files.pop()
 

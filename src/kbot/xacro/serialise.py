@@ -34,6 +34,21 @@ def serialise(nodes: Sequence[Element | Text], banner: str = "") -> str:
     return "".join(out)
 
 
+def written_size(nodes: Sequence[Element | Text], most: int) -> int:
+    """The characters that nodes are written with, indentation included. It stops counting past `most`."""
+    size = 0
+    pending: list[tuple[Element | Text, int]] = [(node, 1) for node in nodes]
+    while pending and size <= most:
+        node, depth = pending.pop()
+        size += 2 * depth
+        if isinstance(node, Element):
+            size += len(node.tag) + sum(map(len, node.attributes)) + sum(map(len, node.attributes.values()))
+            pending += [(child, depth + 1) for child in node.children]
+        else:
+            size += len(node.value)
+    return size
+
+
 def banner(path: str) -> str:
     """The comment that the `xacro` command puts before everything else."""
     name = re.sub(r"-+", "-", path)

@@ -215,22 +215,18 @@ def invalid(error: InvalidExpression, piece: Piece | None = None) -> Fault:
     return fault
 
 
-def expression(content: str, scope: Names) -> Value:
-    """The value of what stands within `${…}`.
+def expression(content: str, names: Environment) -> Value:
+    """The value of an expression, as in `${…}` and in `$(eval …)`.
 
     Raises:
-        Fault: X102 it is no expression, or whatever is wrong with it.
+        Fault: X102, it is not a valid expression; X104, it cannot be computed; X190, a limit is reached.
     """
     try:
         closure = compiled(content)
     except InvalidExpression as error:
         raise invalid(error) from None
-    return _guarded(closure, content, scope)
-
-
-def _guarded(closure: Evaluator, content: str, scope: Names) -> Value:
     try:
-        return closure(scope)
+        return closure(names)
     except EXPRESSION_ERRORS as error:
         raise failed(error, content) from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from kbot.xacro.faults import Fault
+from kbot.xacro.faults import Fault, LimitFault
 from kbot.xacro.values import Value, wrap
 
 TYPE_CHECKING = False
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from kbot.text.span import Source
+    from kbot.xacro.budget import Budget
 
 UNITS = {
     "!radians": 1.0,
@@ -24,6 +25,14 @@ UNITS = {
     "!inches": 0.0254,
 }
 _MAX_NODES = 500_000
+_LONG_NUMBER = re.compile(r"(?<![.\w])[0-9][0-9a-fA-FxX_:]{14,}(?![.\w])")
+_MOST_LONG_NUMBERS = 1000
+"""Whole numbers of 2**61 and more can be chosen so that all have one hash: as keys, each of a million would
+be compared with all before it. Real files hold none."""
+_NODE_STEPS = 8
+"""What a node takes by the library's own loader; one can be two characters long."""
+_RESOLVED_STEPS = 64
+"""What the library's own rules take for a scalar."""
 
 _cache: dict[str, tuple[str, Any]] = {}
 
@@ -33,22 +42,26 @@ def clear_cache() -> None:
     _cache.clear()
 
 
-def load(source: Source, evaluate: Callable[[str], Value]) -> Value:
+def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Value:
     """The data of a YAML file. `evaluate` computes the expression behind a unit.
 
     Raises:
-        Fault: X116, the file is not valid YAML.
+        Fault: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
     import yaml
 
+    budget.charge(len(source.text) >> 2)  # also for data that is known: it is copied
     known = _cache.get(source.path)
     if known is not None and known[0] == source.text:
         return wrap(_copied(known[1]))
+    if sum(1 for _ in _LONG_NUMBER.finditer(source.text)) > _MOST_LONG_NUMBERS:
+        message = f"{source.path} holds more than {_MOST_LONG_NUMBERS:,} whole numbers of over 15 digits"
+        raise LimitFault("X190", message, "write them in quotes, as text")
     try:
         try:
-            data = _plain_data(source.text, evaluate)
+            data = _plain_data(source.text, evaluate, budget)
         except _NotPlain:
-            data = _any_data(source.text, evaluate)
+            data = _any_data(source.text, evaluate, budget)
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
@@ -64,7 +77,7 @@ class _NotPlain(Exception):
     """The text holds more of YAML than `_plain_data` reads."""
 
 
-def _plain_data(text: str, evaluate: Callable[[str], Value]) -> Value:
+def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Value:
     """The data of a text of mappings, lists and scalars: what nearly every parameter file is.
 
     It is built from the parser's events, which takes half the time of going through its nodes.
@@ -76,14 +89,16 @@ def _plain_data(text: str, evaluate: Callable[[str], Value]) -> Value:
         raise _NotPlain
     parser = parser_class(text)
     try:
-        return _build(parser.get_event, yaml, evaluate)
+        return _build(parser.get_event, yaml, evaluate, budget)
     except yaml.YAMLError:
         raise _NotPlain from None
     finally:
         parser.dispose()
 
 
-def _build(next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value]) -> Value:
+def _build(
+    next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value], budget: Budget
+) -> Value:
     documents: list[Any] = []
     current: Any = documents
     key: Any = None
@@ -94,8 +109,9 @@ def _build(next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str],
     while True:
         event = next_event()
         kind = type(event)
+        budget.charge(2)
         if kind is scalar_event:
-            value = _scalar(event, evaluate)
+            value = _scalar(event, evaluate, budget)
         elif kind in starts:
             if event.anchor or event.tag:
                 raise _NotPlain
@@ -137,7 +153,7 @@ _WORDS: dict[str, bool | None] = {
 } | {"~": None, "": None}
 
 
-def _scalar(event: Value, evaluate: Callable[[str], Value]) -> Value:
+def _scalar(event: Value, evaluate: Callable[[str], Value], budget: Budget) -> Value:
     text: str = event.value
     if event.anchor:
         raise _NotPlain
@@ -156,6 +172,7 @@ def _scalar(event: Value, evaluate: Callable[[str], Value]) -> Value:
         return _WORDS[text]
     if _WORD.match(text) and text[0] != ".":
         return text
+    budget.charge(_RESOLVED_STEPS)
     return _resolved(text)
 
 
@@ -176,12 +193,18 @@ def _not_plain() -> Value:
     raise _NotPlain
 
 
-def _any_data(text: str, evaluate: Callable[[str], Value]) -> Value:
+def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Value:
     """The data of any YAML text, by the library's own loader."""
     import yaml
 
+    budget.charge(len(text) // 2 * _NODE_STEPS)
     base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    loader_class: Any = type("UnitLoader", (base,), {})
+
+    def flatten(loader: Value, node: Value) -> None:
+        base.flatten_mapping(loader, node)
+        budget.charge(len(node.value))  # merged keys can double with each mapping
+
+    loader_class: Any = type("UnitLoader", (base,), {"flatten_mapping": flatten})
 
     def constructor(factor: float) -> Callable[[Any, Any], float]:
         return lambda loader, node: float(evaluate(loader.construct_scalar(node))) * factor

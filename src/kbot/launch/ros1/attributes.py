@@ -51,23 +51,27 @@ class TagReporter(Reporter):
                 self.problem("L004", f"<{element.tag}> lacks its attribute '{name}'", context.origin(element))
         return found
 
+    def _scope(self, context: Context) -> Scope:
+        packages = self.packages.beside(context.file)
+        return Scope(context.file, packages, context.args, self.budget, self.anonymous)
+
     def resolve(self, element: Element, name: str, raw: str, context: Context) -> str | None:
         """An attribute's value with its substitutions made; None, and a problem, where that fails."""
-        scope = Scope(context.file, self.packages.beside(context.file), context.args, self.anonymous)
+        scope = self._scope(context)
         try:
             return scope.resolve(raw)
         except Fault as fault:
             origin = part_of(context.attribute_origin(element, name), fault.piece)
-            self.problem(fault.code, fault.message, origin, fault.hint)
+            self.fault(fault, origin)
             return None
 
     def resolve_text(self, text: str, element: Element, context: Context) -> str | None:
         """The text within an element with its substitutions made, as `subst_value` asks for."""
-        scope = Scope(context.file, self.packages.beside(context.file), context.args, self.anonymous)
+        scope = self._scope(context)
         try:
             return scope.resolve(text)
         except Fault as fault:
-            self.problem(fault.code, fault.message, context.origin(element), fault.hint)
+            self.fault(fault, context.origin(element))
             return None
 
     def applies(self, element: Element, context: Context) -> bool:

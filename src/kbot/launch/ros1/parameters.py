@@ -64,7 +64,7 @@ class Parameters:
         try:
             value, description = self._value(source, found, type_, origin)
         except Fault as fault:
-            reporter.problem(fault.code, fault.message, origin, fault.hint)
+            reporter.fault(fault, origin)
         except DescriptionError as error:
             reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
         except ValueError as error:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kbot.launch import known_packages, names
 from kbot.launch.faults import Fault
-from kbot.launch.includes import require_end
+from kbot.launch.includes import charge_file, require_end
 from kbot.launch.plan import Argument, Included, Machine, Node, Param, Plan
 from kbot.launch.ros1.attributes import TagReporter
 from kbot.launch.ros1.context import Context
@@ -84,6 +84,7 @@ class _Reader:
 
     def _root(self, source: Source) -> Element:
         self.files.append(os.path.normpath(source.path))
+        charge_file(self.reporter.budget, source)
         root = parse_xml(source)
         if root.tag != "launch":
             hint = "a ROS 1 launch file starts with <launch>"
@@ -221,7 +222,7 @@ class _Reader:
             require_end(file, levels, len(self.files))
             root = self._root(read_source(file))
         except Fault as fault:
-            self.reporter.problem(fault.code, fault.message, context.origin(element), fault.hint)
+            self.reporter.fault(fault, context.origin(element))
             return
         except DescriptionError as error:
             for diagnostic in error.diagnostics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,9 +15,9 @@ from kbot.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.launch.values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
-from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import PackageNotFound, Packages
 
+_MARK = re.compile(r"[$()]")
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
 
 
@@ -30,6 +31,7 @@ class Scope:
     file: str
     packages: Packages
     arguments: Mapping[str, str]
+    budget: Budget
     anonymous: dict[str, str] | None = field(default_factory=dict)
 
     def resolve(self, text: str) -> str:
@@ -62,7 +64,7 @@ class Scope:
             if finding and word == "find":
                 value, at = _before_path(value, text, end)
             result.append(value)
-        return joined([*result, text[at:]])
+        return joined([*result, text[at:]], self.budget)
 
     def _command(self, word: str, rest: list[str], whole: str) -> str:
         if word == "dirname":
@@ -122,7 +124,7 @@ class _Names:
     def __init__(self, scope: Scope) -> None:
         import math
 
-        self.budget = Budget(DEFAULT)
+        self.budget = scope.budget
         self._scope = scope
         self._known: dict[str, Any] = {
             **{name: value for name, value in vars(math).items() if not name.startswith("_")},
@@ -170,9 +172,10 @@ def _substitutions(text: str) -> list[tuple[int, int]]:
     found: list[tuple[int, int]] = []
     at = text.find("$(")
     while at >= 0:
-        stop = next((i for i in range(at + 2, len(text)) if text[i] in "$()"), len(text))
-        if stop == len(text):
+        mark = _MARK.search(text, at + 2)
+        if mark is None:
             break
+        stop = mark.start()
         if text[stop] != ")":
             piece = text[at : stop + 1]
             raise Fault("L015", f"'{text[stop]}' cannot stand within $(…)", "they do not nest", piece)

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from kbot.launch import known_packages, names
+from kbot.launch.evaluation import joined
 from kbot.launch.faults import Fault
-from kbot.launch.includes import require_end
+from kbot.launch.includes import charge_file, require_end
 from kbot.launch.plan import Argument, Included, Node, Param, Plan
 from kbot.launch.reporter import Reporter
 from kbot.launch.ros2 import actions as act
@@ -61,6 +62,7 @@ class Carrier:
         """Carry out a launch file within the context as it is."""
         outer, self.context.file = self.context.file, source.path
         self.files.append(source.path)
+        charge_file(self.context.budget, source)
         self.depth += 1
         try:
             self.visit_all(self.load(source, self))
@@ -87,7 +89,7 @@ class Carrier:
             if action.condition is None or action.condition.evaluate(self.context):
                 self._visit(action, origin)
         except Fault as fault:
-            self.reporter.problem(fault.code, fault.message, origin, fault.hint)
+            self.reporter.fault(fault, origin)
         except DescriptionError as error:
             for diagnostic in error.diagnostics:
                 kept = diagnostic.origin if diagnostic.code[0] != "F" else None
@@ -150,8 +152,10 @@ class Carrier:
         name, value = performed(action.name, context), performed(action.value, context)
         parts = [context.environment[name], value] if name in context.environment else [value]
         first = is_true(performed(action.prepend, context))
-        joined = performed(action.separator, context).join(reversed(parts) if first else parts)
-        context.environment[name] = joined
+        separator = performed(action.separator, context)
+        ordered = parts[::-1] if first else parts
+        pieces = [piece for part in ordered for piece in (separator, part)][1:]
+        context.environment[name] = joined(pieces, context.budget)
 
     def _declare(self, action: act.DeclareLaunchArgument, origin: Origin) -> None:
         context, name = self.context, action.name

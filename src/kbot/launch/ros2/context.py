@@ -17,7 +17,6 @@ from kbot.launch.plan import Description, Param
 from kbot.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
-from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import PackageNotFound, Packages
 
 _ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
@@ -40,6 +39,7 @@ class Context:
     packages: Packages
     here: Origin
     note: Callable[[Diagnostic], None]
+    budget: Budget
     allow_commands: bool = False
     launch_configurations: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
@@ -119,7 +119,7 @@ class Context:
 
     def evaluate(self, expression: str) -> str:
         """A Python expression's value as text; it can compute and nothing more."""
-        return evaluated(expression, _Names())
+        return evaluated(expression, _Names(self.budget))
 
 
 def _without_folders(text: str) -> str:
@@ -129,10 +129,10 @@ def _without_folders(text: str) -> str:
 class _Names:
     """What a PythonExpression may name: mathematics and harmless builtins."""
 
-    def __init__(self) -> None:
+    def __init__(self, budget: Budget) -> None:
         import math
 
-        self.budget = Budget(DEFAULT)
+        self.budget = budget
         self._known: dict[str, Any] = {
             name: value for name, value in vars(math).items() if not name.startswith("_")
         }

@@ -149,7 +149,7 @@ class _Markup:
                 action = maker(element)
                 action.condition = self._condition(element)
             except Fault as fault:
-                self.reporter.problem(fault.code, fault.message, element.origin, fault.hint)
+                self.reporter.fault(fault, element.origin)
             else:
                 action.origin = element.origin
                 made.append(action)

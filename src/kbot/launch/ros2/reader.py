@@ -36,7 +36,9 @@ def read_launch_2(
         return Plan(path, problems=error.diagnostics)
     reporter = Reporter(packages or Packages(around=path))
     start = Origin(source.whole())
-    context = Context(path, reporter.packages, start, reporter.finding, allow_commands, dict(given))
+    context = Context(
+        path, reporter.packages, start, reporter.finding, reporter.budget, allow_commands, dict(given)
+    )
     python = PythonFiles(context)
 
     def load(file: Source, carrier: Carrier) -> list[object]:

@@ -68,7 +68,7 @@ class Sequence(Substitution):
         self.parts = [as_substitution(part) for part in parts]
 
     def perform(self, context: Context) -> str:
-        return joined([part.perform(context) for part in self.parts])
+        return joined([part.perform(context) for part in self.parts], context.budget)
 
 
 class CommandLine(Sequence):
@@ -95,7 +95,9 @@ class PathJoinSubstitution(Substitution):
         self.parts = [as_substitution(part) for part in substitutions]
 
     def perform(self, context: Context) -> str:
-        return str(Path(*(part.perform(context) for part in self.parts)))
+        parts = [part.perform(context) for part in self.parts]
+        joined(parts, context.budget)
+        return str(Path(*parts))
 
     def __truediv__(self, other: object) -> PathJoinSubstitution:
         return PathJoinSubstitution([*self.parts, other])
@@ -208,7 +210,7 @@ class Parameter(Substitution):
     def perform(self, context: Context) -> str:
         name = self.name.perform(context)
         if name in context.parameters:
-            return str(context.parameters[name].value)
+            return context.budget.text(context.parameters[name].value)
         if self.default is not None:
             return performed(self.default, context)
         hint = did_you_mean(name, context.parameters)

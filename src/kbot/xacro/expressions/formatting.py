@@ -10,7 +10,6 @@ from kbot.xacro.values import Value, attribute
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from typing import Any
 
 _WIDTH = re.compile(r"\d+|\*")
 _FIELD_STEPS = 8
@@ -88,7 +87,7 @@ def format_text(budget: Budget, pattern: str, args: Sequence[Value], named: dict
                 budget.measure(value)
             return value, first
 
-        def convert_field(self, value: Value, conversion: Any) -> Value:
+        def convert_field(self, value: Value, conversion: Value) -> Value:
             if conversion:
                 budget.weigh(value)
             return super().convert_field(value, conversion)

@@ -1,4 +1,4 @@
-"""Calls of functions in expressions. What a call costs is in `costs`, and is charged here, before the call."""
+"""Calls from expressions. What a call costs is in `costs`, and is charged here, before the call."""
 
 from __future__ import annotations
 

@@ -18,18 +18,20 @@ def insert_block(walk: Expander, node: Element, place: Place, has_next: bool) ->
     check_attributes(walk.run, node, place, ("name",))
     name, scope = node.attributes["name"], place.scope
     several = scope.find(f"**{name}")
-    single = scope.find(f"*{name}") if several is None else None
-    if single is not None:
-        place.out.append(walk.element(single.value, place))
-    elif several is not None:
-        block: Element = several.value
-        scratch = block.made_by(place.call, block.tag, {})
-        attributes = walk.attributes(block, scope, place.call, scratch)
-        content: list[Node] = []
-        walk.children(block.children, place.within(attributes, content))
-        walk.splice(content, place)
-    else:
+    found = scope.find(f"*{name}") if several is None else several
+    if found is None:
         raise _undefined(name, node, place, scope)
+    block: Element = found.value
+    if block.children:  # nodes without expressions are shared, and count each time
+        walk.run.nodes -= sum(1 for _ in block.descendants())
+    if several is None:
+        place.out.append(walk.element(block, place))
+        return
+    scratch = block.made_by(place.call, block.tag, {})
+    attributes = walk.attributes(block, scope, place.call, scratch)
+    content: list[Node] = []
+    walk.children(block.children, place.within(attributes, content))
+    walk.splice(content, place)
 
 
 def _undefined(name: str, node: Element, place: Place, scope: Scope) -> Fault:
@@ -54,7 +56,7 @@ def make_element(walk: Expander, node: Element, place: Place, has_next: bool) ->
         origin = locate(node, "xacro:name", place.call, None)
         raise Fault("X130", "the element's name is empty", origin=origin)
     attributes = {key: value for key, value in node.attributes.items() if key != "xacro:name"}
-    renamed = node.made_by(node.call, str(name), attributes)
+    renamed = node.made_by(node.call, walk.run.budget.text(name), attributes)
     renamed.children = node.children
     if renamed.tag.startswith("xacro:"):
         walk.tag(renamed, place, has_next)
@@ -82,5 +84,6 @@ def set_attribute(walk: Expander, node: Element, place: Place, has_next: bool) -
         hint = "put it directly within the element that is to have it"
         walk.run.warn_at("X211", "the attribute is lost: it belongs to a xacro tag", node.origin, hint)
         return
-    place.attributes[str(name)] = walk.run.budget.text(value)
-    place.parent.moved = {**(place.parent.moved or {}), str(name): origin}
+    key = walk.run.budget.text(name)
+    place.attributes[key] = walk.run.budget.text(value)
+    place.parent.moved = {**(place.parent.moved or {}), key: origin}

@@ -37,6 +37,7 @@ def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) ->
     # a macro defined again stays the same macro, even for the call that is just being made
     macro = known if isinstance(known, Macro) else Macro(name, node, ())
     macro.body, macro.parameters, macro.call, macro.problem = node, (), place.call, None
+    macro.size = max(node._close - node.start, 0)
     macro.is_plain = not any("$" in v or k.startswith("xmlns:") for k, v in node.attributes.items())
     try:
         macro.parameters = parse_parameters(node.attributes.get("params", ""))
@@ -62,6 +63,7 @@ def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> N
     macro, macros, outer = _find(walk, node, place)
     if macro.problem is not None:
         raise Fault("X131", "", problem=macro.problem)
+    run.copied += macro.size
     run.macro_depth += 1
     if run.macro_depth > run.limits.macro_calls:
         raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself without end")

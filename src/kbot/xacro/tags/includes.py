@@ -11,7 +11,6 @@ from kbot.text.xml import Element
 from kbot.xacro.binding import READY, Binding
 from kbot.xacro.expander import Expander
 from kbot.xacro.faults import Fault
-from kbot.xacro.files import parsed
 from kbot.xacro.location import locate
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.place import Node, Place
@@ -71,7 +70,7 @@ def _include_file(
         raise run.budget.exceeded("includes", f"files include one another without end: {around}")
     target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
     try:
-        document = parsed(run.read(file), run.limits.nesting, run.limits.nodes)
+        document = run.parsed(run.read(file))
     except DescriptionError as error:
         _unreadable(walk, error, node, place, optional, call)
         return

@@ -11,6 +11,7 @@ from kbot.xacro.location import locate, name_span
 from kbot.xacro.place import Place
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
+from kbot.xacro.templates import shortened
 
 _OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
 
@@ -95,8 +96,9 @@ def compute(walk: Expander, binding: Binding, node: Element, attribute: str, pla
 def _name(walk: Expander, node: Element, place: Place) -> str:
     name = walk.evaluated(node, "name", place)
     if type(name) is not str or not is_identifier(name):
-        message = f"'{name}' is no valid property name"
-        hint = "letters, digits and underscores, no digit first, no word of Python's"
+        shown = shortened(walk.run.budget.text(name), 60)
+        message = f"'{shown}' is not a valid property name"
+        hint = "use letters, digits and underscores, no digit first, and no keyword of Python"
     elif name.startswith("__"):
         message, hint = f"the property name '{name}' begins with two underscores", "take one away"
     else:
