@@ -27,3 +27,59 @@ def test_a_file_that_is_not_a_robot_is_refusal(
     file.write_text(f'{H}<link name="${{1 +}}"/></robot>')
     result = measured_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
     assert result.is_refusal(), result
+
+
+DIGITS = f'{H}<link name="base_link"/><link name="${{2**20000}}"/></robot>'
+SEARCH = f"{H}<link name=\"${{('a'*3000000).rfind('ab'+'a'*1000000)}}\"/></robot>"
+COLLISIONS = (
+    f'{H}<link name="${{len(dict.fromkeys(range(0,2305843009213693951*100000,2305843009213693951)))}}"/></robot>'
+)
+
+
+def doubled(count: int) -> str:
+    """A robot whose properties double each other."""
+    properties = "".join(
+        f'<xacro:property name="p{i + 1}" value="${{p{i}}}${{p{i}}}"/>' for i in range(count)
+    )
+    first = '<xacro:property name="p0" value="aaaaaaaaaa"/>'
+    return f'{H}{first}{properties}<link name="${{p{count}}}"/></robot>'
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_number_of_too_many_digits_is_one_error(
+    verb: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    file = tmp_path / "robot.xacro"
+    file.write_text(DIGITS)
+    result = measured_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
+    assert result.is_refusal(), result
+    assert f"robot.xacro:1:{DIGITS.index('${') + 1}" in result.out + result.err
+
+
+@pytest.mark.parametrize(
+    "text", [SEARCH, COLLISIONS, doubled(27), doubled(60)], ids=["search", "collisions", "p27", "p60"]
+)
+def test_the_work_and_size_of_expressions_are_bounded(
+    text: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    file = tmp_path / "robot.xacro"
+    file.write_text(text)
+    result = measured_kbot("expand", file)
+    assert result.is_refusal(), result
+    assert result.err.count("error") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.launch", "<launch><param name='a' value=\"$(eval ('a'*3000000).rfind('ab'+'a'*1000000))\"/></launch>"),
+        ("a.launch.xml", "<launch><let name='a' value=\"$(eval '(\\'a\\'*3000000).rfind(\\'ab\\'+\\'a\\'*1000000)')\"/></launch>"),
+    ],
+)  # fmt: skip
+def test_expressions_of_launch_files_are_bounded(
+    name: str, text: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    (tmp_path / name).write_text(text)
+    result = measured_kbot("launch", tmp_path / name, "--headless", "--duration", "0.1")
+    assert result.is_refusal(), result
+    assert "L014" in result.err

@@ -394,6 +394,7 @@ FUNCTIONS: dict[Any, Cost] = {
     vars: _refused,
     tokenize: _tokenize,
     **dict.fromkeys([f for f in vars(math).values() if callable(f) and not isinstance(f, type)], measured),
+    **dict.fromkeys((str.maketrans, bytes.maketrans), _make_table),  # static methods belong to no object
     math.factorial: _factorial,
     math.comb: _combinations(is_ordered=False),
     math.perm: _combinations(is_ordered=True),
@@ -413,7 +414,6 @@ _TEXT: dict[str, Cost] = {
     "replace": _replace,
     "join": _join,
     "translate": _translate,
-    "maketrans": _make_table,
 }
 _SET = {
     **_each(_key, "add", "discard", "remove"),

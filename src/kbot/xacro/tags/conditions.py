@@ -18,8 +18,9 @@ def condition(walk: Expander, node: Element, place: Place, has_next: bool) -> No
     try:
         keep = walk.truth(walk.evaluated(node, "value", place), node, "value", place)
     except Fault as fault:
-        if fault.problem is not None:
-            _forgive(walk, node, place, fault.problem)
+        if fault.problem is None:  # a limit
+            raise
+        _forgive(walk, node, place, fault.problem)
         return
     if keep is not (node.tag == "xacro:unless"):
         content: list[Node] = []

@@ -89,6 +89,8 @@ def compute(walk: Expander, binding: Binding, node: Element, attribute: str, pla
         if used:
             binding.fed = tuple(used)
     except Fault as fault:
+        if fault.problem is None:  # a limit
+            raise
         binding.problem = fault.problem
         binding.state = FAILED
 
