@@ -80,6 +80,6 @@ def test_expressions_of_launch_files_are_bounded(
     name: str, text: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     (tmp_path / name).write_text(text)
-    result = measured_kbot("launch", tmp_path / name, "--headless", "--duration", "0.1")
+    result = measured_kbot("launch", tmp_path / name, "--no-browser")
     assert result.is_refusal(), result
     assert "L014" in result.err

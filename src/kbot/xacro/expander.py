@@ -26,7 +26,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-_EVALUATED = 8
+_EVALUATED = 32
 """What each evaluated text counts for beyond its own characters: evaluating an empty one takes time too."""
 
 Handler = Callable[["Expander", Element, Place, bool], None]

@@ -39,6 +39,9 @@ EXPRESSION_ERRORS = (
 
 
 _MOST_PIECES = 50_000
+_SHORT = 64
+"""Characters of a text that is evaluated without a charge, for speed: the nodes and the evaluated text
+are bounded too."""
 _HALF = re.compile(r"[\ud800-\udfff]")
 
 
@@ -108,7 +111,7 @@ class Template:
         self.text = text
         evaluators = self._evaluators = [_evaluator(piece) for piece in pieces(text)]
         self._single = evaluators[0] if len(evaluators) == 1 else None
-        self._steps = len(evaluators) >> 3  # a piece takes about an eighth of a step
+        self._steps = len(text) >> 3 if len(text) > _SHORT else 0
 
     def value(self, scope: Names) -> Value:
         """The value: of its own type where the text is one expression, a text otherwise.
@@ -118,11 +121,11 @@ class Template:
         """
         done = 0
         try:
+            if self._steps:
+                scope.budget.charge(self._steps)
             if self._single is not None:
                 return _writable(self._single(scope))
             budget = scope.budget
-            if self._steps:
-                budget.charge(self._steps)
             parts = []
             for evaluate in self._evaluators:
                 value = evaluate(scope)
@@ -221,6 +224,7 @@ def expression(content: str, names: Environment) -> Value:
     Raises:
         Fault: X102, it is not a valid expression; X104, it cannot be computed; X190, a limit is reached.
     """
+    names.budget.charge(len(content))
     try:
         closure = compiled(content)
     except InvalidExpression as error:

@@ -173,11 +173,16 @@ def _tuple(node: ast.Tuple) -> Closure:
     return lambda env: tuple(make_items(env))
 
 
+_HASHED_STEPS = 4
+"""What the smallest set or dictionary with an item takes: about 230 bytes."""
+
+
 def _set(node: ast.Set) -> Closure:
     make_items = items(node.elts)
 
     def make(env: Environment) -> Value:
         values = make_items(env)
+        env.budget.charge(_HASHED_STEPS)
         env.budget.keys(0, values)
         return set(values)
 
@@ -192,6 +197,7 @@ def _dict(node: ast.Dict) -> Closure:
 
     def make(env: Environment) -> Value:
         result: dict[Value, Value] = {}
+        env.budget.charge(_HASHED_STEPS)
         for key, value in pairs:
             if key is None:
                 more = value(env)

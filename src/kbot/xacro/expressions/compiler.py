@@ -14,6 +14,8 @@ from kbot.xacro.values import Value, YamlDict, wrap
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import ast
+
     from kbot.xacro.expressions.operations import Environment
 
 MAX_CHARACTERS = 20_000
@@ -114,7 +116,6 @@ def _compile(expression: str) -> Closure:
     import ast
 
     from kbot.xacro.expressions.closures import closure_of
-    from kbot.xacro.expressions.weights import steps_of, weigh
 
     try:
         if _MAY_WARN.search(source):
@@ -136,22 +137,24 @@ def _compile(expression: str) -> Closure:
             for node in ast.walk(tree):
                 if isinstance(node, ast.Constant):
                     node.value = known.setdefault((type(node.value), repr(node.value)), node.value)
-        weigh(tree.body)
-        return _charged(closure_of(tree.body), steps_of(tree.body))
+        if "\n" in source:
+            _number_columns_through(tree, source)
+        return closure_of(tree.body)
     except RecursionError:
         raise InvalidExpression("the expression is nested too deeply") from None
 
 
-def _charged(closure: Closure, steps: int) -> Closure:
-    """A closure that charges its own steps, if there are any worth it."""
-    if not steps:
-        return closure
+def _number_columns_through(tree: ast.AST, source: str) -> None:
+    """Count the columns of all nodes from the start of the source, as if it were a single line."""
+    import ast
 
-    def charged(env: Environment) -> Value:
-        env.budget.charge(steps)
-        return closure(env)
-
-    return charged
+    starts = [0]
+    for line in source.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.expr):
+            node.col_offset += starts[node.lineno - 1]
+            node.end_col_offset = (node.end_col_offset or 0) + starts[(node.end_lineno or 1) - 1]
 
 
 def _simple(match: re.Match[str]) -> Closure | None:

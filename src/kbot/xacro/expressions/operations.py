@@ -89,6 +89,8 @@ def function_closure(identifier: str) -> Closure:
         raise unknown
 
     return function
+
+
 _FLOATS = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}
 
 
