@@ -12,7 +12,8 @@ from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Sp
 
 _ROBOT = (".xacro", ".urdf")
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
-_INCLUDE = re.compile(r"""<xacro:include[^>]*\bfilename\s*=\s*["']([^"']+)["']""")
+_INCLUDE = re.compile(r"""<xacro:include\b[^<>]*""")
+_FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")
 
 
 def entry_points(folder: str) -> list[str]:
@@ -33,7 +34,11 @@ def entry_points(folder: str) -> list[str]:
                 texts[file] = read_source(file).text
             except DescriptionError:
                 texts[file] = ""
-            included.update(os.path.basename(name) for name in _INCLUDE.findall(texts[file]))
+            included.update(
+                os.path.basename(match[1])
+                for tag in _INCLUDE.findall(texts[file])
+                if (match := _FILENAME.search(tag))
+            )
     found = [f for f in files if f.name == "package.xml" or f.name.endswith(LAUNCH)]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:

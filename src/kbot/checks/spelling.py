@@ -16,10 +16,10 @@ from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
 from kbot.xacro.faults import Fault
 from kbot.xacro.scope import NO_VALUE
+from kbot.xacro.location import UNIT
 from kbot.xacro.templates import pieces
 
 _VALUE = re.compile(rb"""[\w:.\-]\s*=\s*("[^"]*"|'[^']*')""")
-_UNIT = re.compile(r"&[^;]*;|\r\n|.", re.DOTALL)
 _BLANKS = str.maketrans("\r\n\t", "   ")
 
 
@@ -82,7 +82,7 @@ def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:
 
 def _names(written: str, name: str) -> Iterator[tuple[int, int]]:
     """The bytes of a text, as it is written in XML, that name a property or an argument."""
-    units = _UNIT.findall(written)
+    units = UNIT.findall(written)
     plain = [html.unescape(unit).translate(_BLANKS) for unit in units]
     if any(len(character) != 1 for character in plain):
         return

@@ -10,7 +10,7 @@ from kbot.checks.edits import with_line
 from kbot.checks.registry import Rule, near_rules
 from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
 
-_COMMENT = re.compile(rb"<!--\s*kbot:\s*(.*?)-->", re.DOTALL)
+_COMMENT = re.compile(rb"<!--\s*kbot:(.*?)(-->|\Z)", re.DOTALL)
 _IGNORE = re.compile(r"ignore\s*\[([^\]]*)\]\s*(.*)", re.DOTALL)
 _MARK = b"kbot:"
 
@@ -49,6 +49,8 @@ def without_suppressed(
     kept: list[Diagnostic] = []
     for source in marked:
         for match in _COMMENT.finditer(source.data):
+            if not match[2]:
+                break  # it is not closed: the file is not well-formed, and reported for that
             span = Span(source, match.start(), match.end())
             read = _read(span, match[1].decode("utf-8", "replace").strip(), rules)
             if isinstance(read, Diagnostic):

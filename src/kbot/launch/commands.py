@@ -17,7 +17,7 @@ from kbot.xacro.packages import Packages
 _XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
 _XACRO_VALUES = {"--verbosity", "-o"}
 _TIMEOUT_S = 60.0
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
 
 Note = Callable[[Diagnostic], None]
 

@@ -36,6 +36,12 @@ def is_legal(name: str) -> bool:
 def matches(pattern: str, node: str) -> bool:
     """Whether a node's full name is one that a parameter file means: `*` stands for one part of it, `**` for
     any number of them."""
-    parts = (re.escape(part) for part in pattern.split("/") if part)
-    wild = {re.escape("**"): r"(?:/[^/]+)*", re.escape("*"): "/[^/]+"}
-    return bool(re.fullmatch("".join(wild.get(part, f"/{part}") for part in parts), canonical(f"/{node}")))
+    names = [part for part in node.split("/") if part]
+    reached = {0}
+    """How many of the names the parts of the pattern so far may stand for."""
+    for part in filter(None, pattern.split("/")):
+        if part == "**":
+            reached = set(range(min(reached, default=len(names) + 1), len(names) + 1))
+        else:
+            reached = {at + 1 for at in reached if at < len(names) and part in ("*", names[at])}
+    return len(names) in reached

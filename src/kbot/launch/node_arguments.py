@@ -83,7 +83,7 @@ def number(node: Node, word: str, what: str, default: float, notes: list[Diagnos
     return default
 
 
-_WRITTEN = re.compile(r"(?:\$\([^)]*\)|\S)+")
+_WRITTEN = re.compile(r"(?:\$\([^)]*(?:\)|\Z)|\S)+")
 """A word as it is written, `$(find a)/b` among them."""
 
 

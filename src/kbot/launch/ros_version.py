@@ -8,7 +8,7 @@ from kbot.text import DescriptionError, read_source
 
 _WORDS_OF_2 = re.compile(
     r"\$\((var|find-pkg-share|find-pkg-prefix|command|exec-in-pkg|find-exec)\b"
-    r"|<node\b[^>]*\bexec\s*=|<(let|executable|set_parameter|set_env|set_remap|push[_-]ros[_-]namespace)\b"
+    r"|<node\b[^<>]*\bexec\s*=|<(let|executable|set_parameter|set_env|set_remap|push[_-]ros[_-]namespace)\b"
 )
 
 

@@ -10,8 +10,8 @@ from typing import Any
 from kbot.text.yaml_text import NOT_MADE, safe_loader
 
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
-_ANGLE = re.compile(r"\s*(rad|deg)?\(?([^()]*)\)?\s*\Z")
-_FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+|pi))\s*\Z")
+_ANGLE = re.compile(r"(rad|deg)?\(?([^()]*)\)?")
+_FACTOR = re.compile(r"[+-]?(?:\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+|pi)")
 
 
 def convert(text: str, type_: str) -> Any:
@@ -117,7 +117,7 @@ def yaml_loader() -> Any:
 
 def _angle(text: str, unit: float) -> float:
     """A product and quotient of numbers and `pi`, in radians."""
-    match = _ANGLE.match(text)
+    match = _ANGLE.fullmatch(text.strip())
     if not match:
         raise ValueError(f"'{text}' is no angle")
     sign, value, operator = 1.0, 1.0, "*"
@@ -128,10 +128,10 @@ def _angle(text: str, unit: float) -> float:
         if piece in "*/" and piece:
             operator = piece
             continue
-        factor = _FACTOR.match(piece)
+        factor = _FACTOR.fullmatch(piece.strip())
         if not factor:
             raise ValueError(f"'{text}' is no angle")
-        number = math.pi if factor[1] == "pi" else float(factor[1])
+        number = math.pi if factor[0] == "pi" else float(factor[0])
         if operator == "/" and number == 0:
             raise ValueError(f"'{text}' divides by zero")
         value = value * number if operator == "*" else value / number

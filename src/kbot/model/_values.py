@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import Protocol
 
 from kbot.text import Diagnostic, Element, Origin, Related, Severity
+from kbot.text.numbers import NUMBER
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
 """What stands between white space as C has it, which is what ROS reads numbers with."""
 FARTHEST = 1e9
@@ -156,11 +156,11 @@ def _floats(text: str) -> tuple[float, ...] | None:
     """The finite numbers that a text consists of, white space between; None where a word is none."""
     values = []
     for word in _WORDS.findall(text):
-        if not _NUMBER.fullmatch(word) or not math.isfinite(value := float(word)):
+        if not NUMBER.fullmatch(word) or not math.isfinite(value := float(word)):
             return None
         values.append(value)
     return tuple(values)
 
 
 def _is_infinite(text: str) -> bool:
-    return bool(_NOT_FINITE.fullmatch(text) or _NUMBER.fullmatch(text))
+    return bool(_NOT_FINITE.fullmatch(text) or NUMBER.fullmatch(text))

@@ -25,7 +25,7 @@ the axle."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that are no file's on Windows, with any suffix or none."""
-_NEEDED = re.compile(r"_depend[^>]*>([^<]+)<")
+_NEEDED = re.compile(r"<[a-z]+_depend\b[^<>]*>([^<]+)<")
 """What a manifest depends on."""
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _COMMENT = re.compile(r"#[^\n]*")
 _INSTALL = re.compile(
-    r'\binstall\s*\(\s*(?:DIRECTORY|FILES)\s([^)]*?)\bDESTINATION\s+"?([^\s)"]+)', re.IGNORECASE
+    r'\binstall\s*\(\s*(?:DIRECTORY|FILES)\s([^()]*?)\bDESTINATION\s+"?([^\s)"]+)', re.IGNORECASE
 )
 _SHARE = re.compile(r"share/[^/]+/?")
 _MOST_BYTES = 1_000_000

@@ -19,7 +19,6 @@ _ENTITY = re.compile(rb"&(?!(?:lt|gt|amp|quot|apos);)[\w:.-]+;")
 _LONE_AND = re.compile(rb"&#?[\w:.-]*\Z")
 _VALUES = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*""")
 """A tag as far as its quotes are in pairs."""
-_LAST_NAME = re.compile(rb"""([^\s<>/="']+)\s*(=?)\s*\Z""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,17 +133,19 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Told:
         return _Told("here an element ends, and none has begun", _A_ROBOT)
     if tag == offset - 1:
         return _Told("'<' stands alone: no element's name follows", "write &lt; for the character < itself")
-    last = _LAST_NAME.search(data, tag, stop)
-    name = last[1].decode("utf-8", "replace") if last else ""
+    before = data[tag:stop].rstrip()
+    has_equals = before.endswith(b"=")
+    last = _NAME.match(before.removesuffix(b"=").rstrip()[::-1])  # from its end: it is the last of them
+    name = last[0][::-1].decode("utf-8", "replace") if last else ""
     if stop < offset:  # a quote is open
         begun = (Related("the value begins", Origin(Span(source, stop, stop + 1))),)
         hint = (
             f"end the value with {data[stop : stop + 1].decode()}, or write &lt; for the character < itself"
         )
         return _Told(f"'<' stands in the value of '{name}', where XML forbids it", hint, begun)
-    if last and last[2]:
+    if last and has_equals:
         return _Told(f"the value of '{name}' stands without quotes", f'write {name}="…"')
-    if last and last.start() > tag + 1:
+    if last and len(before) > len(last[0]) + 1:
         return _Told(f"the attribute '{name}' has no value", f'write {name}="…"')
     if data[offset - 1 : offset] in (b'"', b"'"):
         return _Told("a value ends here, and no space follows", "a quote or a space is missing before this")

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+"""A finite number as it is written in URDF."""
+
 
 def to_float(text: str) -> float:
     """A number in ASCII digits, as C's strtod and so ROS reads it; NaN and infinity are numbers too.

@@ -21,7 +21,7 @@ _TYPES = {
     ".svg": "image/svg+xml",
 }
 
-_SCRIPT = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
+_SCRIPT = re.compile(rb"<script>(.*?)(?:</script>|\Z)", re.DOTALL)
 _GREETING = b'id="greeting">'
 
 

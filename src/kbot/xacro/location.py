@@ -7,7 +7,8 @@ import re
 from kbot.text.span import Call, Origin, Span
 from kbot.text.xml import CData, Comment, Element, Text
 
-_UNIT = re.compile(r"&[^;]*;|\r\n|.", re.DOTALL)
+UNIT = re.compile(r"&[^&;]*;|\r\n|.", re.DOTALL)
+"""What is one character to the parser: an entity, a line end, a character."""
 _LONGEST = 200_000
 """Bytes of a value beyond which only the whole of it is pointed at."""
 _BLANKS = str.maketrans("\n\t", "  ")
@@ -35,7 +36,7 @@ def within(span: Span, value: str, start: int, end: int) -> Span:
     """Characters `start` to `end` of a value that was written in a span; the span if it was not."""
     if span.end - span.start > _LONGEST:
         return span
-    written = [match[0] for match in _UNIT.finditer(span.text)]
+    written = [match[0] for match in UNIT.finditer(span.text)]
     if len(written) != len(value) or _decoded("".join(written)) != _decoded(value, entities=False):
         return span
     first = sum(len(unit.encode("utf-8", "surrogatepass")) for unit in written[:start])

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "robots")
 """The folder of the packages that ship with KBot."""
 
-_NAME = re.compile(r"<name>\s*([^<]*?)\s*</name>")
+_NAME = re.compile(r"<name>([^<]*)</name>")
 _SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
 _IGNORE_MARKS = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE")
 _MAX_DEPTH = 8
@@ -256,7 +256,7 @@ def package_name(folder: str) -> str:
         match = _NAME.search(manifest.read_text(encoding="utf-8", errors="replace"))
     except OSError:
         match = None
-    return match[1] if match else manifest.parent.name
+    return match[1].strip() if match else manifest.parent.name
 
 
 def package_around(folder: Path) -> Path | None:

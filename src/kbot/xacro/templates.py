@@ -28,6 +28,7 @@ _PIECE = re.compile(
       | \$\{(?P<expression>[^}]*)\}
       | \$\((?P<command>[^)]*)\)
       | (?P<plain>[^$]+|\$[^{($]+|\$$)  # no dollar, or one that begins nothing
+      | (?P<unclosed>\$(?s:.*))          # one that begins something and does not end it
     """,
     re.VERBOSE,
 )
@@ -67,12 +68,12 @@ def pieces(text: str) -> list[Piece]:
     at = 0
     for match in _PIECE.finditer(text):
         start, end = match.span()
-        if start != at:
+        kind = match.lastgroup
+        if kind == "unclosed":
             break
         if len(found) >= _MOST_PIECES:
             raise LimitFault("X190", f"a text holds more than {_MOST_PIECES:,} expressions and words between")
         at = end
-        kind = match.lastgroup
         if kind == "plain":
             found.append(Piece("text", match[0], start, end))
         elif kind == "escaped":

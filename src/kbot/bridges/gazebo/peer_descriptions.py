@@ -15,7 +15,7 @@ from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
 from kbot.world.sdf.files import NOT_IN_REACH, model_file
 from kbot.world.sdf.reach import Reach
 
-_FIRST_TAG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*<(?P<tag>[\w:.-]+)", re.DOTALL)
+_FIRST_TAG = re.compile(r"(?>\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*+<(?P<tag>[\w:.-]+)", re.DOTALL)
 
 
 def spawn_text(

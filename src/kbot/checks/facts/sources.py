@@ -163,7 +163,7 @@ def words_of(element: Element) -> tuple[str, ...]:
             words += identifiers(value)
     params = attributes.get("params")
     if params is not None and "^" in params:  # it takes its caller's property of that name
-        words += (m[1] for m in re.finditer(r"([\w-]+)\s*:?=\s*\^", params))
+        words += (m[1] for m in re.finditer(r"(?<![\w-])([\w-]++)\s*:?=\s*\^", params))
         words += identifiers(params)
     for child in element.children:
         if isinstance(child, Text) and type(child) is not Comment and "$" in child.value:

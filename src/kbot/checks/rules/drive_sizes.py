@@ -9,10 +9,10 @@ from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import Pair
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Origin, Related, Severity
+from kbot.text.numbers import NUMBER
 
 _SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
 _RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 
 
 def _level_pairs(context: Context) -> list[Pair]:
@@ -89,7 +89,7 @@ def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, 
             if element.tag != "xacro:property":
                 continue
             own, value = element.attributes.get("name", ""), element.attributes.get("value", "")
-            if name.fullmatch(own) and _NUMBER.fullmatch(value) and float(value) > 0.0:
+            if name.fullmatch(own) and NUMBER.fullmatch(value.strip()) and float(value) > 0.0:
                 yield own, float(value), element.origin
 
 

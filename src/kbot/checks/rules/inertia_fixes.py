@@ -17,7 +17,7 @@ from kbot.model import Box, Collision, Cylinder, Inertial, Link, Sphere, Visual
 from kbot.text import Call, Edit, Element, Fix
 from kbot.xacro.macros import Macro
 
-_WORDS = re.compile(r"(?:\$\{[^}]*\}|[^\s$])+")
+_WORDS = re.compile(r"(?:\$\{[^}]*(?:\}|\Z)|[^\s$])+")
 _COMPUTED = "let the macro compute the tensor of its shape"
 
 

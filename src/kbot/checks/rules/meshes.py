@@ -206,7 +206,7 @@ def _collada_unit(path: str) -> float | None:
             head = stream.read(8192)
     except OSError:
         return None
-    match = re.search(rb'<unit[^>]*\bmeter\s*=\s*"([^"]+)"', head)
+    match = re.search(rb'<unit\b[^<>]*\bmeter\s*=\s*"([^"]+)"', head)
     try:
         return float(match[1]) if match else None
     except ValueError:

@@ -20,7 +20,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 MOST_VALUES = 1_000_000
 _EXPONENT = re.compile(
-    r"(?P<minus>[+-]?)(?P<mantissa>\d+\.?\d*|\.\d+)[eE](?P<sign>[+-]?)(?P<digits>\d+)", re.ASCII
+    r"(?P<minus>[+-]?)(?P<mantissa>\d+(?:\.\d*)?|\.\d+)[eE](?P<sign>[+-]?)(?P<digits>\d+)", re.ASCII
 )
 QUIET_SECONDS = 1.0
 SHORTENED = 120

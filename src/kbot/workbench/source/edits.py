@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kbot.text import Edit, KbotError, Span, read_source, rewrite
+from kbot.text.numbers import NUMBER
 from kbot.xacro.packages import SHIPPED
 
 MOST_UNDONE = 200
-_EXPRESSION = re.compile(r"\$\{[^}]+\}|\$\([^)]+\)")
-_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+_EXPRESSION = re.compile(r"\$\{[^$}]+\}|\$\([^$)]+\)")
 _NOT_IN_AN_ATTRIBUTE = frozenset("<>&\"'\r\n\0")
 
 
@@ -154,7 +154,7 @@ def _same(one: Sequence[str], other: Sequence[str]) -> int:
 def _is_value(text: str) -> bool:
     if _EXPRESSION.search(text):
         return True
-    return _NUMBER.fullmatch(text) is not None and math.isfinite(float(text))
+    return NUMBER.fullmatch(text) is not None and math.isfinite(float(text))
 
 
 def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:
