@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from kbot.text import Diagnostic, KbotError, write_text
+from kbot.text.files import read_text
 
 _VERSION = 1
 Key = tuple[str, str, str]
@@ -66,13 +67,14 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
 
 
 def _known(path: str) -> Counter[Key]:
+    if not os.path.exists(path):
+        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it")
+    text = read_text(path)
     try:
-        data = json.loads(Path(path).read_text("utf-8"))
+        data = json.loads(text)
         if data["version"] != _VERSION:
             raise ValueError(f"its version is {data['version']}, not {_VERSION}")
         rows = data["findings"]
         return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
-    except FileNotFoundError:
-        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise KbotError(f"{path} is not a baseline of kbot: {error}") from None

@@ -113,14 +113,20 @@ class Context:
 
     @cached_property
     def unsure(self) -> frozenset[str]:
-        errors = [d.origin for d in self.problems if d.is_error and d.origin]
+        errors: dict[tuple[Source, int], list[Origin]] = {}
+        """By the source and the offset of the tag that each is in."""
+        for problem in self.problems:
+            if problem.is_error and problem.origin:
+                span = problem.origin.span
+                tag = span.source.data.rfind(b"<", 0, span.start + 1)
+                errors.setdefault((span.source, tag), []).append(problem.origin)
         if not errors or self.document is None:
             return frozenset()
         names = set()
         for element in self.document.elements():
             if element.tag not in ("link", "joint"):
                 continue
-            if any(_touches(element, origin) for origin in errors):
+            if any(_touches(e, errors) for e in (element, *element.descendants())):
                 names.add(element.attributes.get("name", ""))
                 names.update(e.attributes.get("link", "") for e in element.elements("child"))
         return frozenset(names)
@@ -276,10 +282,7 @@ def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
             inner.pop()
 
 
-def _touches(element: Element, origin: Origin) -> bool:
-    """Whether an error lies in an element of the result, or in the macros that filled it."""
-    span = origin.span
-    for e in (element, *element.descendants()):
-        if e.source is span.source and e.start <= span.start < e.tag_end:
-            return e.call is origin.call or e.call == origin.call
-    return False
+def _touches(element: Element, errors: Mapping[tuple[Source, int], list[Origin]]) -> bool:
+    """Whether an error lies in the tag of an element of the result, as the same macro calls made it."""
+    found = errors.get((element.source, element.start), ())
+    return any(o.span.start < element.tag_end and o.call == element.call for o in found)

@@ -116,8 +116,7 @@ def insert_child(element: Element, text: str, title: str, safe: bool) -> Fix | N
         row = source.line(source.line_column(first.start)[0])
         if row.lstrip().startswith("<" + first.tag):
             deeper = row[: len(row) - len(row.lstrip())]
-    end = "\r\n" if b"\r\n" in data else "\n"
-    return Fix(title, (Edit(Span(source, at, at), f"{end}{deeper}{text}"),), safe)
+    return Fix(title, (Edit(Span(source, at, at), f"{source.line_end}{deeper}{text}"),), safe)
 
 
 def copy_as_collision(visual: Element) -> Fix:
@@ -125,7 +124,7 @@ def copy_as_collision(visual: Element) -> Fix:
     source = visual.source
     line = source.line(source.line_column(visual.start)[0])
     indent = line[: len(line) - len(line.lstrip())]
-    end = "\r\n" if b"\r\n" in source.data else "\n"
+    end = source.line_end
     inner = [e.whole.text for e in visual.elements() if e.tag in ("origin", "geometry")]
     text = end.join(
         ["", f"{indent}<collision>", *(f"{indent}  {piece}" for piece in inner), f"{indent}</collision>"]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping, Sequence
+from bisect import bisect_left, insort
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby, islice
 from pathlib import Path
 
 from kbot.text import Diagnostic, Edit, Fix
@@ -16,37 +19,49 @@ Check = Callable[[str], Sequence[Diagnostic]]
 def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[Fix]]:
     """The text with its fixes applied, and those that were. `check` gives the findings of a text.
 
-    Fixes that edit another file are left out. All are tried together; where that does not leave a text
-    with fewer findings and no new error, one by one, and those that do not help are discarded. Findings
-    that a mended error had hidden do not count against its fix.
+    Fixes that edit another file are left out. All are tried together. If that does not leave a text
+    with fewer findings and no new error, each half is tried, and so on down to single fixes. Those that do
+    not help are discarded. Findings that a fixed error had hidden do not count against its fix.
     """
     applied: list[Fix] = []
     found = list(check(text))
-    while fixes := _usable(found, path, unsafe):
-        done = _try(text, found, fixes, check) or _one_by_one(text, found, fixes, check)
-        if done is None:
-            break
-        text, found, used = done  # fewer findings, or fewer errors that hide some: it comes to an end
-        applied += used
+    portions, tries = _portions(_usable(found, path, unsafe)), _tries(text)
+    while tries and (fixes := next(portions, None)):
+        tries -= 1
+        used, edits = _apart(fixes)
+        changed = apply_edits(text, edits)
+        after = list(check(changed)) if changed != text else found
+        if _are_better(after, found):
+            text, found = changed, after  # fewer findings, or fewer errors that hide some: it ends
+            applied += used
+            portions = _portions(_usable(found, path, unsafe))
     return text, applied
+
+
+_CHECKED_BYTES = 3_000_000
+_FEWEST_TRIES = 16
+
+
+def _tries(text: str) -> int:
+    """How often a text is checked to find which of its fixes help: as often as takes some seconds."""
+    return max(_FEWEST_TRIES, _CHECKED_BYTES // (len(text) + 1))
+
+
+def _portions(fixes: Sequence[Fix]) -> Iterator[Sequence[Fix]]:
+    """All fixes, then the halves of them, the quarters, down to each alone."""
+    waiting = deque([fixes] if fixes else [])
+    while waiting:
+        part = waiting.popleft()
+        yield part
+        if len(part) > 1:
+            middle = len(part) // 2
+            waiting += (part[:middle], part[middle:])
 
 
 def _usable(found: Sequence[Diagnostic], path: str, unsafe: bool) -> list[Fix]:
     fixes = [d.fix for d in found if d.fix and (d.fix.safe or unsafe)]
     own = [f for f in fixes if f.edits and all(e.span.file == path for e in f.edits)]
     return list(dict.fromkeys(own))
-
-
-def _try(
-    text: str, found: Sequence[Diagnostic], fixes: Sequence[Fix], check: Check
-) -> tuple[str, list[Diagnostic], list[Fix]] | None:
-    """The text after these fixes when it is better than before, else None."""
-    used, edits = _apart(fixes)
-    changed = apply_edits(text, edits)
-    after = list(check(changed))
-    if changed == text:
-        return None
-    return (changed, after, used) if _are_better(after, found) else None
 
 
 def _are_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bool:
@@ -69,27 +84,31 @@ def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
     return xml, expansion - unvalued, unvalued, reading
 
 
-def _one_by_one(
-    text: str, found: list[Diagnostic], fixes: Sequence[Fix], check: Check
-) -> tuple[str, list[Diagnostic], list[Fix]] | None:
-    if len(fixes) < 2:
-        return None
-    for fix in fixes:
-        done = _try(text, found, [fix], check)
-        if done is not None:
-            return done
-    return None
-
-
 def _apart(fixes: Sequence[Fix]) -> tuple[list[Fix], list[Edit]]:
     """Fixes whose edits do not touch those of an earlier one, and the edits of all."""
     used: list[Fix] = []
     edits: list[Edit] = []
+    """In order of file and place."""
     for fix in fixes:
-        if not any(_overlap(a, b) for a in fix.edits for b in edits):
+        if not any(_overlap(edit, near) for edit in fix.edits for near in _near(edit, edits)):
             used.append(fix)
-            edits += fix.edits
+            for edit in fix.edits:
+                insort(edits, edit, key=_start)
     return used, edits
+
+
+def _start(edit: Edit) -> tuple[str, int]:
+    return edit.span.file, edit.span.start
+
+
+def _near(edit: Edit, edits: Sequence[Edit]) -> Iterator[Edit]:
+    """Of some edits in order that lie apart, those of its file that may touch an edit."""
+    at = max(bisect_left(edits, _start(edit), key=_start) - 1, 0)
+    for near in islice(edits, at, None):
+        if _start(near) > (edit.span.file, edit.span.end):
+            break
+        if near.span.file == edit.span.file:
+            yield near
 
 
 def _overlap(a: Edit, b: Edit) -> bool:
@@ -100,10 +119,11 @@ def _overlap(a: Edit, b: Edit) -> bool:
 
 def apply_edits(text: str, edits: Sequence[Edit]) -> str:
     """The text with edits that lie apart applied."""
-    data = text.encode("utf-8", "surrogatepass")
-    for edit in sorted(edits, key=lambda e: e.span.start, reverse=True):
-        data = data[: edit.span.start] + edit.replacement.encode() + data[edit.span.end :]
-    return data.decode("utf-8", "surrogatepass")
+    data, parts, at = text.encode("utf-8", "surrogatepass"), list[bytes](), 0
+    for edit in sorted(edits, key=_start):
+        parts += (data[at : edit.span.start], edit.replacement.encode())
+        at = edit.span.end
+    return b"".join([*parts, data[at:]]).decode("utf-8", "surrogatepass")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,29 +142,31 @@ class Mended:
 def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe: bool) -> Mended:
     """The files that `path` includes with their fixes applied. `check` gives the findings of the whole.
 
-    After each fix the whole is checked anew; one that does not leave fewer findings and no new error
-    is discarded.
+    They are tried as those of one file are.
     """
     before: dict[str, str] = {}
     after: dict[str, str] = {}
     applied: list[Fix] = []
-    refused: set[Fix] = set()
     found = check()
-    while True:
-        inside, left_alone = _others(found, path, unsafe)
-        fix = next((f for f in inside if f not in refused), None)
-        if fix is None:
-            break
-        source = fix.edits[0].span.source
-        changed = {**after, source.path: apply_edits(source.text, fix.edits)}
+    inside, left_alone = _others(found, path, unsafe)
+    sources = {fix.edits[0].span.source for fix in inside}
+    portions, tries = _portions(inside), _tries("".join(source.text for source in sources))
+    while tries and (fixes := next(portions, None)):
+        tries -= 1
+        used, edits = _apart(fixes)
+        changed = dict(after)
+        for file, of_file in groupby(edits, lambda edit: edit.span.file):
+            own = list(of_file)
+            changed[file] = apply_edits(own[0].span.source.text, own)
         with unsaved(changed):
             found_then = check()
         if _are_better(found_then, found):
-            before.setdefault(source.path, source.text)
-            applied.append(fix)
+            for fix in used:
+                before.setdefault(fix.edits[0].span.file, fix.edits[0].span.source.text)
+            applied += used
             after, found = changed, found_then
-        else:
-            refused.add(fix)
+            inside, left_alone = _others(found, path, unsafe)
+            portions = _portions(inside)
     texts = {name: (before[name], text) for name, text in after.items()}
     return Mended(texts, tuple(applied), left_alone)
 

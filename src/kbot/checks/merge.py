@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
 from itertools import pairwise
 
@@ -48,7 +48,7 @@ def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]
                 span = diagnostic.origin.span  # type: ignore[union-attr]  # placed ones have an origin
                 moved[diagnostic.code, span.file, span.start].append(diagnostic)
         result += [_one_of(group) for group in moved.values()]
-    return list(dict.fromkeys(result)) if len(result) < 2000 else result
+    return list(dict.fromkeys(result))
 
 
 def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
@@ -93,7 +93,8 @@ class _Copies:
         others = [c for c in calls if _spans(c) not in by_calls]
         if not others:
             return list(by_calls.values())
-        return [_at_call(d, [_macros(c) for c in others], self._context) for d in by_calls.values()]
+        faultless = {(level, call.span) for c in others for level, call in enumerate(_macros(c))}
+        return [_at_call(d, faultless, self._context) for d in by_calls.values()]
 
 
 def _tag_at(span: Span) -> int:
@@ -117,13 +118,13 @@ def _chain(origin: Origin) -> tuple[Span, ...]:
     return _spans(origin.call)
 
 
-def _at_call(diagnostic: Diagnostic, others: list[list[Call]], context: Context) -> Diagnostic:
-    """The finding at its innermost call that no faultless copy shares."""
+def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: Context) -> Diagnostic:
+    """The finding at its innermost call that no faultless copy has at that level."""
     origin = diagnostic.origin
     if origin is None:
         return diagnostic
     for level, call in enumerate(_macros(origin.call)):
-        if not any(len(o) > level and o[level].span == call.span for o in others):
+        if (level, call.span) not in faultless:
             made = Related(f"made here, in macro '{call.name}'", Origin(origin.span, origin.call))
             related = (made, *diagnostic.related)
             fix = diagnostic.fix if _edits_only(diagnostic.fix, context.call_at(call.span)) else None

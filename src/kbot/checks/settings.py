@@ -18,6 +18,7 @@ from typing import Any
 from kbot.checks.config import Config
 from kbot.checks.registry import all_rules, near_rules
 from kbot.text import KbotError
+from kbot.text.files import read_text
 from kbot.text.suggest import did_you_mean
 
 _KEYS = ("select", "ignore", "per-file-ignores", "baseline", "arguments")
@@ -62,8 +63,8 @@ def load_config(beside: str) -> Config:
 
 def _table(file: Path, path: tuple[str, ...]) -> dict[str, Any] | None:
     try:
-        table: Any = tomllib.loads(file.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table: Any = tomllib.loads(read_text(file))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise KbotError(f"{file} is not usable: {error}") from None
     for key in path:
         if not isinstance(table, dict) or key not in table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -20,22 +21,17 @@ class Suppression:
     """One comment: the lines it speaks for, the codes it names."""
 
     span: Span
-    lines: range
+    lines: Sequence[int]
     codes: tuple[str, ...]
     used: set[str]
 
     def covers(self, diagnostic: Diagnostic) -> bool:
-        origin = diagnostic.origin
-        if origin is None:
-            return False
-        code = next((c for c in self.codes if diagnostic.code == c or c == "ALL"), None)
-        if code is None or not any(self._at(s) for s in (origin.span, *(c.span for c in origin.stack))):
+        """Whether it names the code of a finding that is on one of its lines."""
+        code = next((c for c in self.codes if c in (diagnostic.code, "ALL")), None)
+        if code is None:
             return False
         self.used.add(code)
         return True
-
-    def _at(self, span: Span) -> bool:
-        return span.file == self.span.file and span.line in self.lines
 
 
 def without_suppressed(
@@ -48,24 +44,34 @@ def without_suppressed(
     comments: list[Suppression] = []
     kept: list[Diagnostic] = []
     for source in marked:
+        next_lines = _next_lines(source)
         for match in _COMMENT.finditer(source.data):
             if not match[2]:
                 break  # it is not closed: the file is not well-formed, and reported for that
             span = Span(source, match.start(), match.end())
-            read = _read(span, match[1].decode("utf-8", "replace").strip(), rules)
+            read = _read(span, match[1].decode("utf-8", "replace").strip(), rules, next_lines)
             if isinstance(read, Diagnostic):
                 kept.append(read)
             else:
                 comments.append(read)
+    by_line: dict[tuple[str, int], list[Suppression]] = defaultdict(list)
+    for comment in comments:
+        for line in comment.lines:
+            by_line[comment.span.file, line].append(comment)
     for diagnostic in found:
+        origin = diagnostic.origin
+        spans = (origin.span, *(call.span for call in origin.stack)) if origin else ()
+        near = [c for place in {(s.file, s.line) for s in spans} for c in by_line.get(place, ())]
         # every comment is asked, so that each learns whether it is used
-        covered = [c.covers(diagnostic) for c in comments]
+        covered = [c.covers(diagnostic) for c in near]
         kept += [] if any(covered) else [diagnostic]
     kept += [d for c in comments if (d := _unused(c))]
     return kept
 
 
-def _read(span: Span, text: str, rules: Mapping[str, Rule]) -> Suppression | Diagnostic:
+def _read(
+    span: Span, text: str, rules: Mapping[str, Rule], next_lines: Mapping[int, int]
+) -> Suppression | Diagnostic:
     match = _IGNORE.fullmatch(text)
     codes = tuple(code.strip() for code in match[1].split(",") if code.strip()) if match else ()
     unknown = next((c for c in codes if c not in rules and c != "ALL"), None)
@@ -79,17 +85,23 @@ def _read(span: Span, text: str, rules: Mapping[str, Rule]) -> Suppression | Dia
     last = source.line_column(span.end)[0]
     before = source.line(first)[: span.column - 1].strip()
     after = source.line(last)[source.line_column(span.end)[1] - 1 :].strip()
-    lines = range(first, last + 1) if before or after else range(first, _next_line(source, last) + 1)
+    lines = [*range(first, last + 1)]
+    if not before and not after and last in next_lines:
+        lines.append(next_lines[last])
     return Suppression(span, lines, codes, set())
 
 
-def _next_line(source: Source, line: int) -> int:
-    """The next line that has anything but comments on it."""
-    for number in range(line + 1, source.line_count + 1):
+def _next_lines(source: Source) -> dict[int, int]:
+    """For each line the next one that has anything but comments on it, where there is one."""
+    found: dict[int, int] = {}
+    following = 0
+    for number in range(source.line_count, 0, -1):
+        if following:
+            found[number] = following
         text = source.line(number).strip()
         if text and not (text.startswith("<!--") and text.endswith("-->")):
-            return number
-    return line
+            following = number
+    return found
 
 
 def _unused(comment: Suppression) -> Diagnostic | None:

@@ -58,7 +58,7 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     if texts and (text := texts.get(os.path.realpath(name))) is not None:
         return Source(name, text)
     try:
-        data = _read_bytes(name, max_bytes)
+        data = read_bytes(name, max_bytes)
     except FileNotFoundError:
         from kbot.text.installed import find_file
 
@@ -69,18 +69,24 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     except IsADirectoryError:
         raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None
     except (OSError, ValueError) as error:
+        if getattr(error, "errno", None) == errno.EFBIG:
+            raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes") from None
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
-    if len(data) > max_bytes:
-        raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes")
     try:
         return Source(name, decode(data))
     except BadEncoding as error:
         raise _unreadable(name, "F005", f"{name} {error}") from None
 
 
-def _read_bytes(name: str, max_bytes: int) -> bytes:
-    """A file's bytes, up to one more than may be. Never waits for a device or a pipe without an end."""
+def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> bytes:
+    """Read a file that may be anything. Never waits for a device or a pipe that does not end.
+
+    Raises:
+        OSError: it is missing, a directory, a device, a pipe or a socket, not readable, or too large.
+        ValueError: its name holds a null character.
+    """
+    name = os.fspath(path)
     status = os.stat(name)
     is_pipe = stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:
@@ -96,7 +102,23 @@ def _read_bytes(name: str, max_bytes: int) -> bytes:
             size += len(more)
     finally:
         os.close(descriptor)
+    if size > max_bytes:
+        raise OSError(errno.EFBIG, f"it is larger than {max_bytes} bytes", name)
     return b"".join(parts)
+
+
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Read a file of settings: text in UTF-8, within the bounds of `read_bytes`.
+
+    Raises:
+        KbotError: it cannot be read, or is not text in UTF-8.
+    """
+    try:
+        return read_bytes(path).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise KbotError(f"{path} is not text in UTF-8: {error.reason} at byte {error.start}") from None
+    except (OSError, ValueError) as error:
+        raise KbotError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = None) -> None:
@@ -175,14 +197,14 @@ def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
             ready: list[tuple[str, bytes, str]] = []
             for path, (before, after) in texts.items():
                 check_regular(path)
-                was = _read_bytes(path, MAX_BYTES)
+                was = read_bytes(path)
                 if not _holds(was, before):
                     raise _changed(path)
                 if not os.access(path, os.W_OK):
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
                 ready.append((path, was, _beside(path, encode(after, was), scratches)))
             for path, was, _ in ready:
-                if _read_bytes(path, MAX_BYTES) != was:
+                if read_bytes(path) != was:
                     raise _changed(path)
             others = ""
             for path, _, scratch in ready:

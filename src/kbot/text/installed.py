@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import re
 
+from kbot.text.files import read_bytes
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,10 +42,10 @@ def find_file(path: str) -> str | None:
 def _installed(package: str) -> Iterator[tuple[str, str]]:
     """Files and folders that are installed, each with its place in the share folder, without slashes."""
     try:
-        with open(os.path.join(package, "CMakeLists.txt"), encoding="utf-8", errors="replace") as file:
-            text = _COMMENT.sub("", file.read(_MOST_BYTES))
+        data = read_bytes(os.path.join(package, "CMakeLists.txt"), _MOST_BYTES)
     except OSError:
         return
+    text = _COMMENT.sub("", data.decode("utf-8", "replace"))
     for sources, destination in _INSTALL.findall(text):
         share = _SHARE.match(destination)
         if share is None:

@@ -8,12 +8,13 @@ written as, and the chain of calls that brought it.
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 from kbot.text.span import Call, Origin, Source, Span
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from typing import Any
 
     from kbot.text.diagnostic import Diagnostic
@@ -149,8 +150,7 @@ class Element:
     @property
     def tag_end(self) -> int:
         """Offset behind the start tag."""
-        match = _TAG.match(self.source.data, self.start)
-        return match.end() if match else self.start
+        return _tag_end(self.source, self.start)
 
     @property
     def origin(self) -> Origin:
@@ -168,16 +168,9 @@ class Element:
             return self.moved[name]
         return _LateOrigin(self, name)
 
-    def attribute_spans(self) -> dict[str, tuple[Span, Span]]:
+    def attribute_spans(self) -> Mapping[str, tuple[Span, Span]]:
         """Name span and value span (without quotes) of every attribute written in the start tag."""
-        spans = {}
-        for match in _ATTRIBUTE.finditer(self.source.data, self.start, self.tag_end):
-            name = match[1].decode("utf-8", "replace")
-            spans[name] = (
-                Span(self.source, match.start(1), match.end(1)),
-                Span(self.source, match.start(2) + 1, match.end(2) - 1),
-            )
-        return spans
+        return _attribute_spans(self.source, self.start)
 
 
 class _LateOrigin(Origin):
@@ -219,6 +212,24 @@ class Document:
         self.after: list[Text] = []
         self.diagnostics: tuple[Diagnostic, ...] = ()
         self.nodes = self.depth = 0
+
+
+@lru_cache(maxsize=8)  # each of a tag's attributes asks for it in turn, and there may be thousands
+def _tag_end(source: Source, start: int) -> int:
+    match = _TAG.match(source.data, start)
+    return match.end() if match else start
+
+
+@lru_cache(maxsize=8)  # as above
+def _attribute_spans(source: Source, start: int) -> Mapping[str, tuple[Span, Span]]:
+    spans = {}
+    for match in _ATTRIBUTE.finditer(source.data, start, _tag_end(source, start)):
+        name = match[1].decode("utf-8", "replace")
+        spans[name] = (
+            Span(source, match.start(1), match.end(1)),
+            Span(source, match.start(2) + 1, match.end(2) - 1),
+        )
+    return spans
 
 
 def markup_end(data: bytes, at: int) -> int:

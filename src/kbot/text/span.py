@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import accumulate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,24 +39,38 @@ class Source:
             at = self.data.find(b"\n", at + 1)
         return starts
 
+    @cached_property
+    def line_end(self) -> str:
+        """What the text ends its lines with."""
+        return "\r\n" if "\r\n" in self.text else "\n"
+
     @property
     def line_count(self) -> int:
         return len(self._line_starts)
 
     def line(self, number: int) -> str:
         """Line `number` (1-based) without its line end; empty when there is no such line."""
-        starts = self._line_starts
-        if not 1 <= number <= len(starts):
-            return ""
-        end = starts[number] if number < len(starts) else len(self.data)
-        return self.data[starts[number - 1] : end].decode("utf-8", "replace").rstrip("\r\n")
+        return _line(self, number)
 
     def line_column(self, offset: int) -> tuple[int, int]:
         """Line and column (both 1-based) of a byte offset, held within the text."""
         offset = min(max(offset, 0), len(self.data))
         line = bisect_right(self._line_starts, offset)
         start = self._line_starts[line - 1]
-        return line, len(self.data[start:offset].decode("utf-8", "replace")) + 1
+        return line, self._characters(offset) - self._characters(start) + 1
+
+    def _characters(self, offset: int) -> int:
+        """How many characters begin before a byte offset."""
+        if len(self.data) == len(self.text):
+            return offset  # all of it is ASCII
+        block = offset // _BLOCK
+        return self._characters_before[block] + _count(self.data[block * _BLOCK : offset])
+
+    @cached_property
+    def _characters_before(self) -> list[int]:
+        """How many characters begin before each block of bytes: a line may be as long as the file."""
+        counts = (_count(self.data[at : at + _BLOCK]) for at in range(0, len(self.data), _BLOCK))
+        return [0, *accumulate(counts)]
 
     def offset(self, line: int, column: int) -> int:
         """Byte offset of a line and column (both 1-based)."""
@@ -64,6 +79,24 @@ class Source:
 
     def whole(self) -> Span:
         return Span(self, 0, len(self.data))
+
+
+_BLOCK = 1024
+_CONTINUED = bytes(range(0x80, 0xC0))
+"""The bytes of UTF-8 that do not begin a character."""
+
+
+def _count(data: bytes) -> int:
+    return len(data.translate(None, _CONTINUED))
+
+
+@lru_cache(maxsize=8)  # many findings may be in one long line
+def _line(source: Source, number: int) -> str:
+    starts, data = source._line_starts, source.data
+    if not 1 <= number <= len(starts):
+        return ""
+    end = starts[number] if number < len(starts) else len(data)
+    return data[starts[number - 1] : end].decode("utf-8", "replace").rstrip("\r\n")
 
 
 class Span:

@@ -8,14 +8,19 @@ rule therefore holds for every suggestion: the name is one edit away, or has the
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from functools import lru_cache
+from itertools import chain, islice
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Hashable, Iterable
 
 _LONGEST = 200
 """Characters of the longest name that is compared. Longer ones are data, and comparing them costs time."""
+_MANY = 200
+"""Names that are compared with a misspelled one, at up to a microsecond each: a broken file may have thousands
+of names that are misspelled, and thousands that are not."""
 _KEPT = 2
 """Letters of a word that an edit leaves: `fl` and `fr`, `a` and `b` keep fewer: they are different words."""
 _SURE = 4
@@ -38,8 +43,34 @@ def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
     """Up to `count` candidates of which `name` is a slip, in alphabetical order: many come from a set."""
     if len(name) > _LONGEST:
         return []
-    near = {other for other in candidates if len(other) <= _LONGEST and _is_a_slip(name, other)}
+    promising = _promising(name, tuple(candidates))
+    near = {other for other in promising if len(other) <= _LONGEST and _is_a_slip(name, other)}
     return sorted(near)[:count]
+
+
+def _promising(name: str, candidates: tuple[str, ...]) -> Iterable[str]:
+    """Of many candidates, the first of those with the same words, or with the same numbers and the same beginning
+    or end: a slip leaves that of all names but the shortest."""
+    if len(candidates) <= _MANY:
+        return candidates
+    index = _index(candidates)
+    return islice(dict.fromkeys(chain.from_iterable(index.get(key, ()) for key in _traits(name))), _MANY)
+
+
+@lru_cache(maxsize=4)  # a broken file asks for thousands of names, each among the same thousands
+def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
+    """The candidates by each of their traits."""
+    index = defaultdict[Hashable, list[str]](list)
+    for candidate in candidates:
+        for key in _traits(candidate[:_LONGEST]):
+            index[key].append(candidate)
+    return index
+
+
+def _traits(name: str) -> tuple[Hashable, Hashable, Hashable]:
+    """What a slip leaves of a name, at least one of the three."""
+    joined, numbers, words = _words(name)
+    return words, ("begins", joined[:2], numbers), ("ends", joined[-2:], numbers)
 
 
 class Suggestion(str):

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from kbot.text.errors import KbotError
-from kbot.text.files import check_regular, from_file_uri
+from kbot.text.files import from_file_uri, read_bytes
 from kbot.text.installed import find_file
 from kbot.text.notes import note
 from kbot.text.suggest import did_you_mean
@@ -252,8 +252,7 @@ def package_name(folder: str) -> str:
     """The name that a package's folder gives itself."""
     manifest = Path(folder) / "package.xml"
     try:
-        check_regular(manifest)
-        match = _NAME.search(manifest.read_text(encoding="utf-8", errors="replace"))
+        match = _NAME.search(read_bytes(manifest).decode("utf-8", "replace"))
     except OSError:
         match = None
     return match[1].strip() if match else manifest.parent.name

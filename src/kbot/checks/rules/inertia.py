@@ -11,7 +11,7 @@ from kbot.checks.facts.bodies import tensor_of
 from kbot.checks.facts.spatial import Vector, eigenvalues
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
-from kbot.checks.rules.masses import weight_below
+from kbot.checks.rules.masses import weights_below
 from kbot.model import Inertial, Link, Mesh
 from kbot.text import Related, Severity
 
@@ -169,13 +169,14 @@ def no_inertial(context: Context) -> Found:
     Fix: none; nobody but the author knows the mass.
     """
     robot = context.robot
+    if not any(link.inertial for link in robot.links.values()):
+        return
+    weights = weights_below(context)
     for joint in context.sure_joints:
         if not joint.is_movable or joint.child in context.unsure or joint.child not in robot.links:
             continue
         link = robot.links[joint.child]
-        if link.inertial is not None or weight_below(context, joint.child):
-            continue
-        if not any(other.inertial for other in robot.links.values()):
+        if link.inertial is not None or weights[joint.child]:
             continue
         yield Finding(
             link.origin,

@@ -6,20 +6,28 @@ import math
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
-from kbot.model import Joint
+from kbot.model import Joint, Robot
 from kbot.text import Related, Severity
 
 _RATIO = 1000.0
 
 
-def weight_below(context: Context, link: str) -> float:
-    """Mass of a link and of what fixed joints hold to it, kg."""
-    mass, waiting = 0.0, [link]
-    while waiting:
-        name = waiting.pop()
-        mass += _own_mass(context, name)
-        waiting += [j.child for j in context.robot.child_joints[name] if not j.is_movable]
-    return mass
+def weights_below(context: Context, only_fixed: bool = True) -> dict[str, float]:
+    """Mass of each link and of what fixed joints hold to it, or of all that hangs on it, kg."""
+    robot = context.robot
+    masses: dict[str, float] = {}
+    for link in reversed(_downwards(robot)):
+        hanging = sum(masses[j.child] for j in robot.child_joints[link] if not (only_fixed and j.is_movable))
+        masses[link] = _own_mass(context, link) + hanging
+    return masses
+
+
+def _downwards(robot: Robot) -> list[str]:
+    """The links, each behind its parent."""
+    links = [robot.root]
+    for link in links:
+        links += [j.child for j in robot.child_joints[link]]
+    return links
 
 
 def _own_mass(context: Context, link: str) -> float:
@@ -40,11 +48,12 @@ def mass_ratio(context: Context) -> Found:
 
     Fix: none.
     """
-    all_below = _all_below(context)
+    all_below, fixed_below = weights_below(context, only_fixed=False), weights_below(context)
+    top = _tops(context.robot)
     for joint in context.sure_joints:
         if not joint.is_movable or {joint.parent, joint.child} & context.unsure:
             continue
-        above, below = _body_mass(context, joint.parent), weight_below(context, joint.child)
+        above, below = fixed_below[top[joint.parent]], fixed_below[joint.child]
         hanging = all_below[joint.child]
         if below <= 0.0 or above <= 0.0:
             continue
@@ -72,22 +81,10 @@ def _ratio_finding(
     )
 
 
-def _body_mass(context: Context, link: str) -> float:
-    """Mass of the rigid body that a link belongs to, kg."""
-    robot = context.robot
-    while link in robot.parent_joint and not robot.parent_joint[link].is_movable:
-        link = robot.parent_joint[link].parent
-    return weight_below(context, link)
-
-
-def _all_below(context: Context) -> dict[str, float]:
-    """Mass of each link and of all that hangs on it, kg."""
-    robot = context.robot
-    downwards = [robot.root]
-    for link in downwards:
-        downwards += [j.child for j in robot.child_joints[link]]
-    masses: dict[str, float] = {}
-    for link in reversed(downwards):
-        hanging = sum(masses[j.child] for j in robot.child_joints[link])
-        masses[link] = _own_mass(context, link) + hanging
-    return masses
+def _tops(robot: Robot) -> dict[str, str]:
+    """For each link the topmost one that fixed joints hold it to: together they are one rigid body."""
+    tops: dict[str, str] = {}
+    for link in _downwards(robot):
+        joint = robot.parent_joint.get(link)
+        tops[link] = link if joint is None or joint.is_movable else tops[joint.parent]
+    return tops

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
@@ -29,16 +30,17 @@ def redefined_after_use(context: Context) -> Found:
     Fix: none.
     """
     for file in context.sources:
-        first: dict[str, Element] = {}
-        used_after: dict[str, set[str]] = {}
-        for element, words in file.top:
+        first: dict[str, tuple[int, Element]] = {}
+        last_use: dict[str, int] = {}
+        for number, (element, words) in enumerate(file.top):
             name, value = element.attributes.get("name", ""), element.attributes.get("value")
             defines = element.tag == "xacro:property" and value is not None
-            before = first.get(name) if defines else None
+            defined, before = first.get(name, (0, None)) if defines else (0, None)
             if (
                 before is not None
                 and before.attributes["value"] != value
-                and name in used_after[name] - words
+                and last_use.get(name, 0) > defined
+                and name not in words
             ):
                 yield Finding(
                     element.origin,
@@ -47,10 +49,9 @@ def redefined_after_use(context: Context) -> Found:
                     "give the second its own name",
                     (Related("the first value", before.origin),),
                 )
-            for seen in used_after.values():
-                seen |= words
+            last_use.update(dict.fromkeys(words, number))
             if defines:
-                first[name], used_after[name] = element, set()
+                first[name] = (number, element)
 
 
 @rule("S110", "macro-without-prefix", Severity.ERROR, "source")
@@ -68,9 +69,7 @@ def macro_without_prefix(context: Context) -> Found:
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:
-        if not any(f"<{name}" in file.source.text for name in macros):
-            continue
-        for element in _outside_extensions(file.root):
+        for element in _outside_extensions(file.root) if macros else ():
             macro = macros.get(element.tag)
             if macro is None or element.tag in ATTRIBUTES or ":" in element.tag:
                 continue
@@ -168,18 +167,17 @@ def leftover(context: Context) -> Found:
     Fix: none.
     """
     errors = [d for d in context.problems if d.is_error and d.origin]
-    failed = {o.span.start for d in errors for o in (d.origin, *(r.origin for r in d.related)) if o}
+    failed = sorted({o.span.start for d in errors for o in (d.origin, *(r.origin for r in d.related)) if o})
     for element in _not_plain(context.root):
         if element.tag.startswith("xacro:"):
-            if element.start not in failed and not _failed_in(element, failed):
+            if not _any_within(failed, element.start, element.end):
                 yield Finding(element.origin, f"<{element.tag}> is left in the result")
             continue
         for name, value in element.attributes.items():
             if "$" in value and ("${" in value or "$(" in value):
                 origin = element.attribute_origin(name)
-                if (
-                    not any(origin.span.start <= at <= origin.span.end for at in failed)
-                    and element.start not in failed
+                if not _any_within(failed, origin.span.start, origin.span.end + 1) and not _any_within(
+                    failed, element.start, element.start + 1
                 ):
                     yield Finding(origin, f"'{value}' is left in the result as it stands")
         for child in element.children:
@@ -187,7 +185,7 @@ def leftover(context: Context) -> Found:
                 continue
             if "${" not in child.value and "$(" not in child.value:
                 continue
-            if not _failed_in(element, failed):
+            if not _any_within(failed, element.start, element.end):
                 text = child.value.strip()[:60]
                 yield Finding(element.origin, f"'{text}' is left in the result as it stands")
 
@@ -201,5 +199,6 @@ def _not_plain(root: Element) -> Iterator[Element]:
         waiting += [c for c in reversed(element.children) if type(c) is Element and not c.is_plain]
 
 
-def _failed_in(element: Element, failed: set[int]) -> bool:
-    return any(element.start <= at < element.end for at in failed)
+def _any_within(places: list[int], start: int, end: int) -> bool:
+    """Whether one of some sorted places is within a range."""
+    return bisect_left(places, start) < bisect_left(places, end)

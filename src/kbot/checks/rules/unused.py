@@ -10,6 +10,8 @@ from kbot.checks.facts.sources import MacroText, SourceFile, named, parameters_o
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Element, Origin, Severity, Span
 
+_WORD = re.compile(rb"[\w\x80-\xff-]+")
+
 
 def _entry(context: Context) -> SourceFile | None:
     """The entry file of a whole description; None for a library of macros, and where a file is missing.
@@ -114,31 +116,39 @@ def unused_parameter(context: Context) -> Found:
     for file in context.sources:
         for macro in file.macros:
             seen = _words_reached(macro, macros)
-            for name in macro.parameters:
-                if name not in seen:
+            unused = [name for name in macro.parameters if seen is not None and name not in seen]
+            if unused:
+                origins = _parameter_origins(macro.element)
+                for name in unused:
                     yield Finding(
-                        _parameter_origin(macro.element, name),
+                        origins.get(name) or macro.element.attribute_origin("params"),
                         f"the macro '{macro.element.attributes['name']}' does not use its parameter '{name}'",
                         "use it, or take it out",
                     )
 
 
-def _parameter_origin(macro: Element, name: str) -> Origin:
-    """Where a macro names a parameter; all of its `params` where that is not plain to see."""
+def _parameter_origins(macro: Element) -> dict[str, Origin]:
+    """Where each word of a macro's `params` is first; a parameter may be written otherwise, as `&#97;`."""
     origin = macro.attribute_origin("params")
-    span = origin.span
-    text = span.source.data[span.start : span.end]
-    found = re.search(rb"(?<![\w-])" + re.escape(name).encode() + rb"(?![\w-])", text)
-    if found is None:
-        return origin
-    return Origin(Span(span.source, span.start + found.start(), span.start + found.end()), origin.call)
+    source = origin.span.source
+    found: dict[str, Origin] = {}
+    for match in _WORD.finditer(source.data, origin.span.start, origin.span.end):
+        word = match[0].decode("utf-8", "replace")
+        found.setdefault(word, Origin(Span(source, match.start(), match.end()), origin.call))
+    return found
 
 
-def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str]:
-    """Words of a macro and of the macros it calls, which see its parameters."""
+_MOST_REACHED = 500
+"""Macros that are followed from one: those of real robots call some dozen."""
+
+
+def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str] | None:
+    """Words of a macro and of the macros it calls, which see its parameters; None if these are too many."""
     words: set[str] = set()
-    waiting, done = [macro], set()
+    waiting, done = [macro], set[str]()
     while waiting:
+        if len(done) > _MOST_REACHED:
+            return None
         one = waiting.pop()
         words |= one.words
         for name in one.words & macros.keys():

@@ -11,7 +11,7 @@ import click
 from kbot.cli.arguments import examples
 from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_word, read_yaml, to_yaml
 from kbot.cli.output import fail, print_json
-from kbot.text.files import write_text
+from kbot.text.files import read_text, write_text
 
 if TYPE_CHECKING:
     from kbot.bridges.graph.client import GraphClient
@@ -131,10 +131,7 @@ def load(file: str, namespace: str, at: str) -> None:
     """Set the parameters of a YAML file, under a namespace; also one of ROS 2's, `NODE FILE`."""
     if not Path(file).is_file() and Path(namespace).is_file():
         file, namespace = namespace, file
-    try:
-        text = Path(file).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        fail(f"{file} is no text in UTF-8")
+    text = read_text(file)
     values = read_yaml(text, file, "gain: 0.5")
     if not isinstance(values, dict):
         fail(f"{file} is to hold parameters by name")

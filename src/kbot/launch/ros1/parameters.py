@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from kbot.launch import commands, names
@@ -14,7 +13,7 @@ from kbot.launch.ros1.attributes import Attributes, TagReporter
 from kbot.launch.ros1.context import Context
 from kbot.launch.values import TYPES, convert, load_yaml
 from kbot.text import DescriptionError, Element, Origin, Span, read_source
-from kbot.text.files import check_regular
+from kbot.text.files import read_bytes
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
 
@@ -178,7 +177,6 @@ class Parameters:
 
 def _bytes(path: str) -> bytes:
     try:
-        check_regular(path)
-        return Path(path).read_bytes()
+        return read_bytes(path)
     except OSError as error:
         raise Fault("L032", f"{path} cannot be read: {error.strerror}") from None
