@@ -15,8 +15,8 @@ from kbot.checks.edits import insert_child, rename_tag
 from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
 from kbot.xacro.faults import Fault
-from kbot.xacro.scope import NO_VALUE
 from kbot.xacro.location import UNIT
+from kbot.xacro.scope import NO_VALUE
 from kbot.xacro.templates import pieces
 
 _VALUE = re.compile(rb"""[\w:.\-]\s*=\s*("[^"]*"|'[^']*')""")

@@ -53,7 +53,7 @@ def _check_stl(data: bytes) -> None:
 
 
 def _check_obj(data: bytes) -> None:
-    materials = len(set(re.findall(rb"^\s*usemtl\b(.*)", data, re.MULTILINE)))
+    materials = len(set(re.findall(rb"^[ \t]*usemtl\b(.*)", data, re.MULTILINE)))
     _check_count(materials, "materials")
     if materials * data.count(b"\nv ") > MOST_MASKED:
         raise TooLarge(f"it has {materials} materials, too many for so many vertices")

@@ -9,18 +9,15 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from collections.abc import Hashable, Iterable
 from functools import lru_cache
 from itertools import chain, islice
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable
-
 _LONGEST = 200
 """Characters of the longest name that is compared. Longer ones are data, and comparing them costs time."""
-_MANY = 200
-"""Names that are compared with a misspelled one, at up to a microsecond each: a broken file may have thousands
-of names that are misspelled, and thousands that are not."""
+_MANY = 50
+"""Names that are compared with a misspelled one, at up to a microsecond each: a broken file may have
+thousands of misspelled names beside thousands of others."""
 _KEPT = 2
 """Letters of a word that an edit leaves: `fl` and `fr`, `a` and `b` keep fewer: they are different words."""
 _SURE = 4
@@ -49,8 +46,7 @@ def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
 
 
 def _promising(name: str, candidates: tuple[str, ...]) -> Iterable[str]:
-    """Of many candidates, the first of those with the same words, or with the same numbers and the same beginning
-    or end: a slip leaves that of all names but the shortest."""
+    """Of many candidates, the first that share a trait with the name."""
     if len(candidates) <= _MANY:
         return candidates
     index = _index(candidates)
@@ -68,7 +64,7 @@ def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
 
 
 def _traits(name: str) -> tuple[Hashable, Hashable, Hashable]:
-    """What a slip leaves of a name, at least one of the three."""
+    """The words of a name, its beginning and its end. A slip leaves one of the three in all but short names."""
     joined, numbers, words = _words(name)
     return words, ("begins", joined[:2], numbers), ("ends", joined[-2:], numbers)
 

@@ -104,5 +104,5 @@ def format_text(budget: Budget, pattern: str, args: Sequence[Value], named: dict
 
 
 def _field_path(path: str) -> list[tuple[bool, str]]:
-    parts = re.findall(r"\.([^.\[]+)|\[([^\]]+)\]", path)
+    parts = re.findall(r"\.([^.\[]+)|\[([^\]]+)(?:\]|\Z)", path)
     return [(bool(name), name or index) for name, index in parts]
