@@ -10,6 +10,7 @@ from kbot.cli.main import main
 from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.kinematics.odometry import arc
 from kbot.navigation.controller import Observation, twist, wrapped
+from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.navigator import Navigator
 from kbot.navigation.planner import GridPlanner
@@ -26,8 +27,9 @@ def _moved(pose, wanted, centre):
     return at_centre @ PlanarPose(-centre[0], -centre[1])
 
 
-def _go(goal, centre, seconds=120.0):
-    """The status that a goal ends with, and the pose then."""
+def _go(goal, centre, seconds=120.0, acceleration=math.inf):
+    """The status that a goal ends with, and the pose and the time then. `acceleration` (m/s^2) bounds that of
+    driving alone: a robot with weak motors turns at once, and rolls on as it does."""
     grid = OccupancyGrid(np.zeros((160, 160), np.int8), 0.05, PlanarPose(-4.0, -4.0))
     navigator, pose, last = Navigator(GridPlanner(grid, 0.2)), PlanarPose(), PlanarTwist()
     status = navigator.go(PlanarPose(*goal))
@@ -36,14 +38,17 @@ def _go(goal, centre, seconds=120.0):
         status = navigator.status
         if status.state.is_end:
             break
-        pose, last = _moved(pose, wanted, centre), PlanarTwist(wanted.linear.x, 0.0, wanted.angular.z)
-    return status, pose
+        change = acceleration * STEP
+        speed = min(max(wanted.linear.x, last.x - change), last.x + change)
+        pose = _moved(pose, twist(speed, wanted.angular.z), centre)
+        last = PlanarTwist(speed, 0.0, wanted.angular.z)
+    return status, pose, tick * STEP
 
 
 @pytest.mark.parametrize("centre", [(0.07, 0.0), (-0.1, 0.0), (0.04, -0.05)])
 def test_the_turning_centre_is_learned_from_a_turn(centre):
     watched, pose = TurningCentre(), PlanarPose(1.0, 2.0, 0.4)
-    assert watched.in_base == (0.0, 0.0)
+    assert watched.in_base == PlanarPose()
     for speed in [0.5] * 40 + [-0.8] * 10:
         wanted = twist(0.0, speed)
         watched.watch(Observation(0.0, pose), wanted)
@@ -51,16 +56,60 @@ def test_the_turning_centre_is_learned_from_a_turn(centre):
     watched.watch(Observation(0.0, pose), twist(0.3, 0.0))
     pose = _moved(pose, twist(0.3, 0.0), centre)
     watched.watch(Observation(0.0, pose), twist(0.0, 0.0))
-    assert watched.in_base == pytest.approx(centre, abs=1e-3)
+    assert (watched.in_base.x, watched.in_base.y) == pytest.approx(centre, abs=1e-3)
+
+
+def test_a_turn_that_begins_while_the_robot_rolls_teaches_no_turning_centre():
+    """It rolls 2 cm to a stop in its turn, as if it turned about a point 2 cm to its left."""
+    watched, pose, speed = TurningCentre(), PlanarPose(), 0.2
+    for _ in range(100):
+        watched.watch(Observation(0.0, pose, PlanarTwist(speed, 0.0, 0.5)), twist(0.0, 0.5))
+        pose = _moved(pose, twist(speed, 0.5), (0.0, 0.0))
+        speed = max(0.0, speed - 0.02)
+    watched.watch(Observation(0.0, pose), twist(0.3, 0.0))
+    assert watched.in_base == PlanarPose()
+
+
+def test_a_robot_that_is_moved_between_two_goals_does_not_learn_from_that():
+    watched, pose = TurningCentre(), PlanarPose()
+    for _ in range(100):
+        watched.watch(Observation(0.0, pose), twist(0.0, 0.5))
+        pose = _moved(pose, twist(0.0, 0.5), (0.0, 0.0))
+    watched.interrupt()
+    watched.watch(Observation(0.0, PlanarPose(5.0, 5.0, 3.0)), twist(0.0, 0.5))
+    watched.watch(Observation(0.0, PlanarPose(5.0, 5.0, 3.0)), twist(0.3, 0.0))
+    assert math.hypot(watched.in_base.x, watched.in_base.y) < 1e-6
 
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0), (0.07, 0.0), (-0.1, 0.0), (0.04, -0.03)])
 @pytest.mark.parametrize("goal", [(0.0, -1.0, math.pi / 2), (1.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])
 def test_it_stands_at_the_goal_whatever_it_turns_about(goal, centre):
-    status, pose = _go(goal, centre)
+    status, pose, _ = _go(goal, centre)
     assert status.state is GoalState.REACHED, status
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
     assert abs(wrapped(pose.yaw - goal[2])) <= 0.02
+
+
+@pytest.mark.parametrize(("x", "y"), [(-0.02, -0.098), (-0.005, -0.098), (-0.03, 0.095), (0.0, 0.0995)])
+def test_a_goal_beside_the_robot_stays_on_one_side_of_it(x, y):
+    """The turn moves the base, and takes the goal from just ahead to just behind, and out of 10 cm."""
+    controller, pose, last = GoToPose(PlanarPose(x, y), any_heading=True), PlanarPose(), PlanarTwist()
+    for tick in range(50):
+        wanted = controller.update(Observation(tick * STEP, pose, last))
+        pose = _moved(pose, wanted, (-0.12, 0.0))
+        last = PlanarTwist(wanted.linear.x, 0.0, wanted.angular.z)
+    assert controller.is_done
+
+
+@pytest.mark.parametrize(
+    "goal", [(0.0, -1.0, math.pi / 2), (1.0, 1.0, 0.0), (0.1, 0.1, 1.0), (2.0, 0.5, 3.0)]
+)
+def test_a_robot_that_brakes_too_late_stands_at_the_goal_after_a_correction(goal):
+    status, pose, seconds = _go(goal, (0.0, 0.0), acceleration=0.2)
+    assert status.state is GoalState.REACHED, status
+    assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
+    # at full speed, six half turns, and a correction of some centimetres
+    assert seconds < math.hypot(goal[0], goal[1]) / 0.3 + 6 * math.pi / 2.0 + 3.0
 
 
 def test_a_robot_on_wheels_that_skid_is_at_the_goal_that_it_says_it_reached(tmp_path, capsys):

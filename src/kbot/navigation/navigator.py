@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -60,11 +61,8 @@ DEFAULTS = Settings()
 
 _BACKWARDS = 0.1
 """m/s."""
-_END = 0.1
-"""m of a path that are its end."""
-_STANDS = 0.01
-_STANDS_TURNING = 0.05
-"""m/s and rad/s below which a robot stands."""
+_BASE = PlanarPose()
+"""The base's origin, as a point of the base's frame."""
 
 
 def require_goal(goal: PlanarPose) -> None:
@@ -92,6 +90,10 @@ class _Run:
     attempts: int = 0
     corrections: int = 0
     backing_until: float = -math.inf
+    learned: PlanarPose = _BASE
+    """The turning centre that was known when the path was planned."""
+    guided: PlanarPose = _BASE
+    """The point of the base's frame that follows the path."""
 
 
 class Navigator:
@@ -128,6 +130,7 @@ class Navigator:
         require_goal(goal)
         if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
             raise KbotError(f"a timeout is a finite number of seconds above 0, not {timeout}")
+        self._turning_centre.interrupt()
         self.path, self._timeout = None, timeout
         self._run = _Run(goal)
         return self._say(GoalState.ACCEPTED)
@@ -162,13 +165,14 @@ class Navigator:
             return self._end(GoalState.STUCK, observation.lies)
         if observation.time < run.backing_until:
             return self._guarded(observation, twist(-_BACKWARDS, 0.0))
-        if run.follower is None and not self._plan(run, observation):
+        if self._needs_path(run) and not self._plan(run, observation):
             return STILL
         if observation.time > run.deadline:
             took = observation.time - run.begun
             return self._end(GoalState.STUCK, f"not there after {took:.1f} s, {self._left(run)} to go")
-        follower = self._follower(run)
-        wanted = follower.update(observation)
+        follower = run.follower
+        assert follower is not None
+        wanted = follower.update(observation.of_point(run.guided))
         if follower.is_done:
             return self._arrive(run, observation)
         allowed = self._guarded(observation, wanted)
@@ -184,29 +188,17 @@ class Navigator:
             return self._recover(run, observation)
         return allowed
 
-    def _follower(self, run: _Run) -> Follower:
-        """A path is followed by the base; its end by a robot that turns elsewhere, knowing where."""
-        follower = run.follower
-        assert follower is not None
-        lever = math.hypot(*self._turning_centre.in_base)
-        if isinstance(follower, GoToPose) or lever <= self.settings.limits.distance:
-            return follower
-        if follower.remaining < lever + _END:
-            run.follower = follower = self._last_piece(run.goal, closer=True)
-        return follower
-
-    def _last_piece(self, goal: PlanarPose, closer: bool) -> GoToPose:
-        limits = self.settings.limits
-        if closer:
-            limits = replace(limits, distance=limits.distance / 2.0)
-        return GoToPose(goal, limits, centre=self._turning_centre.in_base)
+    def _needs_path(self, run: _Run) -> bool:
+        """Whether there is no path, or one that was planned before the turning centre was known."""
+        centre, known = self._turning_centre.in_base, run.learned
+        learned = math.hypot(centre.x - known.x, centre.y - known.y)
+        return run.follower is None or learned > self.settings.limits.distance
 
     def _arrive(self, run: _Run, observation: Observation) -> Twist:
-        """Where the robot has come to a stand at the goal, that is reached; else go there again, knowing how
-        it turns."""
-        limits, pose, motion = self.settings.limits, observation.pose, observation.twist
-        if math.hypot(motion.x, motion.y) > _STANDS or abs(motion.yaw) > _STANDS_TURNING:
+        """Once the robot stands, end a goal that is reached; else plan a correction."""
+        if not observation.stands:
             return STILL
+        limits, pose = self.settings.limits, observation.pose
         off = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
         turned = abs(wrapped(run.goal.yaw - pose.yaw))
         if off <= limits.distance and turned <= limits.angle:
@@ -218,8 +210,7 @@ class Navigator:
                 f"{run.corrections} corrections: the robot drifts when it turns on the spot",
             )
         run.corrections += 1
-        run.follower = self._last_piece(run.goal, closer=off > limits.distance)
-        self._progress.begin(observation.time)
+        run.follower = None
         return STILL
 
     def _guarded(self, observation: Observation, wanted: Twist) -> Twist:
@@ -230,18 +221,22 @@ class Navigator:
         if self.planner is None:
             self._end(GoalState.REFUSED, "there is no map to plan on")
             return False
-        planner = self.planner
+        planners = [self.planner]
         if run.attempts and observation.obstacles is not None:
-            planner = planner.with_obstacles(_in_map(observation, observation.obstacles))
-        path = planner.plan(observation.pose, run.goal)
-        if isinstance(path, NoPath) and planner is not self.planner:
-            # what was seen may have been in the way only for a while
-            path = self.planner.plan(observation.pose, run.goal)
+            # the plain map comes next: what the lidar saw may have been in the way only for a while
+            planners.insert(0, self.planner.with_obstacles(_in_map(observation, observation.obstacles)))
+        run.learned = self._turning_centre.in_base
+        # the base comes next: the planner's radius is that of a turn about the base's origin
+        for planner, point in dict.fromkeys(product(planners, (run.learned, _BASE))):
+            path = planner.plan(observation.pose @ point, run.goal @ point)
+            run.guided = point
+            if isinstance(path, Path):
+                break
         if isinstance(path, NoPath):
-            self._end(GoalState.STUCK if run.attempts else GoalState.REFUSED, path.reason)
+            self._end(GoalState.REFUSED if math.isinf(run.deadline) else GoalState.STUCK, path.reason)
             return False
         self.path = path
-        run.follower = self._make_follower(path, self.settings.limits)
+        run.follower = self._follower(run, path)
         if math.isinf(run.deadline):
             limits, settings = self.settings.limits, self.settings
             needed = path.length / limits.linear + len(path.points) * math.pi / limits.angular
@@ -250,6 +245,16 @@ class Navigator:
         self._progress.begin(observation.time)
         self._say(GoalState.DRIVING)
         return True
+
+    def _follower(self, run: _Run, path: Path) -> Follower:
+        """What drives a path. A correction is driven gently, and backwards where that is nearer."""
+        limits = self.settings.limits
+        if not run.corrections:
+            return self._make_follower(path, limits)
+        # a robot that missed the goal brakes less than its limits say
+        gentle = replace(limits, linear=limits.linear / 2.0, braking=limits.braking / 4.0)
+        is_straight = len(path.points) == 2
+        return GoToPose(run.goal @ run.guided, gentle) if is_straight else self._make_follower(path, gentle)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
         """Back up and plan anew around what the lidar sees; after so many times, give up."""

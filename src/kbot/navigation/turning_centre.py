@@ -1,4 +1,4 @@
-"""The point that a robot turns about on the spot, learned from how it turns."""
+"""The point about which a robot turns on the spot, learned from how it turns."""
 
 from __future__ import annotations
 
@@ -8,34 +8,44 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import Observation
 
-_ENOUGH = 0.1
-"""rad that are turned before a centre is believed."""
+_ENOUGH = 0.5
+"""rad of turning before a centre is used. By then 5 mm of drift shift it by 1 cm, which a goal allows."""
 
 
 class TurningCentre:
-    """Watches a robot turn. Wheels that skid, or a base that is not over the axle, move the base then."""
+    """Watches a robot turn. Skidding wheels, or an axle that is not under the base's origin, move the base.
+
+    Only turns that begin at a standstill count. A robot that still rolls forward as it begins to turn moves
+    as if it turned about a point far to its side.
+    """
 
     def __init__(self) -> None:
+        self.in_base = PlanarPose()
+        """The centre in the base's frame (its yaw is 0), as of the last turn that ended; m."""
         self._last: PlanarPose | None = None
         self._forward = self._left = self._turned = 0.0
 
     def watch(self, observation: Observation, wanted: Twist) -> None:
-        """Where the robot is, and what it is told next; only what it does on the spot counts."""
-        pose = observation.pose
+        """Take in where the robot is now, and what it is commanded until the next observation."""
         if self._last is not None:
-            turned = pose.yaw - self._last.yaw
-            half_way = PlanarPose(self._last.x, self._last.y, self._last.yaw + turned / 2.0)
-            forward, left = Observation(0.0, half_way).in_base(pose.x, pose.y)
-            self._forward += math.copysign(forward, forward * turned)
-            self._left += math.copysign(left, left * turned)
-            self._turned += abs(turned)
-        on_the_spot = wanted.linear.x == 0.0 and wanted.angular.z != 0.0
-        self._last = pose if on_the_spot else None
+            self._add(self._last, observation.pose)
+        if wanted.linear.x == 0.0 and wanted.angular.z != 0.0:
+            if self._last is not None or observation.stands:
+                self._last = observation.pose
+        elif self._last is not None:
+            self.interrupt()
+            if self._turned >= _ENOUGH:
+                # a base at -c from the centre moves by turn * (c.y, -c.x)
+                self.in_base = PlanarPose(-self._left / self._turned, self._forward / self._turned)
 
-    @property
-    def in_base(self) -> tuple[float, float]:
-        """m, in the frame of the base; its origin until the robot has turned enough."""
-        if self._turned < _ENOUGH:
-            return 0.0, 0.0
-        # a base at -c from a centre that it turns about moves by turn * (c.y, -c.x)
-        return -self._left / self._turned, self._forward / self._turned
+    def interrupt(self) -> None:
+        """Expect the next observation anywhere: the robot may be moved until then."""
+        self._last = None
+
+    def _add(self, before: PlanarPose, now: PlanarPose) -> None:
+        turned = now.yaw - before.yaw
+        half_way = PlanarPose(before.x, before.y, before.yaw + turned / 2.0)
+        forward, left = Observation(0.0, half_way).in_base(now.x, now.y)
+        self._forward += math.copysign(forward, forward * turned)
+        self._left += math.copysign(left, left * turned)
+        self._turned += abs(turned)
