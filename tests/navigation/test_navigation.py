@@ -12,6 +12,7 @@ from kbot.navigation.footprint import Outline
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.navigator import Navigator, Settings
 from kbot.navigation.planner import GridPlanner
+from kbot.navigation.progress_checker import Progress
 from kbot.navigation.simulated import Pilot, go_to
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -155,3 +156,17 @@ def test_numbers_that_are_none_are_refused(robot):
         go_to(Simulation(robot), PlanarPose(math.nan, 0))
     with pytest.raises(KbotError, match="timeout"):
         go_to(Simulation(robot), PlanarPose(1, 0), timeout=-1.0)
+
+
+def test_a_last_turn_that_takes_longer_than_the_patience_is_progress():
+    progress = Progress(4.0)
+    assert not any(progress.stalled(0.1 * tick, 0.3 - 0.03 * tick, 0.0) for tick in range(10))
+    # half a turn at 0.3 rad/s
+    assert not any(progress.stalled(1.0 + 0.1 * tick, 0.0, 3.1 - 0.03 * tick) for tick in range(100))
+
+
+def test_a_last_turn_that_does_not_come_to_an_end_is_a_stall():
+    progress = Progress(4.0)
+    assert not progress.stalled(1.0, 0.0, 3.1)
+    assert not progress.stalled(4.9, 0.0, 3.1)
+    assert progress.stalled(5.1, 0.0, 3.1)
