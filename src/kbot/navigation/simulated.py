@@ -18,6 +18,7 @@ from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.navigator import DEFAULTS, Navigator, Settings, require_goal
 from kbot.navigation.planner import GridPlanner
+from kbot.sensors.collisions import CollisionWatch
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
@@ -169,7 +170,8 @@ class Pilot:
 @dataclass(frozen=True, slots=True)
 class Trip:
     """How a goal ended. `pose` is the true one, `odometry_error` how far odometry was off it then;
-    `distance` the way driven, `shortest` the planned path's length; m, s."""
+    `distance` the way driven, `shortest` the planned path's length; m, s. `collided`: whether the robot
+    touched anything but the ground, as `CollisionWatch` defines it."""
 
     status: GoalStatus
     time: float
@@ -177,6 +179,7 @@ class Trip:
     shortest: float
     pose: PlanarPose
     odometry_error: float
+    collided: bool
 
     @property
     def off(self) -> float:
@@ -228,6 +231,7 @@ def go_to(
     odometer = _Odometer(simulation)
     seen = LidarPoints(lidar) if lidar is not None else None
     pilot = Pilot(simulation, navigator, pose=pose, seen=seen)
+    collisions = CollisionWatch(simulation)
     first_path = 0.0
     try:
         while not status.state.is_end:
@@ -241,11 +245,12 @@ def go_to(
         simulation.run(0.5)
     finally:
         pilot.close()
+        collisions.close()
     odometer.sample()
     true = simulation.ground_truth.pose
     told = pilot.start @ simulation.odometry.pose
     error = math.hypot(true.x - told.x, true.y - told.y)
-    return Trip(status, took, odometer.distance, first_path, true, error)
+    return Trip(status, took, odometer.distance, first_path, true, error, collisions.collided)
 
 
 class _Odometer:

@@ -60,6 +60,9 @@ class Running:
         """What was put on it once for all who use it, such as the sensors that its robot declares."""
         self.paused = False
         """Whether those that let time pass by the wall's clock, the page and bridges, wait."""
+        self.step_watchers: list[Callable[[Any, Any], None]] = []
+        """Called after every step of physics with the engine's model and data, not to be changed. While there
+        are none, the engine does many steps at once."""
         self.errands: list[Callable[[], bool]] = []
         """What `run_errands` does; each says whether it did something."""
         self._tick_steps = max(1, round(recipe.CONTROL_PERIOD / timestep))
@@ -141,13 +144,23 @@ class Running:
                 count = n
             if self._slewing:
                 count = min(count, self._slew())
-            mj_step(engine.model, engine.data, count)
+            if self.step_watchers:
+                self._step_watched(count)
+            else:
+                mj_step(engine.model, engine.data, count)
             engine.is_fresh = False
             self._steps += count
             n -= count
             if self._steps == self._next_stop:
                 self._stop()
         self.clock.advance_to(round(self._steps * self._step_ns))
+
+    def _step_watched(self, count: int) -> None:
+        model, data = self._engine.model, self._engine.data
+        for _ in range(count):
+            mujoco.mj_step(model, data)
+            for watch in tuple(self.step_watchers):
+                watch(model, data)
 
     def run(self, seconds: float) -> None:
         """Go on by a time, rounded to whole steps.

@@ -41,6 +41,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
             "time_s": trip.time,
             "shortest_m": trip.shortest,
             "odometry_error_m": trip.odometry_error,
+            "collided": trip.collided,
         }
         print_json({**run.to_json(), "navigation": navigation})
     else:
@@ -49,5 +50,6 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
         click.echo(
             f"            {trip.off * 1000.0:.1f} mm and {math.degrees(trip.turned_off):.1f} deg from it"
         )
+        click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
         click.echo(run.to_text())
     return 0 if trip.reached else 1

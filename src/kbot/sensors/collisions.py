@@ -1,0 +1,106 @@
+"""Whether a robot touches anything but the ground, seen at every step of physics."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.sensors.sensor import own_geometries
+from kbot.sim import Simulation
+from kbot.sim.engine.placing import lowest_point
+from kbot.world.ground import STEP
+
+_UPRIGHT = math.cos(math.radians(45.0))
+"""Upward part of a normal from which a surface is ground: a tyre's friction coefficient is about 1, which
+holds a robot on slopes of up to 45 degrees."""
+
+_SINKS = 0.001
+"""Metres at most by which a wheel sinks into what it stands on, in a stiff contact."""
+
+_OWN, _FLOOR, _OTHER = 1, 3, 8
+"""Kinds of shapes, so that the sum of two tells which two they are."""
+_SUSPECT = _OWN + _OTHER
+
+
+class CollisionWatch:
+    """Watches a simulation's first robot until it is closed. `collided` is true once the robot touched
+    anything but the ground.
+
+    Ground is a surface under the robot, within 45 degrees of level: a plane, a height field, or another shape
+    that the robot touches below its axles. So is a fixed shape whose top is at most 1.2 cm above the robot's
+    lowest point, an edge that maps call free. Contacts of the robot's links with each other do not count.
+    Contacts with other robots always count.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self.collided = False
+        self._model: Any = None
+        self._harmless = b""
+        simulation.step_watchers.append(self._look)
+
+    def close(self) -> None:
+        """Watch no more."""
+        if self._look in self._simulation.step_watchers:
+            self._simulation.step_watchers.remove(self._look)
+
+    def _look(self, model: Any, data: Any) -> None:
+        if model is not self._model:
+            self._bind(model, data)
+        pairs = data.contact.geom
+        key = pairs.tobytes()
+        if key == self._harmless:
+            return
+        suspects = np.flatnonzero(self._kinds[pairs].sum(axis=1) == _SUSPECT)
+        if not len(suspects):
+            self._harmless = key
+        elif not all(self._is_ground(data, data.contact[at]) for at in suspects.tolist()):
+            self.collided = True
+            self.close()
+
+    def _bind(self, model: Any, data: Any) -> None:
+        """Look up the shapes in a model, which is another one once robots have come or gone."""
+        robots = self._simulation.robots
+        robot = self._simulation.named()
+        self._model, self._harmless = model, b""
+        self._own = own_geometries(model, robot.name)
+        self._is_robot = np.zeros(model.ngeom, dtype=bool)
+        for name in robots:
+            self._is_robot[own_geometries(model, name)] = True
+        is_fixed = model.body_weldid[model.geom_bodyid] == 0
+        is_plane = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
+        self._is_endless = is_plane | (model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD)
+        upward = data.geom_xmat[:, 6:9]
+        self._kinds = np.where(is_plane & (upward[:, 2] >= _UPRIGHT), _FLOOR, _OTHER)
+        self._kinds[self._own] = _OWN
+        middles, halves = model.geom_aabb[:, :3], model.geom_aabb[:, 3:]
+        tops = data.geom_xpos[:, 2] + (upward * middles + abs(upward) * halves).sum(axis=1)
+        self._tops = np.where(is_fixed & ~self._is_endless, tops, math.inf)
+        self._base = robot.body(robot.base)
+        # goals are refused for a robot without wheels: nothing is below its axle
+        drive = robot.drive
+        self._axle = drive.axle_in_base.translation[2] if isinstance(drive, DifferentialDrive) else -math.inf
+
+    def _is_ground(self, data: Any, contact: Any) -> bool:
+        """Whether the robot touches what it stands on, or an edge that it drives over."""
+        other, up = int(contact.geom[0]), float(contact.frame[2])
+        if self._kinds[other] == _OWN:
+            other, up = int(contact.geom[1]), -up
+        if self._is_robot[other]:
+            return False
+        if self._is_endless[other]:
+            # where a shape just touches a height field, the engine's normal may point down
+            return abs(up) >= _UPRIGHT
+        if up >= _UPRIGHT and self._height(data, contact.pos) < self._axle:
+            return True
+        lowest = lowest_point(self._model, data, self._own)
+        return lowest is not None and bool(self._tops[other] <= lowest + STEP + _SINKS)
+
+    def _height(self, data: Any, point: NDArray[np.float64]) -> float:
+        """Metres of a point above the base's origin, along its z axis."""
+        return float(data.xmat[self._base].reshape(3, 3)[:, 2] @ (point - data.xpos[self._base]))
