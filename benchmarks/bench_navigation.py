@@ -10,7 +10,6 @@ spot not counted.
 
 from __future__ import annotations
 
-import math
 import statistics
 import sys
 import time
@@ -18,84 +17,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from seeded_goals import LIDAR, drive, is_reachable, maze, rooms, time_ratio
 
-from kbot.kinematics import PlanarPose, PlanarTwist, Transform
-from kbot.model import Robot
+from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation
 from kbot.navigation.footprint import outline
-from kbot.navigation.inflation import inflate
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
-from kbot.navigation.simulated import LidarPoints, Trip, go_to
-from kbot.sensors import Contact, Lidar
+from kbot.navigation.simulated import LidarPoints
 from kbot.sim import Simulation
-from kbot.world import World, load_world
-from kbot.world.builders import WOOD, box
 from kbot.world.occupancy import OccupancyGrid
-from kbot.world.occupancy_of_world import world_grid
-
-LIDAR = Lidar(link="base_link", pose=Transform.from_xyz_rpy((0, 0, 0.06), (0, 0, 0)), rate=20.0)
-
-
-def maze(seed: int) -> tuple[World, PlanarPose]:
-    """A maze of 5 x 5 cells, and the middle of a cell drawn by seed."""
-    random = np.random.default_rng(seed)
-    x, y = (int(v) for v in random.integers(1, 5, 2))
-    return load_world(f"maze:size=5,seed={seed}"), PlanarPose(0.6 * x, 0.6 * y, float(random.uniform(-3, 3)))
-
-
-def rooms(seed: int) -> tuple[World, PlanarPose]:
-    """Rooms whose number, size and doors are drawn by seed, boxes strewn about; a goal anywhere free."""
-    random = np.random.default_rng(1000 + seed)
-    columns, rows = (int(v) for v in random.integers(2, 4, 2))
-    size, door = float(random.uniform(1.6, 2.4)), float(random.uniform(0.4, 0.7))
-    bare = load_world(f"rooms:columns={columns},rows={rows},size={size},door={door}")
-    boxes = []
-    for number in range(2 * columns * rows):
-        x, y = random.uniform(-0.4, columns - 0.6) * size, random.uniform(-0.4, rows - 0.6) * size
-        if math.hypot(x, y) > 0.5:
-            wide = (*random.uniform(0.05, 0.25, 2).tolist(), 0.25)
-            boxes.append(box(f"box{number}", wide, x, y, yaw=float(random.uniform(0, 3)), rgba=WOOD))
-    world = World("rooms", (*bare.bodies, *boxes))
-    free = standing_room(world)
-    while True:
-        x, y = random.uniform(-0.4, columns - 0.6) * size, random.uniform(-0.4, rows - 0.6) * size
-        if free.value(x, y) == 0 and math.hypot(x, y) > 0.5:
-            return world, PlanarPose(float(x), float(y), float(random.uniform(-3, 3)))
-
-
-def standing_room(world: World) -> OccupancyGrid:
-    """Where KBot can stand with any heading, and 2 cm to spare."""
-    grid = world_grid(world)
-    taken = inflate(grid.cells == 100, (0.128 + 0.02) / grid.resolution + 0.5)
-    return OccupancyGrid(np.where(taken, 100, 0).astype(np.int8), grid.resolution, grid.origin)
-
-
-def is_reachable(world: World, goal: PlanarPose) -> bool:
-    """Whether a way as wide as KBot leads there: by a flood over the map, no planner asked."""
-    grid = world_grid(world)
-    free = ~inflate(grid.cells == 100, 0.128 / grid.resolution)
-    waiting, last = [grid.cell(0.0, 0.0)], grid.cell(goal.x, goal.y)
-    while waiting:
-        row, column = waiting.pop()
-        if (row, column) == last:
-            return True
-        if grid.contains(row, column) and free[row, column]:
-            free[row, column] = False
-            waiting += [(row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)]
-    return False
-
-
-def drive(robot: Robot, world: World, goal: PlanarPose, with_lidar: bool) -> tuple[Trip, bool]:
-    simulation = Simulation(robot, world)
-    touches = []
-    bumper = simulation.add_sensor(Contact(link="base_link", everywhere=True, rate=250.0))
-    simulation.bus.subscribe("bumper", bumper.message_type, lambda m: touches.append(m.data))
-    trip = go_to(simulation, goal, lidar=simulation.add_sensor(LIDAR) if with_lidar else None)
-    return trip, any(touches)
 
 
 def table(count: int, with_lidar: bool) -> None:
@@ -106,18 +40,18 @@ def table(count: int, with_lidar: bool) -> None:
         begun, trips, failures = time.perf_counter(), [], []
         for seed in range(count):
             world, goal = make(seed)
-            trip, touched = drive(robot, world, goal, with_lidar)
+            trip = drive(robot, world, goal, with_lidar)
             can = is_reachable(world, goal)
-            trips.append((trip, touched, can))
+            trips.append((trip, can))
             if not trip.reached and not can:
                 failures.append(f"{seed}: no way is there, and was {trip.status}")
-            elif not trip.reached or touched:
-                failures.append(f"{seed}: {trip.status}{' (touched)' if touched else ''}")
-        reached = [(t, touched) for t, touched, _ in trips if t.reached]
-        times = [t.time / (t.shortest / 0.3) for t, _ in reached if t.shortest > 0.3]
-        off = [1e3 * math.hypot(t.pose.x - t.status.goal.x, t.pose.y - t.status.goal.y) for t, _ in reached]
-        untouched = sum(not touched for _, touched in reached)
-        reachable = sum(can for *_, can in trips)
+            elif not trip.reached or trip.collided:
+                failures.append(f"{seed}: {trip.status}{' (collided)' if trip.collided else ''}")
+        reached = [trip for trip, _ in trips if trip.reached]
+        times = [time_ratio(trip) for trip in reached if trip.shortest > 0.3]
+        off = [1e3 * trip.off for trip in reached]
+        untouched = sum(not trip.collided for trip in reached)
+        reachable = sum(can for _, can in trips)
         print(
             f"{name:7s} {reachable:9d} {len(reached):7d} {untouched:9d} {statistics.median(times):14.2f}"
             f" {statistics.median(off):7.1f} {max(off):6.1f} {time.perf_counter() - begun:7.1f}"

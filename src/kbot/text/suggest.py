@@ -64,7 +64,7 @@ def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
 
 
 def _traits(name: str) -> tuple[Hashable, Hashable, Hashable]:
-    """The words of a name, its beginning and its end. A slip leaves one of the three in all but short names."""
+    """The words of a name, its beginning and its end. A slip leaves one of them, in all but short names."""
     joined, numbers, words = _words(name)
     return words, ("begins", joined[:2], numbers), ("ends", joined[-2:], numbers)
 
