@@ -22,7 +22,7 @@ _KEPT = 2
 """Letters of a word that an edit leaves: `fl` and `fr`, `a` and `b` keep fewer: they are different words."""
 _SURE = 4
 """Letters of the shortest word whose edit is surely a slip: `tap` may be meant where `tip` is known. At a
-word's end every slip needs as many: `min` and `mid`."""
+word's end every replaced letter needs as many: `min` and `mid`."""
 _SIDES = frozenset("lrfbmxyz")
 """Letters that name a side or an axis at the beginning or end of a word: `lwheel` and `rwheel`, `posx` and
 `posy` are different names, and so are `lwheel` and `wheel`."""
@@ -142,7 +142,7 @@ def _is_one_edit(written: str, meant: str, shortest: int) -> bool:
     kept = len(before) + len(after)
     if is_swap:  # its letters are all there: one more that stays shows the word
         return kept > 0
-    if is_at_end and not is_doubled:
+    if is_at_end and off and right:
         shortest = _SURE
     return kept >= _KEPT and kept + max(len(off), len(right)) >= shortest
 
