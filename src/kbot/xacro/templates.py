@@ -110,7 +110,12 @@ class Template:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        evaluators = self._evaluators = [_evaluator(piece) for piece in pieces(text)]
+        content = text[2:-1]
+        if text[:2] == "${" and text[-1] == "}" and "}" not in content and "$" not in content:
+            evaluators = [_expression_evaluator(content, 0, len(text))]  # most texts are a single expression
+        else:
+            evaluators = [_evaluator(piece) for piece in pieces(text)]
+        self._evaluators = evaluators
         self._single = evaluators[0] if len(evaluators) == 1 else None
         self._steps = len(text) >> 3 if len(text) > _SHORT else 0
 
@@ -185,12 +190,19 @@ def _evaluator(piece: Piece) -> Evaluator:
         return lambda scope: scope.substitute(_text(content, scope))
     if "$" in content:
         return lambda scope: expression(_text(content, scope), scope)
+    return _expression_evaluator(content, piece.start, piece.end)
+
+
+def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
+    """What evaluates the expression that stands from one character of a text to another."""
     try:
         closure = compiled(content)
     except InvalidExpression as error:
-        raise invalid(error, piece) from None
+        fault = invalid(error)
+        fault.part = (start, end)
+        raise fault from None
     except Fault as fault:
-        fault.part = (piece.start, piece.end)
+        fault.part = (start, end)
         raise
 
     def guarded(scope: Names) -> Value:
@@ -211,12 +223,9 @@ def _text(content: str, scope: Names) -> str:
     return value if type(value) is str else scope.budget.text(value)
 
 
-def invalid(error: InvalidExpression, piece: Piece | None = None) -> Fault:
+def invalid(error: InvalidExpression) -> Fault:
     """The fault of a syntax error."""
-    fault = Fault("X102", f"invalid expression: {error}")
-    if piece is not None:
-        fault.part = (piece.start, piece.end)
-    return fault
+    return Fault("X102", f"invalid expression: {error}")
 
 
 def expression(content: str, names: Environment) -> Value:

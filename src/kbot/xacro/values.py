@@ -62,7 +62,7 @@ def literal(value: Value) -> Value:
         return _LITERAL_WORDS.get(value, value)
     if "_" in value:
         return value
-    for kind in (int, float):
+    for kind in (float,) if "." in value else (int, float):
         try:
             return kind(value)
         except ValueError:

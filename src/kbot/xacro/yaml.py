@@ -50,7 +50,7 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     """
     import yaml
 
-    budget.charge(len(source.text) >> 2)  # also for data that is known: it is copied
+    budget.charge(len(source.text))  # also for data that is known: it is copied
     known = _cache.get(source.path)
     if known is not None and known[0] == source.text:
         return wrap(_copied(known[1]))
@@ -109,7 +109,6 @@ def _build(
     while True:
         event = next_event()
         kind = type(event)
-        budget.charge(2)
         if kind is scalar_event:
             value = _scalar(event, evaluate, budget)
         elif kind in starts:

@@ -106,6 +106,8 @@ def is_identifier(name: str) -> bool:
 
 def _compile(expression: str) -> Closure:
     source = expression.strip()
+    if source.isascii() and source.isidentifier() and source not in _KEYWORDS:
+        return operations.name_closure(source)
     match = _SIMPLE.match(source)
     if match:
         simple = _simple(match)
@@ -202,6 +204,8 @@ def _lookup(name: str, keys: list[str]) -> Closure:
             else:
                 value = operations.item(env.budget, wrap(value) if is_yaml else value, key)
                 is_yaml = False
+        if type(value) is float:
+            return value
         return env.budget.checked(wrap(value) if is_yaml else value)
 
     return look_up
