@@ -147,7 +147,7 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     ("words", "said"),
     [
         (["info", "nothing.mcap"], "nothing.mcap does not exist"),
-        (["info", "text.mcap"], "text.mcap is no MCAP file"),
+        (["info", "text.mcap"], "text.mcap is not an MCAP file"),
         (["info", "text.bag"], "cannot be read as bag of ROS 1"),
         (["info", "text.txt"], "is no recording"),
         (

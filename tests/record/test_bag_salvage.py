@@ -106,7 +106,7 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, na
 def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.record.bags.ros2_salvage.AT_ONCE", 7)
+    monkeypatch.setattr("kbot.record.bags.sqlite_file.AT_ONCE", 7)
     folder = tmp_path / "run"
     sim = Simulation(kbot.load("kbot"))
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder))

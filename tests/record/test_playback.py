@@ -127,7 +127,7 @@ def test_what_cannot_be_said_is_one_sentence(recording: str, how: dict[str, obje
         Listener(recording, **how)
 
 
-@pytest.mark.parametrize(("content", "said"), [(b"", "no MCAP file"), (b"text", "no MCAP file")])
+@pytest.mark.parametrize(("content", "said"), [(b"", "not an MCAP file"), (b"text", "not an MCAP file")])
 def test_a_recording_of_no_use_is_told_of_at_its_player(tmp_path, content: bytes, said: str) -> None:
     path = tmp_path / "run.mcap"
     path.write_bytes(content)

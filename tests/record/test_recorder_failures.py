@@ -173,7 +173,7 @@ def test_a_wrong_byte_in_a_chunk_loses_that_chunk_alone(runs: dict[str, Path], t
 @pytest.mark.parametrize("length", [0, 3, 12])
 def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path, length: int) -> None:
     (tmp_path / "cut.mcap").write_bytes((b"\x89MCAP0\r\n\x01" + bytes([90]) * 20)[:length])
-    with pytest.raises(KbotError, match="is no MCAP file: it ends before its first record"):
+    with pytest.raises(KbotError, match="is not an MCAP file: it ends before its first record"):
         Recording(str(tmp_path / "cut.mcap")).summary()
 
 

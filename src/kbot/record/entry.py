@@ -4,43 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cache, cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.wire.encoding import ONLY_ON_THE_WIRE
+from kbot.wire.foreign_types import ShapeCheck, code_cost, read_definition
 from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 
-class Types:
-    """The types of a recording: those of ROS, and those it brings along."""
+MOST_CODE = 15_000
+"""Units of 0.2 ms that making code of all types of a recording may take. 300 types of ROS take 6,000."""
 
-    def __init__(self) -> None:
+
+class Types:
+    """The types of a recording: those of ROS, and those that it defines."""
+
+    def __init__(self, path: str | Path) -> None:
+        """`path` is the recording's, for errors."""
         self.ros1: Typestore = ros1_types()
         self.ros2: Typestore = ros2_types()
-        self._has_own = False
+        self._path = path
+        self._code_left = MOST_CODE
+        self._shapes: ShapeCheck | None = None
 
     def learn(self, name: str, definition: str) -> None:
-        """Take in a definition as ROS writes it; what is known already stays as it is.
+        """Add a type by its definition as ROS writes it; a type that is known already is not changed.
 
         Raises:
-            KbotError: it cannot be understood.
+            KbotError: the definition does not follow the grammar, or is too large.
         """
-        from rosbags.typesys import TypesysError, get_types_from_msg
+        from kbot.wire.safe_store import safe_copy
 
         if name in self.ros2.fielddefs:
             return
-        if not self._has_own:
-            self.ros1, self.ros2, self._has_own = _copy(self.ros1), _copy(self.ros2), True
         try:
-            found = get_types_from_msg(definition, name)
-            for store in (self.ros1, self.ros2):
+            found = read_definition(definition, name)
+            stores = self.ros1, self.ros2
+            self._code_left -= code_cost(
+                {k: v for k, v in found.items() if any(k not in s.fielddefs for s in stores)}
+            )
+            if self._code_left < 0:
+                raise KbotError("it and those before it are too large")
+            if self._shapes is None:
+                self._shapes = ShapeCheck(self.ros2.fielddefs)
+                self.ros1, self.ros2 = stores = safe_copy(self.ros1), safe_copy(self.ros2)
+            self._shapes.add(found)
+            for store in stores:
                 store.register({key: value for key, value in found.items() if key not in store.fielddefs})
-        except TypesysError as error:
-            raise KbotError(f"the definition of {name} cannot be read: {error}") from None
+        except KbotError as error:
+            raise KbotError(f"{self._path}: the definition of {name[:255]} cannot be used: {error}") from None
+
+    def require(self, name: str) -> None:
+        """Raises KbotError: the recording does not define a type in full, or one that is too large."""
+        try:
+            if self._shapes is not None:
+                self._shapes.accept(name)
+            elif name not in self.ros2.fielddefs:
+                raise KbotError(f"the type {name} is not defined")
+        except KbotError as error:
+            raise KbotError(f"{self._path}: {error}") from None
 
 
 @cache
@@ -73,15 +100,6 @@ def _layout(store: Typestore, name: str) -> Iterator[object]:
                 yield part
 
 
-def _copy(store: Typestore) -> Typestore:
-    from rosbags.typesys import Stores, get_typestore
-
-    copy = get_typestore(Stores.EMPTY)
-    copy.fielddefs.update(store.fielddefs)
-    copy.types.update(store.types)
-    return copy
-
-
 class Entry:
     """A message as it was recorded; `Recordable`, so that it can be written again."""
 
@@ -101,6 +119,10 @@ class Entry:
         self.data = data
         self._types = types
         self._is_ros1 = is_ros1
+
+    def with_data(self, data: bytes) -> Entry:
+        """The same message with other bytes."""
+        return Entry(self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1)
 
     @cached_property
     def cdr(self) -> bytes:
@@ -124,26 +146,39 @@ class Entry:
 
     @property
     def ros1_definition(self) -> tuple[str, str]:
-        """Text and MD5."""
-        text, md5 = self._types.ros1.generate_msgdef(self.type_name)
+        """Text and MD5. Raises KbotError: the recording does not define the type in full."""
+        text, md5 = self._defined(lambda: self._types.ros1.generate_msgdef(self.type_name))
         return text, md5
 
     @property
     def ros2_definition(self) -> tuple[str, str]:
-        """Text and RIHS01 hash."""
-        store = self._types.ros2
-        return store.generate_msgdef(self.type_name, ros_version=2)[0], store.hash_rihs01(self.type_name)
+        """Text and RIHS01 hash. Raises KbotError: the recording does not define the type in full."""
+        store, name = self._types.ros2, self.type_name
+        return self._defined(lambda: (store.generate_msgdef(name, ros_version=2)[0], store.hash_rihs01(name)))
 
-    def message(self) -> Any:  # noqa: ANN401 - whatever its type says
-        """The message with the fields of its type. Raises KbotError: the bytes are no such message."""
+    def message(self) -> Any:  # noqa: ANN401 - whatever its type has
+        """The message with the fields of its type. Raises KbotError: the bytes are not such a message."""
         return self._converted(self._types.ros2.deserialize_cdr, self.cdr)
+
+    def _defined(self, define: Callable[[], tuple[str, str]]) -> tuple[str, str]:
+        from rosbags.typesys import TypesysError
+
+        self._types.require(self.type_name)
+        try:
+            return define()
+        except (TypesysError, LookupError, AssertionError) as error:
+            # rosbags writes no definition with parts of actions and services
+            raise KbotError(
+                f"{self.topic}: no definition of {self.type_name} can be written: {error!r}"
+            ) from None
 
     def _converted(self, convert: Callable[[bytes, str], Any], data: bytes) -> Any:  # noqa: ANN401 - of the type that is recorded
         from rosbags.serde import SerdeError
 
+        self._types.require(self.type_name)
         try:
             return convert(data, self.type_name)
-        except (SerdeError, KeyError, IndexError, ValueError) as error:
+        except (SerdeError, LookupError, ValueError, MemoryError) as error:
             raise KbotError(
-                f"{self.topic} at {self.nanoseconds * 1e-9:.3f} s is no {self.type_name}: {error}"
+                f"{self.topic} at {self.nanoseconds * 1e-9:.3f} s is not a {self.type_name}: {error}"
             ) from None

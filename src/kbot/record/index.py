@@ -9,7 +9,12 @@ from pathlib import Path
 
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
+from kbot.record.limits import kept_bytes
 from kbot.record.reader import Recording
+from kbot.text import KbotError
+
+ENTRY_BYTES = 500
+"""What a message takes in memory beside its bytes."""
 
 
 class WholeIndex:
@@ -22,8 +27,12 @@ class WholeIndex:
         summary = recording.summary()
         self.notes: Mapping[str, Mapping[str, str]] = summary.notes
         self.broken = summary.broken
+        left = kept_bytes(path)
         for entry in recording.entries():
             if entry.topic != NOTES_TOPIC:
+                left -= len(entry.data) + ENTRY_BYTES
+                if left < 0:
+                    raise KbotError(f"{path} has no usable index, and is too large to be held in memory")
                 told = entries.setdefault(entry.topic, [])
                 while told and told[-1].nanoseconds > entry.nanoseconds:
                     told.pop()
@@ -69,9 +78,9 @@ def open_index(path: str) -> Index:
             return McapIndex(path)
         except NoIndex:
             return WholeIndex(path)
-    from kbot.record.bags.index import BagIndex
+    from kbot.record.bags.index import Ros1Index, Ros2Index
 
     try:
-        return BagIndex(path)
+        return Ros2Index(path) if Path(path).is_dir() else Ros1Index(path)
     except NoIndex:
         return WholeIndex(path)

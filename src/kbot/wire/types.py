@@ -33,11 +33,14 @@ def ros1_types() -> Typestore:
 def _with_own(store: Typestore) -> Typestore:
     from rosbags.typesys import get_types_from_msg
 
+    from kbot.wire.safe_store import safe_copy
+
     types = {}
     for name, text in own_definitions():
         types.update(get_types_from_msg(text, name))
-    store.register(types)
-    return store
+    own = safe_copy(store)
+    own.register(types)
+    return own
 
 
 @cache

@@ -2,76 +2,166 @@
 
 from __future__ import annotations
 
+import heapq
 import weakref
 from collections import Counter, deque
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
-from rosbags.highlevel import AnyReader
-from rosbags.interfaces import MessageDefinitionFormat
-
-from kbot.record.bags.columns import checked
-from kbot.record.bags.reader import UNREADABLE, unread
+from kbot.record.bags.reader import UNREADABLE, read_folder, unread
+from kbot.record.bags.ros1_reader import Chunk, Ros1Bag
+from kbot.record.bags.sqlite_file import SqliteFile
+from kbot.record.chunks import KeptChunks, in_time_order
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
+from kbot.record.limits import Allowance, TooLarge
+from kbot.record.mcap.index import McapIndex
 from kbot.text import KbotError
-from kbot.wire.types import ros2_types
 
 FIRST_WINDOW = 1_000_000_000
-"""Nanoseconds before a moment in which what was said last is looked for first; then in eight times that."""
+"""Nanoseconds before a time in which a topic's last message is looked for first; then in eight times that."""
+
+Between = Callable[[Collection[str], int, int], Iterator[Entry]]
 
 
-class BagIndex:
-    """One recording, open until `close` or while it is in use."""
+class Ros1Index:
+    """One bag, opened for each chunk that is read."""
 
     broken = ""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: it is no such recording, or has no index."""
+        """Raises KbotError: it is not such a recording; NoIndex: it has no index."""
         self._path = path
-        self._is_ros1 = not Path(path).is_dir()
-        try:
-            self._reader = AnyReader([Path(path)], default_typestore=ros2_types())
-            self._reader.open()
-        except UNREADABLE as error:
-            raise unread(Path(path), error) from None
-        self._closing = weakref.finalize(self, self._reader.close)
-        self._types = Types()
-        for connection in self._reader.connections:
-            if connection.msgdef.format == MessageDefinitionFormat.MSG:
-                self._types.learn(connection.msgtype, connection.msgdef.data)
-        self.topics = {connection.topic: connection.msgtype for connection in self._reader.connections}
+        self._bag = bag = Ros1Bag(path)
+        bag.read_index()
+        self._opened = KeptChunks()
+        self.topics = dict(bag.connections.values())
         self.counts: Counter[str] = Counter()
-        for connection in self._reader.connections:
-            self.counts[connection.topic] += connection.msgcount
-        self.start, self.end = self._reader.start_time, self._reader.end_time
-        self.notes = dict(map(read_note, self.between((NOTES_TOPIC,), self.start - 1, self.end)))
+        for chunk in bag.chunks:
+            for number, count in chunk.counts.items():
+                if number in bag.connections:
+                    self.counts[bag.connections[number][0]] += count
+        self.start = min((chunk.start for chunk in bag.chunks if chunk.counts), default=0)
+        self.end = max((chunk.end for chunk in bag.chunks if chunk.counts), default=0)
+        self.notes = _notes(self.between, self.start, self.end)
 
     def damage(self, nanoseconds: int) -> None:
         return None
 
     def close(self) -> None:
+        self._opened.clear()
+
+    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+        """A topic's last message until a time."""
+        return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
+
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+        """The messages of topics after a time and until another, in its order."""
+        allowance, bag = Allowance(self._path), self._bag
+
+        def messages(chunk: Chunk) -> Iterator[Entry]:
+            for entry in self._opened.entries(chunk.at, lambda: bag.messages(chunk, allowance)):
+                if after < entry.nanoseconds <= until and entry.topic in topics:
+                    yield entry
+
+        wanted = {number for number, (name, _) in bag.connections.items() if name in topics}
+        chunks = (
+            (chunk.start, messages(chunk))
+            for chunk in bag.chunks
+            if chunk.start <= until and chunk.end > after and not wanted.isdisjoint(chunk.counts)
+        )
+        try:
+            yield from in_time_order(chunks)
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+
+class Ros2Index:
+    """One folder, whose files stay open until `close` or while it is in use."""
+
+    broken = ""
+
+    def __init__(self, path: str) -> None:
+        """Raises KbotError: it is not such a recording; NoIndex: it has no metadata."""
+        self._path = Path(path)
+        self._folder = read_folder(self._path)
+        stack = ExitStack()
+        self._closing = weakref.finalize(self, stack.close)
+        types = Types(path)
+        self._parts: list[McapIndex | SqliteFile] = []
+        self.topics: dict[str, str] = {}
+        self.counts: Counter[str] = Counter()
+        spans: list[tuple[int, int]] = []
+        try:
+            for file in stack.enter_context(self._folder.opened()):
+                part = (
+                    McapIndex(str(file))
+                    if self._folder.storage == "mcap"
+                    else SqliteFile(file, types, is_closed=True)
+                )
+                stack.callback(part.close)
+                self._parts.append(part)
+                if isinstance(part, McapIndex):
+                    self.topics |= part.topics
+                    self.counts.update(part.counts)
+                    spans.append((part.start, part.end))
+                else:
+                    self.topics |= dict(part.topics.values())
+                    self.counts.update(part.counts())
+                    spans += filter(None, (part.span(),))
+        except UNREADABLE as error:
+            self.close()
+            raise unread(self._path, error) from None
+        except KbotError:
+            self.close()
+            raise
+        self.start = min((start for start, _ in spans), default=0)
+        self.end = max((end for _, end in spans), default=0)
+        self.notes = _notes(self.between, self.start, self.end)
+        for part in self._parts:
+            if isinstance(part, McapIndex):
+                self.notes |= part.notes
+
+    def damage(self, nanoseconds: int) -> tuple[int, int] | None:
+        found = (part.damage(nanoseconds) for part in self._parts if isinstance(part, McapIndex))
+        return next(filter(None, found), None)
+
+    def close(self) -> None:
         self._closing()
 
     def newest(self, topic: str, nanoseconds: int) -> Entry | None:
-        """What a topic said last until a time."""
-        window, before = FIRST_WINDOW, nanoseconds
-        while before >= self.start:
-            after = max(nanoseconds - window, self.start - 1)
-            said = deque(self.between((topic,), after, before), maxlen=1)
-            if said:
-                return said[0]
-            before, window = after, window * 8
-        return None
+        """A topic's last message until a time."""
+        return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
-        """What these topics said after a time and until another, in its order."""
-        wanted = [connection for connection in self._reader.connections if connection.topic in topics]
-        if not wanted:
-            return
+        """The messages of topics after a time and until another, in its order."""
+        allowance = Allowance(self._path)
         try:
-            for connection, at, data in self._reader.messages(wanted, start=after + 1, stop=until + 1):
-                found = checked(connection.topic, connection.msgtype, at, data)
-                yield Entry(*found, self._types, is_ros1=self._is_ros1)
+            parts = [
+                part.between(topics, after, until)
+                if isinstance(part, McapIndex)
+                else part.between(topics, after, until, allowance)
+                for part in self._parts
+            ]
+            for entry in heapq.merge(*parts, key=lambda entry: entry.nanoseconds):
+                yield self._folder.whole(entry, allowance)
         except UNREADABLE as error:
             raise KbotError(f"{self._path} is damaged: {error}") from None
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+
+def _newest(between: Between, topic: str, start: int, nanoseconds: int) -> Entry | None:
+    window, before = FIRST_WINDOW, nanoseconds
+    while before >= start:
+        after = max(nanoseconds - window, start - 1)
+        found = deque(between((topic,), after, before), maxlen=1)
+        if found:
+            return found[0]
+        before, window = after, window * 8
+    return None
+
+
+def _notes(between: Between, start: int, end: int) -> dict[str, dict[str, str]]:
+    return dict(map(read_note, between((NOTES_TOPIC,), start - 1, end)))

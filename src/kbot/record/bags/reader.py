@@ -2,92 +2,117 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterator
-from os import SEEK_END
 from pathlib import Path
-from sqlite3 import Error as SqliteError
-from struct import error as StructError
 
-from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.interfaces import MessageDefinitionFormat
-from rosbags.rosbag1 import ReaderError as Ros1Error
-from rosbags.rosbag1.reader import Header, RecordType
-from rosbags.rosbag2 import ReaderError as Ros2Error
-
-from kbot.record.bags.columns import checked
-from kbot.record.bags.ros1_salvage import salvaged
-from kbot.record.bags.ros2_salvage import salvaged_folder
+from kbot.record.bags.ros1_reader import Ros1Bag
+from kbot.record.bags.ros2_folder import Folder
+from kbot.record.bags.sqlite_file import SqliteFile
+from kbot.record.chunks import in_time_order
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
+from kbot.record.limits import Allowance, TooLarge
+from kbot.record.mcap.reader import McapSource
 from kbot.text import KbotError
-from kbot.wire.types import ros2_types
 
-UNREADABLE = (
-    *(AnyReaderError, Ros1Error, Ros2Error, OSError, EOFError, SqliteError, StructError),
-    *(ValueError, LookupError, AssertionError, RuntimeError, MemoryError),
-)
-"""What reading raises where a bag is damaged: its library trusts the numbers and names within."""
+UNREADABLE = (ValueError, OSError, sqlite3.Error)
+"""What reading a folder raises where it is damaged."""
+_ALL = -1 << 63, 1 << 63
+"""Times before and after all of SQLite's."""
 
 
-class BagSource:
-    """Of a bag of ROS 1 that has no index, and of a folder of SQLite files without metadata, all is read that
-    is whole."""
+class Ros1Source:
+    """A bag of ROS 1. If it ends before its index, all that is whole is read."""
+
+    kind = "bag of ROS 1"
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def entries(self, note: Note) -> Iterator[Entry]:
+        """Raises KbotError: it is damaged, or not such a bag; BrokenOff after all that is whole."""
+        bag, allowance = Ros1Bag(self._path), Allowance(self._path)
+        try:
+            bag.read_index()
+        except NoIndex as missing:
+            yield from bag.salvaged()
+            raise BrokenOff(str(missing)) from None
+        try:
+            yield from in_time_order((chunk.start, bag.messages(chunk, allowance)) for chunk in bag.chunks)
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+
+class Ros2Source:
+    """A folder of rosbag2. If it has no metadata, all that was committed to its SQLite files is read."""
+
+    kind = "rosbag2"
 
     def __init__(self, path: str) -> None:
         self._path = Path(path)
-        self._is_ros1 = not self._path.is_dir()
-        self.kind = "bag of ROS 1" if self._is_ros1 else "rosbag2"
 
     def entries(self, note: Note) -> Iterator[Entry]:
-        """Raises KbotError: it is no such recording; BrokenOff after all that is whole."""
+        """Raises KbotError: it is damaged, or not such a folder; BrokenOff after all that is whole."""
+        allowance = Allowance(self._path)
         try:
-            yield from self._indexed()
+            folder = read_folder(self._path)
         except NoIndex as missing:
-            yield from salvaged(self._path, UNREADABLE) if self._is_ros1 else salvaged_folder(self._path)
+            yield from self._salvaged(allowance)
             raise BrokenOff(str(missing)) from None
-
-    def _indexed(self) -> Iterator[Entry]:
-        types = Types()
+        types = Types(self._path)
         try:
-            with AnyReader([self._path], default_typestore=ros2_types()) as reader:
-                for connection in reader.connections:
-                    if connection.msgdef.format == MessageDefinitionFormat.MSG:
-                        types.learn(connection.msgtype, connection.msgdef.data)
-                for connection, at, data in reader.messages():
-                    found = checked(connection.topic, connection.msgtype, at, data)
-                    yield Entry(*found, types, is_ros1=self._is_ros1)
+            with folder.opened() as files:
+                for file in files:
+                    entries = (
+                        McapSource(str(file)).entries(note)
+                        if folder.storage == "mcap"
+                        else _messages(file, types, allowance)
+                    )
+                    for entry in entries:
+                        yield folder.whole(entry, allowance)
         except UNREADABLE as error:
             raise unread(self._path, error) from None
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+    def _salvaged(self, allowance: Allowance) -> Iterator[Entry]:
+        """Every message that was committed, in the order it was written."""
+        types = Types(self._path)
+        files = filter(Path.is_file, self._path.glob("*.db3"))
+        for file in sorted(files, key=lambda file: (len(file.name), file.name)):
+            try:
+                database = SqliteFile(file, types, is_closed=False)
+                try:
+                    yield from database.written(allowance)
+                finally:
+                    database.close()
+            except UNREADABLE as error:
+                raise BrokenOff(f"{file} cannot be read further: {error}") from None
+
+
+def read_folder(path: Path) -> Folder:
+    """Raises NoIndex: it has no metadata, and SQLite files; KbotError: it is not such a folder."""
+    if not (path / "metadata.yaml").is_file():
+        if list(path.glob("*.db3")):
+            raise NoIndex("it was not closed, so that it has no metadata.yaml")
+        files = sorted(path.glob("*.mcap"))
+        hint = f"; a file in it can be read: {files[0]}" if files else ""
+        raise KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{hint}")
+    try:
+        return Folder(path)
+    except UNREADABLE as error:
+        raise unread(path, error) from None
 
 
 def unread(path: Path, error: Exception) -> KbotError:
-    """What is to be said of a bag whose reading raised this; a NoIndex where it can be read without."""
-    if path.is_dir():
-        if (path / "metadata.yaml").is_file():
-            return KbotError(
-                f"{path} cannot be read as rosbag2: {error} (to mend it: ros2 bag reindex {path})"
-            )
-        if list(path.glob("*.db3")):
-            return NoIndex("it was not closed, so that it has no metadata.yaml")
-        files = sorted(path.glob("*.mcap"))
-        mend = f"; a file in it can be read: {files[0]}" if files else ""
-        return KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{mend}")
-    missing = _missing_index(path)
-    if missing:
-        return NoIndex(missing)
-    mend = f"a machine with ROS 1 mends what is whole: rosbag reindex {path}"
-    return KbotError(f"{path} cannot be read as bag of ROS 1: {error}; {mend}")
+    """What is reported of a folder whose reading raised this."""
+    return KbotError(f"{path} cannot be read as rosbag2: {error} (to fix it: ros2 bag reindex {path})")
 
 
-def _missing_index(path: Path) -> str:
-    """In words: that a bag of ROS 1 ends before its index, empty where it does not."""
+def _messages(file: Path, types: Types, allowance: Allowance) -> Iterator[Entry]:
+    database = SqliteFile(file, types, is_closed=True)
     try:
-        with path.open("rb") as stream:
-            stream.readline()
-            index = Header.read(stream, RecordType.BAGHEADER).get_uint64("index_pos")
-            size = stream.seek(0, SEEK_END)
-    except UNREADABLE:
-        return ""
-    if index == 0:
-        return f"it was not closed, so that its {size:,} bytes have no index"
-    return f"it ends after {size:,} bytes, before its index at {index:,}" if size <= index else ""
+        yield from database.between(None, *_ALL, allowance)
+    finally:
+        database.close()

@@ -4,24 +4,29 @@ chunks."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
+from io import SEEK_END
 from pathlib import Path
-from struct import error as StructError
 from typing import IO
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata, Schema
 
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, Note
+from kbot.record.limits import Allowance, TooLarge
+from kbot.record.mcap.records import (
+    IN_FILE,
+    MAGIC,
+    Damaged,
+    break_up,
+    check_data,
+    read_summary,
+    record_at,
+    records,
+)
 from kbot.text import KbotError
+from kbot.wire.foreign_types import full_name
 
-LARGEST_RECORD = 1 << 30
-RECORD_HEAD = 1 + 8
-"""Bytes of a record's opcode and length, which stand before it."""
 CARRIED = ("cdr", "ros1")
 """Encodings of messages that are read."""
 
@@ -36,13 +41,12 @@ class McapSource:
 
     def entries(self, note: Note) -> Iterator[Entry]:
         """Raises BrokenOff, KbotError: see `Source`."""
-        types, schemas, channels = Types(), dict[int, Schema](), dict[int, Channel]()
+        types, schemas, channels = Types(self._path), dict[int, Schema](), dict[int, Channel]()
         for record in self._records():
             match record:
                 case Schema():
                     schemas[record.id] = record
-                    if record.encoding in ("ros2msg", "ros1msg"):
-                        types.learn(full_name(record.name), record.data.decode(errors="replace"))
+                    learn(types, record)
                 case Channel():
                     channels[record.id] = record
                 case Metadata():
@@ -58,68 +62,71 @@ class McapSource:
 
     def _records(self) -> Iterator[McapRecord]:
         """Those in chunks too, which are whole or left out."""
-        started, chunks = False, 0
-        faults = unreadable()
+        chunks, allowance, is_begun = 0, Allowance(self._path), False
         with Path(self._path).open("rb") as stream:
-            reader = StreamReader(
-                stream, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST_RECORD
-            )
-            records = reader.records
-            while True:
-                try:
-                    record = next(records)
-                    within = [record]
-                    if isinstance(record, Chunk):
-                        within = breakup_chunk(record, validate_crc=True)
-                        chunks += 1
-                except StopIteration:
-                    return
-                except faults as error:
-                    if not started:
-                        told = str(error) if isinstance(error, McapError) else ""
-                        why = told or "it ends before its first record"
-                        raise KbotError(f"{self._path} is no MCAP file: {why}") from None
-                    break
-                started = True
-                yield from within
-            yield from self._rest(stream, chunks)
-
-    def _rest(self, stream: IO[bytes], chunks: int) -> Iterator[McapRecord]:
-        """What the index knows after so many chunks that are whole. Raises BrokenOff, at the end."""
-        faults = unreadable()
-        try:
+            size = stream.seek(0, SEEK_END)
             stream.seek(0)
-            summary = make_reader(stream).get_summary()
-        except faults:
+            if stream.read(len(MAGIC)) != MAGIC[:size]:
+                raise KbotError(f"{self._path} is not an MCAP file: it does not begin as one")
+            try:
+                for at, record in records(stream, len(MAGIC), size, IN_FILE):
+                    is_begun = True
+                    match record:
+                        case Chunk():
+                            within = break_up(record, at, allowance)
+                            chunks += 1
+                            yield from within
+                        case DataEnd():
+                            check_data(stream, at, record)
+                        case Footer():
+                            return
+                        case _:
+                            yield record
+                raise Damaged("it has no footer")
+            except Damaged:
+                if not is_begun:
+                    raise KbotError(
+                        f"{self._path} is not an MCAP file: it ends before its first record"
+                    ) from None
+                yield from self._rest(stream, chunks, allowance)
+            except TooLarge as error:
+                raise KbotError(f"{self._path}: {error}") from None
+
+    def _rest(self, stream: IO[bytes], chunks: int, allowance: Allowance) -> Iterator[McapRecord]:
+        """What the index knows after so many chunks that are whole. Raises BrokenOff, at the end."""
+        try:
+            summary = read_summary(stream)
+        except Damaged:
             summary = None
         if summary is None:
             raise BrokenOff("it was not closed: what follows its last whole chunk is lost")
         yield from (*summary.schemas.values(), *summary.channels.values())
-        in_file = sorted(index.chunk_start_offset for index in summary.chunk_indexes)
+        in_file = sorted({index.chunk_start_offset for index in summary.chunk_indexes})
         lost = 0
         for offset in in_file[chunks:]:
             try:
-                stream.seek(offset + RECORD_HEAD)
-                within = breakup_chunk(Chunk.read(ReadDataStream(stream)), validate_crc=True)
-            except faults:
+                within = break_up(chunk_at(stream, offset), offset, allowance)
+            except Damaged:
                 lost += 1
                 continue
             yield from within
         for index in summary.metadata_indexes:
-            stream.seek(index.offset + RECORD_HEAD)
-            with suppress(*faults):
-                yield Metadata.read(ReadDataStream(stream))
+            try:
+                yield record_at(stream, index.offset, Opcode.METADATA)
+            except Damaged:
+                continue
         raise BrokenOff(f"it is damaged: {lost} of its {len(in_file)} chunks cannot be read")
 
 
-def full_name(name: str) -> str:
-    """A type as ROS 2 writes it, `std_msgs/msg/String`, of either writing."""
-    package, _, rest = name.partition("/")
-    return f"{package}/msg/{rest.removeprefix('msg/')}"
+def learn(types: Types, schema: Schema) -> None:
+    """Take in the type of a schema in ROS's own words. Raises KbotError: it does not follow their grammar."""
+    if schema.encoding in ("ros2msg", "ros1msg"):
+        types.learn(full_name(schema.name), schema.data.decode(errors="replace"))
 
 
-def unreadable() -> tuple[type[Exception], ...]:
-    """What reading raises where a file is no MCAP, or broken."""
-    import zstandard
-
-    return (McapError, EOFError, StructError, ValueError, RuntimeError, zstandard.ZstdError)
+def chunk_at(stream: IO[bytes], offset: int) -> Chunk:
+    """Raises Damaged: it is not there."""
+    record = record_at(stream, offset, Opcode.CHUNK)
+    if not isinstance(record, Chunk):
+        raise Damaged(f"no chunk is at byte {offset:,}")
+    return record

@@ -1,0 +1,271 @@
+"""Bags of ROS 1, version 2.0. https://wiki.ros.org/Bags/Format/2.0
+
+Every length is checked against the bytes that are left before anything is read by it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from io import SEEK_END, BytesIO
+from pathlib import Path
+from struct import Struct
+from struct import error as StructError
+from typing import IO, NamedTuple
+
+from rosbags.rosbag1 import ReaderError
+from rosbags.rosbag1.reader import Header, RecordType
+
+from kbot.record.entry import Entry, Types
+from kbot.record.formats import NoIndex
+from kbot.record.limits import LARGEST_PIECE, Allowance, TooLarge, inflate
+from kbot.text import KbotError
+from kbot.wire.foreign_types import full_name
+
+_MAGIC = b"#ROSBAG V2.0\n"
+_LENGTH = Struct("<I")
+_COUNT = Struct("<II")
+_LARGEST_HEADER = 1 << 20
+"""Bytes. Headers have a few numbers and a topic's name."""
+
+
+class Damaged(Exception):
+    """The bytes are not what the format has there."""
+
+
+class Chunk(NamedTuple):
+    """A chunk by the index: where it is, its first and last time, and its messages by connection."""
+
+    at: int
+    start: int
+    end: int
+    counts: dict[int, int]
+
+
+class _Record(NamedTuple):
+    at: int
+    header: Header
+    kind: int
+    data_at: int
+    size: int
+    left: int
+    """Bytes from its data to the end."""
+
+
+class Ros1Bag:
+    """One file. `connections` are topics and types by their numbers, known after `read_index`, or as their
+    records are read."""
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = Path(path)
+        self.types = Types(path)
+        self.connections: dict[int, tuple[str, str]] = {}
+        self.chunks: list[Chunk] = []
+
+    def read_index(self) -> None:
+        """Find the connections, and the chunks in the order of their first times.
+
+        Raises:
+            NoIndex: the file ends before it.
+            KbotError: it is damaged, or not such a bag.
+        """
+        try:
+            with self._path.open("rb") as stream:
+                size = stream.seek(0, SEEK_END)
+                self._read_index(stream, size)
+        except (Damaged, ReaderError, OSError) as error:
+            raise self.unread(error) from None
+
+    def _read_index(self, stream: IO[bytes], size: int) -> None:
+        stream.seek(0)
+        magic = stream.read(len(_MAGIC))
+        if magic != _MAGIC:
+            raise Damaged("it does not begin as one" if magic else "it is empty")
+        first = next(_records(stream, len(_MAGIC), size), None)
+        if first is None:
+            raise Damaged("it ends before its first record")
+        header = first.header
+        at = header.get_uint64("index_pos")
+        if header.get("encryptor"):
+            raise Damaged("it is encrypted")
+        if at == 0:
+            raise NoIndex(f"it was not closed, so that its {size:,} bytes have no index")
+        if size < at or (size == at and header.get_uint32("chunk_count")):
+            raise NoIndex(f"it ends after {size:,} bytes, before its index at {at:,}")
+        for record in _records(stream, at, size):
+            match record.kind:
+                case RecordType.CONNECTION:
+                    self._connect(record, _data(stream, record))
+                case RecordType.CHUNK_INFO:
+                    self.chunks.append(_chunk(record.header, _data(stream, record)))
+                case _:
+                    raise Damaged(f"a record of another kind is in its index, at byte {record.at:,}")
+        for name, found in (("conn_count", len(self.connections)), ("chunk_count", len(self.chunks))):
+            if header.get_uint32(name) != found:
+                raise Damaged(f"its index has {found} entries where {name} is {header.get_uint32(name)}")
+        if len({chunk.at for chunk in self.chunks}) < len(self.chunks):
+            raise Damaged("its index has a chunk twice")
+        self.chunks.sort(key=lambda chunk: chunk.start)
+
+    def messages(self, chunk: Chunk, allowance: Allowance) -> list[Entry]:
+        """Those of a chunk of the index. Raises KbotError: it is damaged, or too large."""
+        try:
+            with self._path.open("rb") as stream:
+                size = stream.seek(0, SEEK_END)
+                record = next(_records(stream, chunk.at, size), None)
+                if record is None or record.kind != RecordType.CHUNK:
+                    raise Damaged(f"no chunk is at byte {chunk.at:,}")
+                data = self._inflated(stream, record, allowance)
+            counts: Counter[int] = Counter()
+            entries = []
+            for number, entry in self._within(data, allowance):
+                counts[number] += 1
+                entries.append(entry)
+            if counts != Counter(chunk.counts):
+                raise Damaged(f"the chunk at byte {chunk.at:,} has other messages than its index states")
+        except (Damaged, ReaderError, OSError) as error:
+            raise self.unread(error) from None
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+        return entries
+
+    def salvaged(self) -> Iterator[Entry]:
+        """Every whole message in the order it was written, without the index; also those of a chunk that
+        breaks off: one that rosbag did not finish states that it is empty, and its records follow."""
+        allowance = Allowance(self._path)
+        with self._path.open("rb") as stream:
+            size = stream.seek(0, SEEK_END)
+            try:
+                for record in _records(stream, len(_MAGIC), size):
+                    if record.kind == RecordType.CHUNK:
+                        yield from self._whole_ones(self._inflated(stream, record, allowance), allowance)
+                    elif (found := self._read(stream, record, allowance)) is not None:
+                        yield found[1]
+            except (Damaged, ReaderError):
+                return
+            except TooLarge as error:
+                raise KbotError(f"{self._path}: {error}") from None
+
+    def _whole_ones(self, data: bytes, allowance: Allowance) -> Iterator[Entry]:
+        try:
+            for _, entry in self._within(data, allowance):
+                yield entry
+        except (Damaged, ReaderError):
+            return
+
+    def _within(self, data: bytes, allowance: Allowance) -> Iterator[tuple[int, Entry]]:
+        """The messages of a chunk's data, with the numbers of their connections."""
+        stream = BytesIO(data)
+        for record in _records(stream, 0, len(data)):
+            found = self._read(stream, record, allowance)
+            if found is not None:
+                yield found
+
+    def _read(self, stream: IO[bytes], record: _Record, allowance: Allowance) -> tuple[int, Entry] | None:
+        """A message with the number of its connection; None for any other record."""
+        match record.kind:
+            case RecordType.CONNECTION:
+                self._connect(record, _data(stream, record))
+            case RecordType.MSGDATA:
+                number = record.header.get_uint32("conn")
+                if number not in self.connections:
+                    raise Damaged(f"a message is of connection {number}, which is not there")
+                allowance.charge(messages=1)
+                at, data = record.header.get_time("time"), _data(stream, record)
+                return number, Entry(*self.connections[number], at, data, self.types, is_ros1=True)
+        return None
+
+    def _connect(self, record: _Record, data: bytes) -> None:
+        """Take in a connection; one whose number is known stays as it is."""
+        number = record.header.get_uint32("conn")
+        if number in self.connections:
+            return
+        fields = _header(data, record.at)
+        topic = record.header.get_string("topic")
+        name = full_name(fields.get_string("type"))
+        self.types.learn(name, fields.get_string("message_definition"))
+        # as ROS resolves a topic's name
+        root = "/" if topic.startswith("/") else ""
+        self.connections[number] = root + "/".join(filter(None, topic.split("/"))), name
+
+    def _inflated(self, stream: IO[bytes], record: _Record, allowance: Allowance) -> bytes:
+        """What is in a chunk; of one that the file's end cuts off, as much as there is."""
+        compression, stated = record.header.get_string("compression"), record.header.get_uint32("size")
+        if record.size == stated == 0:
+            return b""  # the chunk is not finished
+        is_cut = record.size > record.left
+        try:
+            data = stream.read(record.left) if is_cut else _data(stream, record)
+            found = inflate(data, compression, len(data) if is_cut and compression == "none" else stated)
+        except ValueError as error:
+            raise Damaged(f"the chunk at byte {record.at:,} is damaged: {error}") from None
+        except TooLarge as error:
+            raise TooLarge(f"the chunk at byte {record.at:,} is not read: {error}") from None
+        allowance.charge(len(found), compression=compression)
+        return found
+
+    def unread(self, error: Exception) -> KbotError:
+        """What is reported of a bag that cannot be read for a reason."""
+        return KbotError(
+            f"{self._path} cannot be read as bag of ROS 1: {error}; on a machine with ROS 1, "
+            f"rosbag reindex {self._path} recovers what is whole"
+        )
+
+
+def _records(stream: IO[bytes], start: int, end: int) -> Iterator[_Record]:
+    """The records between two places of a stream, which then stands at a record's data. The last one may be
+    cut off by the end."""
+    at = start
+    while at < end:
+        stream.seek(at)
+        size = _length(stream, at)
+        left = end - at - 2 * _LENGTH.size
+        if size > min(left, _LARGEST_HEADER):
+            raise Damaged(f"the record at byte {at:,} states a header of {size:,} bytes")
+        header = _header(stream.read(size), at)
+        data_at = at + 2 * _LENGTH.size + size
+        length = _length(stream, at)
+        yield _Record(at, header, header.get_uint8("op"), data_at, length, end - data_at)
+        at = data_at + length
+
+
+def _length(stream: IO[bytes], at: int) -> int:
+    data = stream.read(_LENGTH.size)
+    if len(data) < _LENGTH.size:
+        raise Damaged(f"it ends within the record at byte {at:,}")
+    return int(_LENGTH.unpack(data)[0])
+
+
+def _header(data: bytes, at: int) -> Header:
+    try:
+        return Header.read(BytesIO(_LENGTH.pack(len(data)) + data))
+    except (ReaderError, ValueError) as error:
+        raise Damaged(f"the header at byte {at:,} is damaged: {error}") from None
+
+
+def _data(stream: IO[bytes], record: _Record) -> bytes:
+    if record.size > record.left:
+        left = max(record.left, 0)
+        raise Damaged(f"the record at byte {record.at:,} states {record.size:,} bytes, and {left:,} are left")
+    if record.size > LARGEST_PIECE:
+        raise Damaged(f"the record at byte {record.at:,} has more than {LARGEST_PIECE:,} bytes")
+    stream.seek(record.data_at)
+    return stream.read(record.size)
+
+
+def _chunk(header: Header, data: bytes) -> Chunk:
+    if header.get_uint32("ver") != 1:
+        raise Damaged(f"its index is of version {header.get_uint32('ver')}")
+    at, count = header.get_uint64("chunk_pos"), header.get_uint32("count")
+    if len(data) != count * _COUNT.size:
+        raise Damaged(f"its index states {count} connections in {len(data)} bytes")
+    try:
+        counts = dict(_COUNT.iter_unpack(data))
+    except StructError as error:
+        raise Damaged(str(error)) from None
+    # an empty chunk has no times
+    return (
+        Chunk(at, header.get_time("start_time"), header.get_time("end_time"), counts)
+        if count
+        else Chunk(at, 0, 0, {})
+    )

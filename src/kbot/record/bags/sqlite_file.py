@@ -1,0 +1,167 @@
+"""SQLite files of rosbag2. https://github.com/ros2/rosbag2/tree/rolling/rosbag2_storage_sqlite3"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+from kbot.record.entry import Entry, Types
+from kbot.record.limits import LARGEST_PIECE, Allowance, size_on_disk
+
+AT_ONCE = 1000
+"""Messages read at once while a file may still be written: its writer waits no longer than for these."""
+_BYTES_AT_ONCE = 1 << 26
+_LARGEST_TIME = (1 << 63) - 1
+
+_STEP = 100_000
+_FREE_STEPS = 50_000_000
+_STEPS_OF_A_BYTE = 20
+"""Instructions of SQLite's machine for one query: a second of them, and some for each byte of the file. A
+hostile file can make one page a part of a table any number of times."""
+
+_CHECKED = "topics", "messages", "message_definitions"
+_AFTER = (
+    "SELECT messages.id, topic_id, timestamp, data FROM messages WHERE messages.id > ? "
+    "ORDER BY messages.id LIMIT ?"
+)
+
+Row = tuple[int, Any, Any, Any]
+"""A message's own number, its topic's, its time and its bytes: columns hold whatever is put into them."""
+
+
+class SqliteFile:
+    """One file, open until `close`. `topics` are names and types by their numbers."""
+
+    def __init__(self, file: Path, types: Types, *, is_closed: bool) -> None:
+        """One that was not closed is opened to be written too: SQLite then removes what was not committed.
+
+        Raises:
+            sqlite3.Error, ValueError: it is not such a file.
+        """
+        mode = "mode=ro&immutable=1" if is_closed else "mode=rw"
+        self._types, self._steps = types, 0
+        self._most_steps = _FREE_STEPS + _STEPS_OF_A_BYTE * size_on_disk(file)
+        self._database = sqlite3.connect(
+            f"{file.absolute().as_uri()}?{mode}", uri=True, check_same_thread=False
+        )
+        try:
+            self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_PIECE)
+            self._database.set_progress_handler(self._is_spent, _STEP)
+            self.topics = self._read_topics(self._read_tables())
+        except (sqlite3.Error, ValueError):
+            self.close()
+            raise
+
+    def close(self) -> None:
+        self._database.close()
+
+    def counts(self) -> dict[str, int]:
+        """How many messages each topic has."""
+        found = self._query("SELECT topic_id, count(*) FROM messages GROUP BY topic_id")
+        return {self.topics[number][0]: count for number, count in found if number in self.topics}
+
+    def span(self) -> tuple[int, int] | None:
+        """The times of the first message and of the last."""
+        ((start, end),) = self._query("SELECT min(timestamp), max(timestamp) FROM messages")
+        return (start, end) if isinstance(start, int) and isinstance(end, int) else None
+
+    def between(
+        self, topics: Collection[str] | None, after: int, until: int, allowance: Allowance
+    ) -> Iterator[Entry]:
+        """The messages of topics, None for all, after a time and until another, in its order."""
+        numbers = [n for n, (name, _) in self.topics.items() if topics is None or name in topics]
+        of_topics = ",".join("?" * len(numbers))
+        span = max(after, -_LARGEST_TIME), min(until, _LARGEST_TIME)
+        # a message whose time is text is after every time: it is found, and reported
+        rows = self._query(
+            f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({of_topics}) "
+            "AND timestamp > ? AND (timestamp <= ? OR typeof(timestamp) != 'integer') ORDER BY timestamp",
+            *(*numbers, *span),
+        )
+        for row in rows:
+            yield self._entry(row, allowance)
+
+    def written(self, allowance: Allowance) -> Iterator[Entry]:
+        """Every message in the order it was written, so many at once that a writer is not kept waiting."""
+        last: int | None = -1
+        damage: sqlite3.Error | None = None
+        while damage is None and last is not None:
+            rows: list[Row] = []
+            try:
+                held = 0
+                for row in self._query(_AFTER, last, AT_ONCE):
+                    rows.append(row)
+                    held += len(row[3]) if isinstance(row[3], bytes) else 0
+                    if held > _BYTES_AT_ONCE:
+                        break
+            except sqlite3.Error as error:
+                damage = error
+            for row in rows:
+                if row[1] in self.topics:
+                    yield self._entry(row, allowance)
+            last = rows[-1][0] if rows else None
+        if damage is not None:
+            raise damage
+
+    def _entry(self, row: Row, allowance: Allowance) -> Entry:
+        """Raises ValueError: a column holds something else."""
+        _, number, nanoseconds, data = row
+        topic, type_name = self.topics[number]
+        if not isinstance(nanoseconds, int) or nanoseconds < 0:
+            raise ValueError(f"a message of {topic} has the time {nanoseconds!r}")
+        if not isinstance(data, bytes):
+            raise ValueError(f"a message of {topic} has {type(data).__name__} in the place of its bytes")
+        allowance.charge(len(data), messages=1)
+        return Entry(topic, type_name, nanoseconds, data, self._types)
+
+    def _read_tables(self) -> set[str]:
+        """The tables that are there. Raises ValueError: one is computed, so that reading it runs its code."""
+        marks = ",".join("?" * len(_CHECKED))
+        found = self._query(f"SELECT name, type, sql FROM sqlite_master WHERE name IN ({marks})", *_CHECKED)
+        tables = set()
+        for name, kind, sql in found:
+            columns = self._query(f"PRAGMA table_xinfo({name})")
+            is_plain = kind == "table" and not str(sql).upper().startswith("CREATE VIRTUAL")
+            if not is_plain or any(hidden for *_, hidden in columns):
+                raise ValueError(f"its table {name} is not a plain one")
+            tables.add(name)
+        if not {"topics", "messages"} <= tables:
+            raise ValueError("its tables of topics and messages are missing")
+        return tables
+
+    def _read_topics(self, tables: set[str]) -> dict[int, tuple[str, str]]:
+        topics: dict[int, tuple[str, str]] = {}
+        found = self._query("SELECT id, name, type, serialization_format FROM topics")
+        for number, name, type_name, encoding in found:
+            if not (isinstance(name, str) and isinstance(type_name, str)):
+                raise ValueError(f"a topic is called {name!r}, of type {type_name!r}")
+            if encoding == "cdr":
+                topics[number] = name, type_name
+        if "message_definitions" in tables:
+            definitions = self._query(
+                "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = ?",
+                "ros2msg",
+            )
+            for type_name, definition in definitions:
+                if not (isinstance(type_name, str) and isinstance(definition, str)):
+                    raise ValueError(f"the type {type_name!r} has the definition {definition!r:.60}")
+                self._types.learn(type_name, definition)
+        return topics
+
+    def _query(self, sql: str, *values: object) -> Iterator[Any]:
+        """The rows, one at a time. Raises sqlite3.Error: damaged, or it takes too long."""
+        self._steps = 0
+        try:
+            # no `yield from`: it would close the cursor, and the database may be closed before
+            for row in self._database.execute(sql, values):
+                yield row  # noqa: UP028
+        except sqlite3.OperationalError as error:
+            if self._steps > self._most_steps:
+                raise sqlite3.DatabaseError("it has more rows than a file of its size can hold") from None
+            raise error
+
+    def _is_spent(self) -> bool:
+        self._steps += _STEP
+        return self._steps > self._most_steps

@@ -1,0 +1,59 @@
+"""The messages of a recording's chunks: kept for a while, and merged by time."""
+
+from __future__ import annotations
+
+import heapq
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator
+
+from kbot.record.entry import Entry
+from kbot.record.limits import LARGEST_PIECE, TooLarge
+
+_KEPT_CHUNKS = 8
+
+
+class KeptChunks:
+    """The messages of the chunks that were read last, sorted by time."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[int, tuple[int, list[Entry]]] = OrderedDict()
+
+    def entries(self, place: int, read: Callable[[], Iterable[Entry]]) -> list[Entry]:
+        """Those of the chunk at a place; `read` reads them where they are not kept."""
+        if place in self._kept:
+            self._kept.move_to_end(place)
+            return self._kept[place][1]
+        found = sorted(read(), key=lambda entry: entry.nanoseconds)
+        self._kept[place] = sum(len(entry.data) for entry in found), found
+        while len(self._kept) > 1 and (len(self._kept) > _KEPT_CHUNKS or self._size > LARGEST_PIECE):
+            self._kept.popitem(last=False)
+        return found
+
+    def clear(self) -> None:
+        self._kept.clear()
+
+    @property
+    def _size(self) -> int:
+        return sum(size for size, _ in self._kept.values())
+
+
+def in_time_order(chunks: Iterable[tuple[int, Iterable[Entry]]]) -> Iterator[Entry]:
+    """The messages of chunks, which come with their first times and in the order of these.
+
+    Raises TooLarge: so many chunks overlap that their messages cannot be held at once.
+    """
+    waiting: list[tuple[int, int, Entry]] = []
+    held = count = 0
+    for start, entries in chunks:
+        while waiting and waiting[0][0] <= start:
+            entry = heapq.heappop(waiting)[2]
+            held -= len(entry.data)
+            yield entry
+        for entry in entries:
+            count += 1
+            held += len(entry.data)
+            heapq.heappush(waiting, (entry.nanoseconds, count, entry))
+        if held > LARGEST_PIECE:
+            raise TooLarge(f"its chunks overlap in time by more than {LARGEST_PIECE:,} bytes")
+    while waiting:
+        yield heapq.heappop(waiting)[2]

@@ -1,0 +1,106 @@
+"""What reading a recording may cost: a small file can state, or decompress to, much more than it holds."""
+
+from __future__ import annotations
+
+import bz2
+from pathlib import Path
+
+from kbot.text import KbotError
+
+LARGEST_PIECE = 1 << 28
+"""Bytes of a record, a chunk or a message. An image of 8192 x 8192 pixels has 200 MB; writers begin a new
+chunk after 1 to 4 MB."""
+
+_FREE = 2 << 30
+_RATIO = 2000
+"""A file may decompress to 2 GiB, and to so many times its size beyond: images of one colour reach 2000, and
+2 GiB take 4 s."""
+_MESSAGE = 8192
+"""Bytes that take as long to decompress as one message takes to read."""
+_SLOWNESS = {"lz4": 2, "bz2": 6}
+"""How much longer than zstd a compression takes."""
+_KEPT = 1 << 29
+"""Bytes of a recording without a usable index that are held in memory, whatever its size on disk."""
+
+
+class TooLarge(KbotError):
+    """Reading it would take more time or memory than a recording of its size may."""
+
+
+class Allowance:
+    """What one reading of a recording may still cost."""
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = path
+        self._size = size_on_disk(Path(path))
+        self._left = _FREE + _RATIO * self._size
+
+    def charge(self, size: int = 0, *, messages: int = 0, compression: str = "") -> None:
+        """Raises TooLarge: it is used up by bytes that were decompressed, or by messages."""
+        self._left -= size * _SLOWNESS.get(compression, 1) + messages * _MESSAGE
+        if self._left < 0:
+            raise TooLarge(
+                f"{self._path} has {self._size:,} bytes and decompresses to more than {_RATIO} times that; "
+                "it is not read further"
+            )
+
+
+def kept_bytes(path: str | Path) -> int:
+    """How much of a recording may be held in memory at once."""
+    return _KEPT + 4 * size_on_disk(Path(path))
+
+
+def size_on_disk(path: Path) -> int:
+    """Bytes of a file, or of the files in a folder; 0 if it is gone."""
+    try:
+        return sum(file.stat().st_size for file in (path.iterdir() if path.is_dir() else (path,)))
+    except OSError:
+        return 0
+
+
+def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
+    """Decompressed data, which is of the stated `size` where one is stated.
+
+    Raises:
+        ValueError: it is damaged, not of that size, or of an unknown compression.
+        TooLarge: it is larger than LARGEST_PIECE.
+    """
+    is_large = size is not None and size > LARGEST_PIECE
+    most = LARGEST_PIECE if size is None or is_large else size
+    # one byte more than is expected tells that there is more, at the cost of no more
+    found = _inflated(data, compression, most + 1)
+    if len(found) > LARGEST_PIECE:
+        raise TooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")
+    if size is not None and len(found) != size:
+        raise ValueError(f"{size:,} bytes are stated, and {len(found):,} or more are there")
+    return found
+
+
+def _inflated(data: bytes, compression: str, most: int) -> bytes:
+    """The first bytes of the decompressed data. Raises ValueError: damaged, or not complete."""
+    match compression:
+        case "" | "none":
+            return data
+        case "zstd":
+            import zstandard
+
+            try:
+                with zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True) as reader:
+                    return reader.read(most)
+            except zstandard.ZstdError as error:
+                raise ValueError(str(error)) from None
+        case "lz4":
+            from lz4.frame import LZ4FrameDecompressor
+
+            stream = LZ4FrameDecompressor()
+        case "bz2":
+            stream = bz2.BZ2Decompressor()
+        case _:
+            raise ValueError(f"the compression {compression!r} is not known")
+    try:
+        found: bytes = stream.decompress(data, max_length=most)
+    except (RuntimeError, OSError, EOFError) as error:
+        raise ValueError(f"{compression}: {error}") from None
+    if not stream.eof and len(found) < most:
+        raise ValueError(f"the {compression} data is not complete")
+    return found

@@ -1,0 +1,99 @@
+"""A type store for messages from a recording or a peer, whose lengths may be anything.
+
+rosbags checks the lengths of texts and of lists of numbers. It trusts those of lists of other types when it
+converts between ROS 1 and ROS 2, and it makes as many objects as a message states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from rosbags.interfaces import Msgdef, Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys.store import Typestore
+
+from kbot.wire.foreign_types import field_parts
+
+LONG_MESSAGE = 1 << 25
+"""Bytes beyond which objects are counted: fewer bytes make less than 600 MB of objects."""
+MOST_OBJECTS = 250_000
+"""Of a long message. Those that are long for a reason, as images and clouds, have a few."""
+
+_CONVERSIONS = ("getsize_ros1_to_cdr", "ros1_to_cdr", "getsize_cdr_to_ros1", "cdr_to_ros1")
+_READERS = ("deserialize_cdr_le", "deserialize_cdr_be", "deserialize_ros1")
+
+
+def safe_copy(store: Typestore) -> SafeStore:
+    """The same types; those that are added later are not added to the other store."""
+    copy = SafeStore()
+    copy.fielddefs.update(store.fielddefs)
+    copy.types.update(store.types)
+    return copy
+
+
+class SafeStore(Typestore):
+    """Converts and reads messages in time and memory that their own length bounds."""
+
+    def get_msgdef(self, typename: str) -> Msgdef[object]:
+        if typename not in self.cache:
+            found = super().get_msgdef(typename)
+            bounded: dict[str, Any] = {
+                name: partial(_within_input, getattr(found, name)) for name in _CONVERSIONS
+            }
+            self.cache[typename] = replace(found, **bounded)
+        return self.cache[typename]
+
+    def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
+        return Typestore.deserialize_cdr(self._reader(rawdata, typename), rawdata, typename)
+
+    def deserialize_ros1(self, rawdata: bytes | memoryview, typename: str) -> object:
+        return Typestore.deserialize_ros1(self._reader(rawdata, typename), rawdata, typename)
+
+    def _reader(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
+        if len(rawdata) <= LONG_MESSAGE:
+            return self
+        if _has_lists_of_texts(self, typename):
+            raise SerdeError(f"messages with lists of texts are read up to {LONG_MESSAGE:,} bytes")
+        return _CountingStore(self)
+
+
+def _within_input(convert: Callable[..., Any], data: memoryview, at: int, *others: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
+    """Convert one object, which must not begin beyond the end."""
+    if at > len(data):
+        raise SerdeError("the message ends before its last list does")
+    return convert(data, at, *others)
+
+
+class _CountingStore(Typestore):
+    """A store for one message, which counts the objects that are made of it."""
+
+    def __init__(self, store: Typestore) -> None:
+        super().__init__()
+        self._store, self._left = store, MOST_OBJECTS
+
+    def get_msgdef(self, typename: str) -> Msgdef[object]:
+        found = self._store.get_msgdef(typename)
+        counted: dict[str, Any] = {name: partial(self._count, getattr(found, name)) for name in _READERS}
+        return replace(found, **counted)
+
+    def _count(self, read: Callable[..., Any], *values: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
+        self._left -= 1
+        if self._left < 0:
+            raise SerdeError(f"a message of more than {LONG_MESSAGE:,} bytes has over {MOST_OBJECTS:,} parts")
+        return read(*values)
+
+
+def _has_lists_of_texts(store: Typestore, typename: str) -> bool:
+    pending, seen = [typename], {typename}
+    while pending:
+        for _, described in store.fielddefs[pending.pop()][1]:
+            outer, kind, of_type, _ = field_parts(described)
+            if outer == Nodetype.SEQUENCE and of_type == "string":
+                return True
+            if kind == Nodetype.NAME and of_type not in seen:
+                pending.append(of_type)
+                seen.add(of_type)
+    return False
