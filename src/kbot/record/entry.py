@@ -7,6 +7,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kbot.record.limits import Allowance, TooLarge
 from kbot.text import KbotError
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.wire.encoding import ONLY_ON_THE_WIRE
@@ -14,21 +15,27 @@ from kbot.wire.foreign_types import ShapeCheck, code_cost, read_definition
 from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
     from rosbags.typesys.store import Typestore
+
+    from kbot.wire.safe_store import SafeStore
 
 
 MOST_CODE = 15_000
-"""Units of 0.2 ms that making code of all types of a recording may take. 300 types of ROS take 6,000."""
+"""Units of 0.2 ms that making code of all types of a recording may take. 300 types of ROS take 7,000."""
 
 
 class Types:
     """The types of a recording: those of ROS, and those that it defines."""
 
-    def __init__(self, path: str | Path) -> None:
-        """`path` is the recording's, for errors."""
-        self.ros1: Typestore = ros1_types()
-        self.ros2: Typestore = ros2_types()
-        self._path = path
+    def __init__(self, path: str | Path, allowance: Allowance | None = None) -> None:
+        """`path` is the recording's, for errors. The messages that are converted are charged to the allowance
+        of one reading, if there is one."""
+        self.path = path
+        self._allowance = allowance
+        self.ros2: SafeStore = ros2_types()
+        self._ros1: SafeStore = ros1_types()
+        self._not_in_ros1: Typesdict = {}
         self._code_left = MOST_CODE
         self._shapes: ShapeCheck | None = None
 
@@ -44,20 +51,39 @@ class Types:
             return
         try:
             found = read_definition(definition, name)
-            stores = self.ros1, self.ros2
-            self._code_left -= code_cost(
-                {k: v for k, v in found.items() if any(k not in s.fielddefs for s in stores)}
-            )
+            new = {key: value for key, value in found.items() if key not in self.ros2.fielddefs}
+            self._code_left -= code_cost(new)
             if self._code_left < 0:
                 raise KbotError("it and those before it are too large")
             if self._shapes is None:
                 self._shapes = ShapeCheck(self.ros2.fielddefs)
-                self.ros1, self.ros2 = stores = safe_copy(self.ros1), safe_copy(self.ros2)
-            self._shapes.add(found)
-            for store in stores:
-                store.register({key: value for key, value in found.items() if key not in store.fielddefs})
+                self.ros2 = safe_copy(self.ros2)
+            self._shapes.add(new)
+            self.ros2.register(new)
+            self._not_in_ros1 |= found
         except KbotError as error:
-            raise KbotError(f"{self._path}: the definition of {name[:255]} cannot be used: {error}") from None
+            raise KbotError(f"{self.path}: the definition of {name[:255]} cannot be used: {error}") from None
+
+    @property
+    def ros1(self) -> SafeStore:
+        """The types as ROS 1 defines them."""
+        from kbot.wire.safe_store import safe_copy
+
+        known = self._ros1.fielddefs
+        new = {key: value for key, value in self._not_in_ros1.items() if key not in known}
+        if new:
+            self._ros1 = safe_copy(self._ros1)
+            self._ros1.register(new)
+        self._not_in_ros1 = {}
+        return self._ros1
+
+    def converted(self, convert: Callable[[bytes, str], memoryview], data: bytes, name: str) -> bytes:
+        """Raises TooLarge: more was converted than a recording of this size has."""
+        before = self.ros2.converted_parts
+        found = bytes(convert(data, name))
+        if self._allowance is not None:
+            self._allowance.charge(parts=self.ros2.converted_parts - before)
+        return found
 
     def require(self, name: str) -> None:
         """Raises KbotError: the recording does not define a type in full, or one that is too large."""
@@ -67,7 +93,7 @@ class Types:
             elif name not in self.ros2.fielddefs:
                 raise KbotError(f"the type {name} is not defined")
         except KbotError as error:
-            raise KbotError(f"{self._path}: {error}") from None
+            raise KbotError(f"{self.path}: {error}") from None
 
 
 @cache
@@ -120,6 +146,11 @@ class Entry:
         self._types = types
         self._is_ros1 = is_ros1
 
+    @property
+    def place(self) -> str:
+        """Where it is, for errors."""
+        return f"{self._types.path}: {self.topic} at {self.nanoseconds * 1e-9:.3f} s"
+
     def with_data(self, data: bytes) -> Entry:
         """The same message with other bytes."""
         return Entry(self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1)
@@ -132,7 +163,7 @@ class Entry:
         kind = _unlike(self.type_name)
         if kind is not None:
             return encode_cdr(decode_ros1(self.data, kind))
-        return bytes(self._converted(self._types.ros2.ros1_to_cdr, self.data))
+        return self._converted(self._types.ros2.ros1_to_cdr)
 
     @cached_property
     def ros1(self) -> bytes:
@@ -142,7 +173,7 @@ class Entry:
         kind = _unlike(self.type_name)
         if kind is not None:
             return encode_ros1(decode_cdr(self.data, kind))
-        return bytes(self._converted(self._types.ros2.cdr_to_ros1, self.data))
+        return self._converted(self._types.ros2.cdr_to_ros1)
 
     @property
     def ros1_definition(self) -> tuple[str, str]:
@@ -158,7 +189,7 @@ class Entry:
 
     def message(self) -> Any:  # noqa: ANN401 - whatever its type has
         """The message with the fields of its type. Raises KbotError: the bytes are not such a message."""
-        return self._converted(self._types.ros2.deserialize_cdr, self.cdr)
+        return self._tried(lambda: self._types.ros2.deserialize_cdr(self.cdr, self.type_name))
 
     def _defined(self, define: Callable[[], tuple[str, str]]) -> tuple[str, str]:
         from rosbags.typesys import TypesysError
@@ -168,17 +199,19 @@ class Entry:
             return define()
         except (TypesysError, LookupError, AssertionError) as error:
             # rosbags writes no definition with parts of actions and services
-            raise KbotError(
-                f"{self.topic}: no definition of {self.type_name} can be written: {error!r}"
-            ) from None
+            raise KbotError(f"{self.place}: {self.type_name} cannot be defined: {error!r}") from None
 
-    def _converted(self, convert: Callable[[bytes, str], Any], data: bytes) -> Any:  # noqa: ANN401 - of the type that is recorded
+    def _converted(self, convert: Callable[[bytes, str], memoryview]) -> bytes:
+        found: bytes = self._tried(lambda: self._types.converted(convert, self.data, self.type_name))
+        return found
+
+    def _tried(self, read: Callable[[], Any]) -> Any:  # noqa: ANN401 - of the type that is recorded
         from rosbags.serde import SerdeError
 
         self._types.require(self.type_name)
         try:
-            return convert(data, self.type_name)
+            return read()
+        except TooLarge as error:
+            raise KbotError(f"{self.place}: {error}") from None
         except (SerdeError, LookupError, ValueError, MemoryError) as error:
-            raise KbotError(
-                f"{self.topic} at {self.nanoseconds * 1e-9:.3f} s is not a {self.type_name}: {error}"
-            ) from None
+            raise KbotError(f"{self.place} is not a {self.type_name}: {error}") from None

@@ -9,15 +9,21 @@ import math
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
 
 import numpy as np
 
+from kbot.record.limits import size_on_disk
 from kbot.record.reader import Recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 Cell = float | int | str | bool
 TIME = "time"
+FREE_CELLS, CELLS_OF_A_BYTE = 1_000_000, 4
+"""Values of a table: so many, which take 2 s, and so many for each byte of the recording beyond. A list of
+zeros is compressed to nothing, and is a column for each of them."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +42,14 @@ class Table:
         (topic,) = recording.require_topics((topic,))
         rows: list[dict[str, Cell]] = []
         columns: dict[str, None] = {TIME: None}
+        left = FREE_CELLS + CELLS_OF_A_BYTE * size_on_disk(Path(path))
         for entry in recording.entries():
             if entry.topic == topic:
-                row: dict[str, Cell] = {TIME: entry.nanoseconds / 1e9, **dict(_cells(entry.message(), ""))}
+                row: dict[str, Cell] = {TIME: entry.nanoseconds / 1e9}
+                row.update(islice(_cells(entry.message(), ""), left + 1))
+                left -= len(row)
+                if left < 0:
+                    raise KbotError(f"{path} has more values on {topic} than a table of a file of its size")
                 columns.update(dict.fromkeys(row))
                 rows.append(row)
         if not rows:
@@ -127,10 +138,11 @@ def _list(values: object, name: str, labels: list[str] | None) -> Iterator[tuple
     if isinstance(values, np.ndarray) and values.dtype == np.uint8:
         yield name, b64encode(values.tobytes()).decode()
         return
-    items = values.tolist() if isinstance(values, np.ndarray) else values
-    if not isinstance(items, list):
-        yield name, items if isinstance(items, int | float | str) else str(items)
+    if not isinstance(values, list | np.ndarray):
+        yield name, values if isinstance(values, int | float | str) else str(values)
         return
+    # one number at a time: a list of all takes four times the array's memory
+    items = map(np.generic.item, values) if isinstance(values, np.ndarray) else values
     for index, item in enumerate(items):
         label = labels[index] if labels is not None and index < len(labels) else str(index)
         yield from _cells(item, f"{name}.{label}")

@@ -136,12 +136,12 @@ def read_fields(entry: Entry) -> dict[str, Any]:
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
-        raise KbotError(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s holds nothing that KBot wrote")
+        raise KbotError(f"{entry.place} holds nothing that KBot wrote")
     return found
 
 
 def read_text(entry: Entry) -> str:
     """What is in a String. Raises KbotError: it is another message, or the bytes are none."""
     if entry.type_name != TEXT:
-        raise KbotError(f"{entry.topic} carries {entry.type_name} in this recording, not {TEXT}")
+        raise KbotError(f"{entry.place} carries {entry.type_name}, not {TEXT}")
     return str(entry.message().data)

@@ -7,16 +7,18 @@ from pathlib import Path
 
 from kbot.text import KbotError
 
-LARGEST_PIECE = 1 << 28
-"""Bytes of a record, a chunk or a message. An image of 8192 x 8192 pixels has 200 MB; writers begin a new
-chunk after 1 to 4 MB."""
+LARGEST_PIECE = 192 << 20
+"""Bytes of a record, a chunk or a message, of which three are in memory at times. An image of 8000 x 8000
+pixels is as large; writers begin a new chunk after 1 to 4 MB."""
 
 _FREE = 2 << 30
 _RATIO = 2000
 """A file may decompress to 2 GiB, and to so many times its size beyond: images of one colour reach 2000, and
 2 GiB take 4 s."""
-_MESSAGE = 8192
-"""Bytes that take as long to decompress as one message takes to read."""
+_RECORD = 8192
+"""Bytes that take as long to decompress as one record in a chunk takes to read."""
+_PART = 1024
+"""Bytes that take as long to decompress as one object in a message takes to convert."""
 _SLOWNESS = {"lz4": 2, "bz2": 6}
 """How much longer than zstd a compression takes."""
 _KEPT = 1 << 29
@@ -31,17 +33,15 @@ class Allowance:
     """What one reading of a recording may still cost."""
 
     def __init__(self, path: str | Path) -> None:
-        self._path = path
         self._size = size_on_disk(Path(path))
         self._left = _FREE + _RATIO * self._size
 
-    def charge(self, size: int = 0, *, messages: int = 0, compression: str = "") -> None:
-        """Raises TooLarge: it is used up by bytes that were decompressed, or by messages."""
-        self._left -= size * _SLOWNESS.get(compression, 1) + messages * _MESSAGE
+    def charge(self, size: int = 0, *, records: int = 0, parts: int = 0, compression: str = "") -> None:
+        """Raises TooLarge: it is used up by bytes that were decompressed, records, or parts of messages."""
+        self._left -= size * _SLOWNESS.get(compression, 1) + records * _RECORD + parts * _PART
         if self._left < 0:
             raise TooLarge(
-                f"{self._path} has {self._size:,} bytes and decompresses to more than {_RATIO} times that; "
-                "it is not read further"
+                f"more is packed into its {self._size:,} bytes than a recording has; it is not read further"
             )
 
 

@@ -22,6 +22,8 @@ Convert = Callable[[Any], Any]
 Message = Any
 """Of the type that is asked for."""
 
+MOST_IN_TUPLE = 4_000_000
+"""Entries of lists other than those of sensors and maps, which stay arrays. Each takes 32 bytes."""
 ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
 """What ROS 1 has in headers, and ROS 2 in what is empty."""
 
@@ -181,4 +183,10 @@ def _value(hint: object) -> Convert:
     if of is None:
         return _same
     part = _value(of)
-    return lambda values: tuple(part(v) for v in (values.tolist() if hasattr(values, "tolist") else values))
+
+    def convert(values: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a list or an array of the library's
+        if len(values) > MOST_IN_TUPLE:
+            raise ValueError(f"a list of {len(values):,} entries; at most {MOST_IN_TUPLE:,} are read")
+        return tuple(part(v) for v in (values.tolist() if hasattr(values, "tolist") else values))
+
+    return convert

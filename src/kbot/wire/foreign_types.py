@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from keyword import iskeyword
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kbot.text import KbotError
@@ -15,7 +16,7 @@ from kbot.text import KbotError
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import BaseDesc, Basename, FieldDesc, NameDesc, ScalarValue, Typesdict
 
-MOST_CHARACTERS = 1 << 20
+MOST_CHARACTERS = 1 << 18
 """Of one definition with all it depends on. Those of ROS's own packages have 5,000 and their comments."""
 MOST_DEPTH = 32
 """Types within types. rosbags recurses through them, and the deepest of ROS's own packages has 7."""
@@ -73,8 +74,10 @@ def read_definition(text: str, name: str) -> Typesdict:
     is_after_separator = False
     for number, line in enumerate(text.split("\n"), 1):
         code = line.strip(" \t\r")
+        if not code or code.startswith("#"):
+            continue
         try:
-            if is_after_separator and code:
+            if is_after_separator:
                 if not code.startswith("MSG:"):
                     raise KbotError("a line of = is followed by 'MSG: package/Type'")
                 found.setdefault(part.name, part.described())
@@ -112,16 +115,15 @@ class _Definition:
         return self._constants, self._fields
 
     def read(self, code: str) -> None:
-        from rosbags.typesys.base import normalize_fieldname
-
-        code = code[_end(_ANNOTATIONS.match(code)) :]
-        if not code or code.startswith("#"):
+        annotations = _ANNOTATIONS.match(code)
+        code = code[annotations.end() :] if annotations else code
+        if not code:
             return
         found = _FIELD.fullmatch(code)
         if found is None:
             raise KbotError(f"{_shown(code)} is neither a field nor a constant")
         name, rest = found["name"], found["rest"]
-        key = normalize_fieldname(name)
+        key = f"{name}_" if iskeyword(name) else name  # as rosbags calls it in Python
         if key in self._names or len(name) > LONGEST_NAME:
             raise KbotError(f"the name {_shown(name)} is used twice, or too long")
         self._names.add(key)
@@ -193,10 +195,6 @@ def _integer(text: str) -> int:
         return int(text, 0)
     is_octal = len(digits) > 1 and digits[0] == "0" and not set(digits) & set("89")
     return int(text, 8 if is_octal else 10)
-
-
-def _end(found: re.Match[str] | None) -> int:
-    return found.end() if found else 0
 
 
 def _shown(text: str) -> str:
@@ -282,7 +280,7 @@ class ShapeCheck:
         for field, described in self._fields[name][1]:
             if field == EMPTY:
                 continue
-            outer, kind, of_type, count = field_parts(described)
+            outer, kind, of_type, length = field_parts(described)
             if kind == Nodetype.NAME:
                 of = self._shape(of_type, (*above, name), known, may_lack=may_lack)
                 if outer != Nodetype.NAME and of.size == 0:
@@ -294,8 +292,8 @@ class ShapeCheck:
                 parts, size = parts + of.parts, size + 4
             else:
                 # an array of numbers is read as one
-                parts += of.parts * (1 if of_type in _WIDTHS else count)
-                size += of.size * count
+                parts += of.parts * (1 if of_type in _WIDTHS else length)
+                size += of.size * length
         if depth > MOST_DEPTH or parts > MOST_PARTS or size > MOST_BYTES:
             raise KbotError(
                 f"{name} is too large: {depth} types deep, {parts:,} parts and {size:,} bytes; the limits "
@@ -312,11 +310,11 @@ def code_cost(types: Typesdict) -> int:
 
     cost = 0
     for constants, fields in types.values():
-        cost += 5 + len(constants)
+        cost += 5 + 2 * len(constants)
         for _, described in fields:
-            outer, _, of_type, count = field_parts(described)
+            outer, _, of_type, length = field_parts(described)
             if of_type in _WIDTHS:
-                cost += 1
+                cost += 2
             else:
-                cost += 3 * (count if outer == Nodetype.ARRAY else 1)
+                cost += 3 * (length if outer == Nodetype.ARRAY else 1)
     return cost

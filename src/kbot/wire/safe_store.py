@@ -17,13 +17,16 @@ from rosbags.typesys.store import Typestore
 
 from kbot.wire.foreign_types import field_parts
 
-LONG_MESSAGE = 1 << 25
-"""Bytes beyond which objects are counted: fewer bytes make less than 600 MB of objects."""
-MOST_OBJECTS = 250_000
-"""Of a long message. Those that are long for a reason, as images and clouds, have a few."""
+LONG_MESSAGE = 1 << 24
+"""Bytes beyond which objects are counted: fewer bytes make less than 400 MB of objects."""
+MOST_OBJECTS = 1_000_000
+"""Of a long message. Most that are long have a few, as images and clouds of points."""
+_SHORTEST_TEXT = 4
+"""Bytes of an empty text in a list."""
 
 _CONVERSIONS = ("getsize_ros1_to_cdr", "ros1_to_cdr", "getsize_cdr_to_ros1", "cdr_to_ros1")
 _READERS = ("deserialize_cdr_le", "deserialize_cdr_be", "deserialize_ros1")
+_COUNTED = (*_READERS, "getsize_ros1_to_cdr", "getsize_cdr_to_ros1")
 
 
 def safe_copy(store: Typestore) -> SafeStore:
@@ -37,34 +40,65 @@ def safe_copy(store: Typestore) -> SafeStore:
 class SafeStore(Typestore):
     """Converts and reads messages in time and memory that their own length bounds."""
 
+    def __init__(self) -> None:
+        super().__init__()
+        self.converted_parts = 0
+        """Objects and texts in lists of the messages that were converted so far."""
+        self._texts: dict[str, bool] = {}
+
     def get_msgdef(self, typename: str) -> Msgdef[object]:
         if typename not in self.cache:
             found = super().get_msgdef(typename)
             bounded: dict[str, Any] = {
-                name: partial(_within_input, getattr(found, name)) for name in _CONVERSIONS
+                name: partial(self._within_input, getattr(found, name)) for name in _CONVERSIONS
             }
             self.cache[typename] = replace(found, **bounded)
         return self.cache[typename]
 
     def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
-        return Typestore.deserialize_cdr(self._reader(rawdata, typename), rawdata, typename)
+        return Typestore.deserialize_cdr(self._counting(rawdata, typename), rawdata, typename)
 
     def deserialize_ros1(self, rawdata: bytes | memoryview, typename: str) -> object:
-        return Typestore.deserialize_ros1(self._reader(rawdata, typename), rawdata, typename)
+        return Typestore.deserialize_ros1(self._counting(rawdata, typename), rawdata, typename)
 
-    def _reader(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
+    def ros1_to_cdr(self, raw: bytes | memoryview, typename: str) -> memoryview:
+        return Typestore.ros1_to_cdr(self._converting(raw, typename), raw, typename)
+
+    def cdr_to_ros1(self, raw: bytes | memoryview, typename: str) -> memoryview:
+        return Typestore.cdr_to_ros1(self._converting(raw, typename), raw, typename)
+
+    def _converting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
+        if self._has_lists_of_texts(typename):
+            self.converted_parts += len(rawdata) // _SHORTEST_TEXT
+        return self._counting(rawdata, typename)
+
+    def _counting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
         if len(rawdata) <= LONG_MESSAGE:
             return self
-        if _has_lists_of_texts(self, typename):
+        if self._has_lists_of_texts(typename):
             raise SerdeError(f"messages with lists of texts are read up to {LONG_MESSAGE:,} bytes")
         return _CountingStore(self)
 
+    def _within_input(self, convert: Callable[..., Any], data: memoryview, at: int, *others: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
+        """Convert one object, which must not begin beyond the end."""
+        if at > len(data):
+            raise SerdeError("the message ends before its last list does")
+        self.converted_parts += 1
+        return convert(data, at, *others)
 
-def _within_input(convert: Callable[..., Any], data: memoryview, at: int, *others: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
-    """Convert one object, which must not begin beyond the end."""
-    if at > len(data):
-        raise SerdeError("the message ends before its last list does")
-    return convert(data, at, *others)
+    def _has_lists_of_texts(self, typename: str) -> bool:
+        if typename not in self._texts:
+            pending, seen = [typename], {typename}
+            self._texts[typename] = False
+            while pending:
+                for _, described in self.fielddefs[pending.pop()][1]:
+                    outer, kind, of_type, _ = field_parts(described)
+                    if outer == Nodetype.SEQUENCE and of_type == "string":
+                        self._texts[typename] = True
+                    if kind == Nodetype.NAME and of_type not in seen:
+                        pending.append(of_type)
+                        seen.add(of_type)
+        return self._texts[typename]
 
 
 class _CountingStore(Typestore):
@@ -76,7 +110,7 @@ class _CountingStore(Typestore):
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
         found = self._store.get_msgdef(typename)
-        counted: dict[str, Any] = {name: partial(self._count, getattr(found, name)) for name in _READERS}
+        counted: dict[str, Any] = {name: partial(self._count, getattr(found, name)) for name in _COUNTED}
         return replace(found, **counted)
 
     def _count(self, read: Callable[..., Any], *values: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
@@ -84,16 +118,3 @@ class _CountingStore(Typestore):
         if self._left < 0:
             raise SerdeError(f"a message of more than {LONG_MESSAGE:,} bytes has over {MOST_OBJECTS:,} parts")
         return read(*values)
-
-
-def _has_lists_of_texts(store: Typestore, typename: str) -> bool:
-    pending, seen = [typename], {typename}
-    while pending:
-        for _, described in store.fielddefs[pending.pop()][1]:
-            outer, kind, of_type, _ = field_parts(described)
-            if outer == Nodetype.SEQUENCE and of_type == "string":
-                return True
-            if kind == Nodetype.NAME and of_type not in seen:
-                pending.append(of_type)
-                seen.add(of_type)
-    return False

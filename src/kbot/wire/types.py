@@ -11,17 +11,19 @@ from kbot.wire.names import ros_name, shipped_types
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
+    from kbot.wire.safe_store import SafeStore
+
 TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 
 
 @cache
-def ros2_types() -> Typestore:
+def ros2_types() -> SafeStore:
     """The message types of ROS 2, and those of the services that are offered."""
     return _with_own(shipped_types())
 
 
 @cache
-def ros1_types() -> Typestore:
+def ros1_types() -> SafeStore:
     """The same of ROS 1; tf2's are not among those that the library ships."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -30,7 +32,7 @@ def ros1_types() -> Typestore:
     return _with_own(store)
 
 
-def _with_own(store: Typestore) -> Typestore:
+def _with_own(store: Typestore) -> SafeStore:
     from rosbags.typesys import get_types_from_msg
 
     from kbot.wire.safe_store import safe_copy

@@ -32,11 +32,12 @@ class Ros1Source:
 
     def entries(self, note: Note) -> Iterator[Entry]:
         """Raises KbotError: it is damaged, or not such a bag; BrokenOff after all that is whole."""
-        bag, allowance = Ros1Bag(self._path), Allowance(self._path)
+        allowance = Allowance(self._path)
+        bag = Ros1Bag(self._path, allowance)
         try:
             bag.read_index()
         except NoIndex as missing:
-            yield from bag.salvaged()
+            yield from bag.salvaged(allowance)
             raise BrokenOff(str(missing)) from None
         try:
             yield from in_time_order((chunk.start, bag.messages(chunk, allowance)) for chunk in bag.chunks)
@@ -60,7 +61,7 @@ class Ros2Source:
         except NoIndex as missing:
             yield from self._salvaged(allowance)
             raise BrokenOff(str(missing)) from None
-        types = Types(self._path)
+        types = Types(self._path, allowance)
         try:
             with folder.opened() as files:
                 for file in files:
@@ -78,7 +79,7 @@ class Ros2Source:
 
     def _salvaged(self, allowance: Allowance) -> Iterator[Entry]:
         """Every message that was committed, in the order it was written."""
-        types = Types(self._path)
+        types = Types(self._path, allowance)
         files = filter(Path.is_file, self._path.glob("*.db3"))
         for file in sorted(files, key=lambda file: (len(file.name), file.name)):
             try:

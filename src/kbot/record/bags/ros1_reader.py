@@ -56,9 +56,10 @@ class Ros1Bag:
     """One file. `connections` are topics and types by their numbers, known after `read_index`, or as their
     records are read."""
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, allowance: Allowance | None = None) -> None:
+        """`allowance`: of one reading, to which the conversion of its messages is charged."""
         self._path = Path(path)
-        self.types = Types(path)
+        self.types = Types(path, allowance)
         self.connections: dict[int, tuple[str, str]] = {}
         self.chunks: list[Chunk] = []
 
@@ -129,17 +130,16 @@ class Ros1Bag:
             raise KbotError(f"{self._path}: {error}") from None
         return entries
 
-    def salvaged(self) -> Iterator[Entry]:
+    def salvaged(self, allowance: Allowance) -> Iterator[Entry]:
         """Every whole message in the order it was written, without the index; also those of a chunk that
         breaks off: one that rosbag did not finish states that it is empty, and its records follow."""
-        allowance = Allowance(self._path)
         with self._path.open("rb") as stream:
             size = stream.seek(0, SEEK_END)
             try:
                 for record in _records(stream, len(_MAGIC), size):
                     if record.kind == RecordType.CHUNK:
                         yield from self._whole_ones(self._inflated(stream, record, allowance), allowance)
-                    elif (found := self._read(stream, record, allowance)) is not None:
+                    elif (found := self._read(stream, record)) is not None:
                         yield found[1]
             except (Damaged, ReaderError):
                 return
@@ -157,11 +157,12 @@ class Ros1Bag:
         """The messages of a chunk's data, with the numbers of their connections."""
         stream = BytesIO(data)
         for record in _records(stream, 0, len(data)):
-            found = self._read(stream, record, allowance)
+            allowance.charge(records=1)
+            found = self._read(stream, record)
             if found is not None:
                 yield found
 
-    def _read(self, stream: IO[bytes], record: _Record, allowance: Allowance) -> tuple[int, Entry] | None:
+    def _read(self, stream: IO[bytes], record: _Record) -> tuple[int, Entry] | None:
         """A message with the number of its connection; None for any other record."""
         match record.kind:
             case RecordType.CONNECTION:
@@ -170,7 +171,6 @@ class Ros1Bag:
                 number = record.header.get_uint32("conn")
                 if number not in self.connections:
                     raise Damaged(f"a message is of connection {number}, which is not there")
-                allowance.charge(messages=1)
                 at, data = record.header.get_time("time"), _data(stream, record)
                 return number, Entry(*self.connections[number], at, data, self.types, is_ros1=True)
         return None

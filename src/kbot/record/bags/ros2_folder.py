@@ -10,13 +10,15 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from kbot.record.entry import Entry
-from kbot.record.limits import Allowance, inflate, size_on_disk
+from kbot.record.limits import Allowance, TooLarge, inflate, size_on_disk
 
 NEWEST_VERSION = 9
 """Of the metadata. Later ones may mean something else by the same names."""
-STORAGES = {"sqlite3": ".db3", "mcap": ".mcap"}
+STORAGES = "sqlite3", "mcap"
 _LARGEST_METADATA = 1 << 24
 """Bytes. A recording of 1000 topics has 1 MB."""
+_DEEPEST = 50
+"""Levels of YAML. The library in C recurses through them until the process has no stack left."""
 _COPY_BYTES = 1 << 20
 
 
@@ -58,7 +60,7 @@ class Folder:
             left = 64 * size_on_disk(self.path) + (1 << 30)
             found = []
             for number, file in enumerate(self.files):
-                target = folder / f"{number}{STORAGES[self.storage]}"
+                target = folder / f"{number}-{file.stem}"
                 left = _decompress(file, target, left)
                 found.append(target)
             yield found
@@ -69,7 +71,10 @@ class Folder:
         """A message as it was before it was compressed. Raises ValueError: it is damaged."""
         if not self.has_compressed_messages:
             return entry
-        data = inflate(entry.data, "zstd")
+        try:
+            data = inflate(entry.data, "zstd")
+        except TooLarge as error:
+            raise TooLarge(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s: {error}") from None
         allowance.charge(len(data))
         return entry.with_data(data)
 
@@ -80,9 +85,15 @@ def _metadata(file: Path) -> dict[str, Any]:
 
     if file.stat().st_size > _LARGEST_METADATA:
         raise ValueError(f"its metadata has more than {_LARGEST_METADATA:,} bytes")
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     try:
         text = file.read_text(encoding="utf-8")
-        found = yaml.load(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+        depth = 0
+        for event in yaml.parse(text, loader):
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise ValueError(f"its metadata is nested more than {_DEEPEST} deep")
+        found = yaml.load(text, loader)
         facts = found["rosbag2_bagfile_information"]
         facts.get("version")
     except (yaml.YAMLError, LookupError, TypeError, AttributeError, RecursionError) as error:

@@ -113,7 +113,7 @@ class SqliteFile:
             raise ValueError(f"a message of {topic} has the time {nanoseconds!r}")
         if not isinstance(data, bytes):
             raise ValueError(f"a message of {topic} has {type(data).__name__} in the place of its bytes")
-        allowance.charge(len(data), messages=1)
+        allowance.charge(len(data), records=1)
         return Entry(topic, type_name, nanoseconds, data, self._types)
 
     def _read_tables(self) -> set[str]:
@@ -155,8 +155,8 @@ class SqliteFile:
         self._steps = 0
         try:
             # no `yield from`: it would close the cursor, and the database may be closed before
-            for row in self._database.execute(sql, values):
-                yield row  # noqa: UP028
+            for row in self._database.execute(sql, values):  # noqa: UP028
+                yield row
         except sqlite3.OperationalError as error:
             if self._steps > self._most_steps:
                 raise sqlite3.DatabaseError("it has more rows than a file of its size can hold") from None

@@ -41,8 +41,9 @@ class McapSource:
 
     def entries(self, note: Note) -> Iterator[Entry]:
         """Raises BrokenOff, KbotError: see `Source`."""
-        types, schemas, channels = Types(self._path), dict[int, Schema](), dict[int, Channel]()
-        for record in self._records():
+        allowance = Allowance(self._path)
+        types, schemas, channels = Types(self._path, allowance), dict[int, Schema](), dict[int, Channel]()
+        for record in self._records(allowance):
             match record:
                 case Schema():
                     schemas[record.id] = record
@@ -60,9 +61,9 @@ class McapSource:
                     name = full_name(schema.name)
                     yield Entry(channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1)
 
-    def _records(self) -> Iterator[McapRecord]:
+    def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
         """Those in chunks too, which are whole or left out."""
-        chunks, allowance, is_begun = 0, Allowance(self._path), False
+        chunks, is_begun = 0, False
         with Path(self._path).open("rb") as stream:
             size = stream.seek(0, SEEK_END)
             stream.seek(0)

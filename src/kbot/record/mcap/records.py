@@ -65,14 +65,19 @@ class Damaged(Exception):
 
 
 def records(
-    stream: IO[bytes], start: int, end: int, wanted: Collection[int]
+    stream: IO[bytes], start: int, end: int, wanted: Collection[int], allowance: Allowance | None = None
 ) -> Iterator[tuple[int, McapRecord]]:
     """The records between two places of a stream, each with its place; those not wanted are skipped unread.
 
-    Raises Damaged, or OSError where the file cannot be read.
+    Raises:
+        Damaged: a record is.
+        OSError: the file cannot be read.
+        TooLarge: the allowance is used up, of which each record takes a part.
     """
     at = start
     while at < end:
+        if allowance is not None:
+            allowance.charge(records=1)
         stream.seek(at)
         head = stream.read(_HEAD.size)
         if len(head) < _HEAD.size:
@@ -84,7 +89,7 @@ def records(
         if kind in wanted:
             if length > LARGEST_PIECE:
                 raise Damaged(f"the record at byte {at:,} has more than {LARGEST_PIECE:,} bytes")
-            yield at, _parsed(kind, stream.read(length), at)
+            yield at, _parsed(stream, kind, length, at)
         at += _HEAD.size + length
 
 
@@ -97,12 +102,12 @@ def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
     return record
 
 
-def _parsed(kind: int, body: bytes, at: int) -> McapRecord:
+def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
     try:
         if kind == Opcode.MESSAGE:
-            channel, sequence, logged, published = _MESSAGE.unpack_from(body)
-            return Message(channel, logged, body[_MESSAGE.size :], published, sequence)
-        found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(body)))
+            channel, sequence, logged, published = _MESSAGE.unpack(stream.read(min(length, _MESSAGE.size)))
+            return Message(channel, logged, stream.read(length - _MESSAGE.size), published, sequence)
+        found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(stream.read(length))))
     except (McapError, StructError, ValueError) as error:
         raise Damaged(f"the record at byte {at:,} is damaged: {error}") from None
     return found
@@ -124,11 +129,7 @@ def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
     allowance.charge(len(data), compression=chunk.compression)
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise Damaged(f"the chunk at byte {at:,} has another checksum")
-    found: list[McapRecord] = []
-    for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK):
-        found.append(record)
-        allowance.charge(messages=1)
-    return found
+    return [record for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK, allowance)]
 
 
 def read_summary(stream: IO[bytes]) -> Summary | None:

@@ -23,6 +23,8 @@ DESCRIPTION, JOINT_STATES = "robot_description", "joint_states"
 TF_STATIC, TF_OF_ALL = "/tf_static", ("/tf", "/tf_static", POSES_TOPIC)
 FIRST_SECONDS = 2.0
 """At the start and at the end of a recording, in which every frame is taken to be told of once."""
+MOST_STATIC_BYTES = 1 << 24
+"""Of /tf_static: 100,000 transforms, which take 2 s to read. A robot has less than 1000."""
 OTHER_CLOCK = 5.0
 """Seconds between a message's stamp and its recording, from which on they are of different clocks."""
 
@@ -62,11 +64,7 @@ class RecordedRun:
             raise KbotError(
                 f"{path} has neither /tf nor /joint_states, so nothing would move: record one of them too"
             )
-        self.statics = [
-            message
-            for entry in self.index.between((TF_STATIC,), self.index.start - 1, self.index.end)
-            if isinstance(message := self.read(entry), TFMessage)
-        ]
+        self.statics = self._read_statics()
         self.stamp_offset = self._offset()
         """Nanoseconds from the recording's clock to that of the stamps in it."""
 
@@ -109,6 +107,17 @@ class RecordedRun:
         start, end = self.index.start, self.index.end
         yield from self.index.between(self.moves, start - 1, min(start + span, end))
         yield from self.index.between(self.moves, max(start + span, end - span), end)
+
+    def _read_statics(self) -> list[TFMessage]:
+        """Every message on /tf_static. Raises KbotError: they are too many to be held."""
+        statics, left = [], MOST_STATIC_BYTES
+        for entry in self.index.between((TF_STATIC,), self.index.start - 1, self.index.end):
+            left -= len(entry.data)
+            if left < 0:
+                raise KbotError(f"{self.path} has more than {MOST_STATIC_BYTES:,} bytes on {TF_STATIC}")
+            if isinstance(message := self.read(entry), TFMessage):
+                statics.append(message)
+        return statics
 
     def _find_description(self) -> tuple[str, str]:
         """Topic and text of the robot on show: that at the root, where there is one."""

@@ -1,0 +1,436 @@
+"""Recordings that state, or decompress to, what they do not hold: one error, in bounded time and memory."""
+
+import random
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kbot.record import Recording
+from kbot.record.copy import copy_recording
+from kbot.record.export import Table
+from kbot.record.index import open_index
+from kbot.record.limits import LARGEST_PIECE, Allowance, TooLarge, inflate
+from kbot.text import KbotError
+
+from .hostile import (
+    BOMB,
+    PACK,
+    ROS1_WORD,
+    TEXT,
+    WORD,
+    mcap_chunk,
+    mcap_file,
+    mcap_of,
+    mcap_record,
+    mcap_text,
+    ros1_bag,
+    ros1_connection,
+    ros1_message,
+    ros2_folder,
+    zeros,
+)
+
+SEPARATOR = "=" * 80
+SAID = ros1_connection(0, "/said", "std_msgs/String", "string data")
+ENDLESS = struct.pack("<I", 0xFFFFFFFF) + bytes(100)
+"""A list that states more entries than there are bytes."""
+POLYGON = "geometry_msgs/msg/Polygon"
+
+
+def damaged(path: Path, data: bytes, chance: random.Random) -> None:
+    """Write the data with one to four wrong bits."""
+    wrong = bytearray(data)
+    for _ in range(chance.randrange(1, 5)):
+        wrong[chance.randrange(len(wrong))] ^= 1 << chance.randrange(8)
+    path.write_bytes(wrong)
+
+
+def read_all(path: Path) -> None:
+    """Everything that reads a recording. Raises KbotError."""
+    found = Recording(str(path)).summary()
+    for entry in Recording(str(path)).entries():
+        entry.message()
+    index = open_index(str(path))
+    for topic in found.topics:
+        index.newest(topic, index.end)
+    list(index.between(list(found.topics), index.start - 1, index.end))
+    index.close()
+
+
+def error_of(use: Callable[[], object]) -> KbotError | None:
+    try:
+        use()
+    except KbotError as error:
+        return error
+    return None
+
+
+def refused(words: str, use: Callable[[], object]) -> None:
+    """Check that there is one error of one line with these words."""
+    with pytest.raises(KbotError, match=words) as caught:
+        use()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("verb", [("bag", "info"), ("view", "--no-browser")])
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_of_a_gibibyte_is_refused(
+    compression: str, verb: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    packed = zeros(compression, BOMB)
+    file = mcap_file(tmp_path / "bomb.mcap", mcap_chunk(packed, compression, BOMB))
+    result = measured_kbot(*verb, file)
+    assert result.is_refusal(), result
+    assert "bomb.mcap: the chunk at byte 33 is not read: it decompresses to more than" in result.err
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_a_large_chunk_of_a_bag_is_refused(
+    compression: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    size = BOMB if compression == "lz4" else BOMB // 4  # to compress more takes longer than the test may
+    chunk = compression, zeros(compression, size), size, {0: 1}
+    result = measured_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", SAID, chunk))
+    assert result.is_refusal(), result
+    assert "bomb.bag: the chunk at byte" in result.err
+
+
+@pytest.mark.parametrize("mode", ["file", "message"])
+def test_a_folder_that_decompresses_to_gibibytes_is_refused(
+    mode: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    packed = zeros("zstd", 8 * BOMB if mode == "file" else BOMB)
+    folder = ros2_folder(tmp_path / "bomb", packed if mode == "message" else WORD, mode=mode)
+    if mode == "file":
+        (folder / "run.db3.zstd").write_bytes(packed)
+    result = measured_kbot("bag", "info", folder)
+    assert result.is_refusal(), result
+    assert "bomb" in result.err
+
+
+def test_many_chunks_that_are_each_allowed_are_refused_together(
+    tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    """40 chunks of 128 MiB, and a chunk of two million messages."""
+    skipped = mcap_record(15 << 4, bytes((1 << 27) - 9))  # a record of a kind that is not known
+    large = mcap_file(tmp_path / "large.mcap", *[mcap_chunk(PACK["zstd"](skipped), "zstd", 1 << 27)] * 40)
+    messages = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + WORD) * 2_000_000
+    many = mcap_file(tmp_path / "many.mcap", mcap_chunk(PACK["zstd"](messages), "zstd", len(messages)))
+    for file in (large, many):
+        result = measured_kbot("bag", "info", file)
+        assert result.is_refusal(), result
+        assert f"{file}: more is packed into its" in result.err
+
+
+def test_a_definition_of_six_gigabytes_of_code_is_refused(
+    tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    file = mcap_of(tmp_path / "huge.mcap", {"a/msg/T": "string[100000000] a"})
+    for words in (("bag", "info", file), ("bag", "export", file, "--topic", "/topic0")):
+        result = measured_kbot(*words)
+        assert result.is_refusal(), result
+        assert f"{file}: the definition of a/msg/T cannot be used" in result.err
+
+
+def test_the_longest_definition_that_is_read_is_read_in_time(
+    tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    file = mcap_of(tmp_path / "long.mcap", {"a/msg/T": "string[4900] a"})
+    result = measured_kbot("bag", "export", file, "--topic", "/topic0")
+    assert result.is_refusal(), result
+    assert f"{file}: /topic0 at 0.000 s is not a a/msg/T" in result.err
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+@pytest.mark.parametrize(
+    ("name", "definition", "words"),
+    [
+        ("a/msg/T", "float64 X=1e999", "line 1: '1e999' is not a value of float64"),
+        ("a/msg/T", f"int32 X={'9' * 5000}", "is not a value of int32"),
+        ("1a/msg/T", "int32 a", "'1a/msg/T' is not the name of a type"),
+        ("a/msg/T", "T a", "a/msg/T contains itself"),
+        ("a/msg/T", f"U a\n{SEPARATOR}\nMSG: a/U\nT b", "contains itself"),
+        ("a/msg/T", f"U[999] a\n{SEPARATOR}\nMSG: a/U\nstring[999] b", "too large"),
+        ("a/msg/T", 'int32 X=\'"""\'\nint32 y', "is not a value of int32"),
+        ("a/msg/T", "int32 __init__", "is neither a field nor a constant"),
+    ],
+)
+def test_a_definition_that_ros_does_not_allow_is_one_error(
+    name: str, definition: str, words: str, kind: str, tmp_path: Path
+) -> None:
+    if kind == "mcap":
+        path = mcap_of(tmp_path / "a.mcap", {name: definition})
+    elif kind == "bag":
+        connection = ros1_connection(0, "/said", name.replace("/msg", ""), definition)
+        message = ros1_message(0, 1, ROS1_WORD)
+        path = ros1_bag(tmp_path / "a.bag", connection, ("none", message, len(message), {0: 1}))
+    else:
+        path = ros2_folder(tmp_path / "a", name=name, definition=definition)
+    for use in (
+        lambda: Recording(str(path)).summary(),
+        lambda: open_index(str(path)),
+        lambda: copy_recording(str(path), str(tmp_path / "copy.mcap")),
+    ):
+        refused(f"{path}: the definition of {name} cannot be used: .*{words}", use)
+
+
+def test_texts_of_python_in_a_definition_stay_texts(tmp_path: Path) -> None:
+    """rosbags makes Python code of it and runs that."""
+    definition = 'string A=\'\'\'\nstring B=""" + print(1)\nstring C=\\\nstring class\nint32 None "a\n'
+    path = mcap_of(tmp_path / "a.mcap", {"a/msg/T": definition}, data=b"\0\1\0\0\1\0\0\0" + bytes(8))
+    (entry,) = Recording(str(path)).entries()
+    message = entry.message()
+    assert (message.A, message.B, message.C) == ("'''", '""" + print(1)', "\\")
+    assert (message.class_, message.None_) == ("", 0)
+    assert entry.ros2_definition[0].startswith("string A='''\nstring B=\"\"\" + print(1)\n")
+
+
+def test_a_type_that_is_not_defined_in_full_is_only_refused_when_it_is_needed(tmp_path: Path) -> None:
+    path = str(mcap_of(tmp_path / "a.mcap", {"a/msg/T": "b/U u"}))
+    assert Recording(path).summary().topics["/topic0"].count == 1
+    for use in (
+        lambda: copy_recording(path, str(tmp_path / "b.mcap")),
+        lambda: copy_recording(path, str(tmp_path / "b.bag")),
+        lambda: Table.of(path, "/topic0"),
+    ):
+        refused("the type b/msg/U is not defined", use)
+
+
+@pytest.mark.parametrize("target", ["copy.mcap", "copy.bag"])
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_a_list_that_states_more_than_there_is_ends_at_once(
+    encoding: str, target: str, tmp_path: Path
+) -> None:
+    """The bytes are copied as they are where no conversion is needed."""
+    data = ENDLESS if encoding == "ros1" else b"\0\1\0\0" + ENDLESS
+    path = str(mcap_of(tmp_path / "a.mcap", {POLYGON: "Point32[] points"}, data=data, encoding=encoding))
+    refused(f"/topic0 at 0.000 s is not a {POLYGON}", lambda: Table.of(path, "/topic0"))
+    if target.endswith("bag" if encoding == "cdr" else "mcap"):
+        refused(
+            f"a.mcap: /topic0 at 0.000 s is not a {POLYGON}",
+            lambda: copy_recording(path, str(tmp_path / target)),
+        )
+    else:
+        assert copy_recording(path, str(tmp_path / target)).messages == 1
+
+
+def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
+    message = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + struct.pack("<III", 1 << 8, 0, 0))
+    count = 2_000_000
+    data = b"\0\1\0\0" + struct.pack("<IIII", 0, 0, count, 0) + bytes(8 * count)
+    message = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + data)
+    schema = struct.pack("<H", 1) + mcap_text("std_msgs/msg/Float64MultiArray") + mcap_text("ros2msg")
+    channel = struct.pack("<HH", 1, 1) + mcap_text("/a") + mcap_text("cdr") + bytes(4)
+    path = mcap_file(
+        tmp_path / "wide.mcap",
+        mcap_record(3, schema + mcap_text("x")),
+        mcap_record(4, channel),
+        mcap_chunk(PACK["zstd"](message), "zstd", len(message)),
+    )
+    refused("wide.mcap has more values on /a than", lambda: Table.of(str(path), "/a"))
+
+
+@pytest.mark.parametrize(
+    ("script", "words"),
+    [
+        (
+            "DROP TABLE messages; CREATE VIEW messages AS WITH RECURSIVE r(id) AS (SELECT 1 UNION ALL SELECT "
+            "id + 1 FROM r) SELECT id, 1 AS topic_id, id AS timestamp, x'00' AS data FROM r",
+            "table messages is not a plain one",
+        ),
+        (
+            "DROP TABLE messages; CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data AS "
+            "(zeroblob(200000000))); INSERT INTO messages(id, topic_id, timestamp) VALUES(1, 1, 1)",
+            "table messages is not a plain one",
+        ),
+        ("DROP TABLE topics", "tables of topics and messages are missing"),
+        ("UPDATE topics SET name = x'00'", "a topic is called b"),
+        ("UPDATE topics SET type = 5.5", "not the name of a type|of type '5.5'"),
+        ("UPDATE message_definitions SET encoded_message_definition = x'00'", "has the definition b"),
+        ("UPDATE messages SET data = 'text'", "str in the place of its bytes"),
+        ("UPDATE messages SET timestamp = -1", "the time -1"),
+    ],
+)
+def test_a_table_that_is_not_one_of_rosbag2_is_one_error(script: str, words: str, tmp_path: Path) -> None:
+    folder = ros2_folder(tmp_path / "a", name="a/msg/T", definition="int32 a", script=script)
+    if "5.5" in script:
+        assert Recording(str(folder)).summary().topics["/said"].type_name == "5.5"
+        return
+    refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: Recording(str(folder)).summary())
+
+
+def test_a_table_that_repeats_a_page_without_end_is_one_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each inner page of a table has one page as all of its children: three levels are 10^10 rows."""
+    monkeypatch.setattr("kbot.record.bags.sqlite_file._FREE_STEPS", 1_000_000)
+    monkeypatch.setattr("kbot.record.bags.sqlite_file._STEPS_OF_A_BYTE", 0)
+    folder = ros2_folder(
+        tmp_path / "a",
+        script="WITH RECURSIVE r(n) AS (SELECT 2 UNION ALL SELECT n + 1 FROM r WHERE n < 100000) "
+        f"INSERT INTO messages SELECT n, 1, n, x'{WORD.hex()}' FROM r",
+    )
+    file, size = folder / "run.db3", 4096
+    data = file.read_bytes()
+    pages = [bytearray(data[at : at + size]) for at in range(0, len(data), size)]
+    inner, leaf = 5, 13  # kinds of pages of tables: https://www.sqlite.org/fileformat2.html
+    root = max((page for page in pages if page[0] == inner), key=lambda page: page[3:5])
+    leaves = [
+        number for number, page in enumerate(pages) if page[0] == leaf and page[3] == 0 and page[4] > 50
+    ]
+    first, second, last = leaves[-3:]
+    for number, child in ((pages.index(root), first), (first, second), (second, last)):
+        page = bytearray(root)
+        count = int.from_bytes(page[3:5], "big")
+        cells = [int.from_bytes(page[12 + 2 * n : 14 + 2 * n], "big") for n in range(count)]
+        for at in (8, *cells):
+            page[at : at + 4] = (child + 1).to_bytes(4, "big")
+        pages[number] = page
+    file.write_bytes(b"".join(pages))
+    refused("has more rows than", lambda: Recording(str(folder)).summary())
+    (folder / "metadata.yaml").unlink()
+    assert Recording(str(folder)).summary().broken
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[" * 100_000, "nested more than 50 deep"),
+        ("{a: " * 100_000, "nested more than 50 deep"),
+        ("rosbag2_bagfile_information: &a [*a]", "not that of rosbag2"),
+        ("rosbag2_bagfile_information: {version: " + ":".join("1" * 100_000) + "}", "of version '1:1:1"),
+        ("rosbag2_bagfile_information: {version: " + "9" * 5000 + "}", "of version '9999"),
+        ("rosbag2_bagfile_information: !!python/object/apply:os.getcwd []", "not that of rosbag2"),
+        ("rosbag2_bagfile_information: [1, 2]", "not that of rosbag2"),
+        ("\0\1\2", "not that of rosbag2"),
+        ("just text", "not that of rosbag2"),
+        (
+            "rosbag2_bagfile_information: {version: 5, storage_identifier: sqlite3, "
+            "relative_file_paths: [../../etc/passwd]}",
+            "passwd is missing",
+        ),
+        (
+            "rosbag2_bagfile_information: {version: 5, storage_identifier: tape}",
+            "storage 'tape' is not known",
+        ),
+        (
+            "m0: &m0 {a: 1}\n"
+            + "".join(f"m{n + 1}: &m{n + 1}\n  <<: [*m{n}, *m{n}]\n" for n in range(40))
+            + "rosbag2_bagfile_information: *m40\n",
+            "of version ''",
+        ),
+    ],
+)
+def test_metadata_that_is_none_is_one_error(text: str, words: str, tmp_path: Path) -> None:
+    folder = ros2_folder(tmp_path / "a")
+    (folder / "metadata.yaml").write_text(text)
+    refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: Recording(str(folder)).summary())
+    refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: open_index(str(folder)))
+
+
+@pytest.mark.parametrize("mode", ["", "file", "message"])
+def test_what_is_compressed_is_read(mode: str, tmp_path: Path) -> None:
+    folder = ros2_folder(tmp_path / "a", PACK["zstd"](WORD) if mode == "message" else WORD, mode=mode)
+    (entry,) = Recording(str(folder)).entries()
+    assert (entry.topic, entry.type_name, entry.message().data) == ("/said", TEXT, "a")
+    index = open_index(str(folder))
+    newest = index.newest("/said", 5)
+    assert newest is not None
+    assert newest.message().data == "a"
+    assert (dict(index.counts), index.start, index.end) == ({"/said": 1}, 1, 1)
+    index.close()
+
+
+def test_a_folder_of_an_mcap_file_is_read(runs: dict[str, Path], tmp_path: Path) -> None:
+    folder = ros2_folder(tmp_path / "a")
+    (folder / "run.mcap").write_bytes(runs["mcap"].read_bytes())
+    metadata = folder / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("sqlite3", "mcap").replace("run.db3", "a/run.mcap"))
+    whole, found = Recording(str(runs["mcap"])).summary(), Recording(str(folder)).summary()
+    assert (found.count, found.notes, found.kind) == (whole.count, whole.notes, "rosbag2")
+    index = open_index(str(folder))
+    newest = index.newest("/odom", 510_000_000)
+    assert newest is not None
+    assert newest.nanoseconds == 500_000_000
+    assert index.notes == whole.notes
+    index.close()
+
+
+def test_an_index_that_names_a_chunk_again_and_again_is_refused(tmp_path: Path) -> None:
+    message = ros1_message(0, 1, ROS1_WORD)
+    chunk = "none", message, len(message), {0: 1}
+    path = ros1_bag(tmp_path / "twice.bag", SAID, chunk, repeated=2)
+    refused("its index has a chunk twice", lambda: Recording(str(path)).summary())
+    assert Recording(str(ros1_bag(tmp_path / "once.bag", SAID, chunk))).summary().count == 1
+
+
+def test_overlapping_chunks_of_a_bag_are_merged_by_time(tmp_path: Path) -> None:
+    odd = b"".join(ros1_message(0, n, ROS1_WORD) for n in (9, 7, 5, 3))
+    even = b"".join(ros1_message(0, n, ROS1_WORD) for n in (2, 4, 6, 8))
+    chunks = [("none", data, len(data), {0: 4}) for data in (odd, even)]
+    path = ros1_bag(tmp_path / "a.bag", SAID, *chunks)
+    assert [entry.nanoseconds for entry in Recording(str(path)).entries()] == list(range(2, 10))
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
+def test_wrong_bits_anywhere_are_read_or_refused_in_words(
+    kind: str, runs: dict[str, Path], tmp_path: Path
+) -> None:
+    """In the first bytes, in the last, and all over; 1 s for each kind."""
+    whole = Recording(str(runs[kind])).summary()
+    folder = tmp_path / "run"
+    if kind == "ros2":
+        folder.mkdir()
+        (folder / "metadata.yaml").write_bytes((runs[kind] / "metadata.yaml").read_bytes())
+    source = runs[kind] / "run.db3" if kind == "ros2" else runs[kind]
+    target = folder / "run.db3" if kind == "ros2" else tmp_path / runs[kind].name
+    good, chance, refusals = source.read_bytes(), random.Random(7), 0
+    for number in range(60):
+        part = (good[:2000], good[-2000:], good)[number % 3]
+        damaged(target, part, chance)
+        wrong = target.read_bytes()
+        target.write_bytes((wrong + good[2000:], good[:-2000] + wrong, wrong)[number % 3])
+        error = error_of(lambda: read_all(folder if kind == "ros2" else target))
+        refusals += error is not None
+        assert "\n" not in str(error)
+    assert whole.broken == ""
+    assert refusals < 60
+
+
+def test_wrong_bits_in_the_metadata_are_read_or_refused_in_words(tmp_path: Path) -> None:
+    folder = ros2_folder(tmp_path / "run")
+    good, chance = (folder / "metadata.yaml").read_bytes(), random.Random(3)
+    for _ in range(200):
+        damaged(folder / "metadata.yaml", good, chance)
+        assert "\n" not in str(error_of(lambda: Recording(str(folder)).summary()))
+
+
+@pytest.mark.parametrize("compression", PACK)
+def test_what_is_stated_and_what_is_there_are_compared(compression: str) -> None:
+    packed = PACK[compression](b"abcd" * 1000)
+    assert inflate(packed, compression, 4000) == b"abcd" * 1000
+    for wrong in (0, 3999, 4001, 1 << 62):
+        with pytest.raises(ValueError, match="are stated, and"):
+            inflate(packed, compression, wrong)
+    if compression not in ("", "none"):
+        assert inflate(packed, compression) == b"abcd" * 1000
+        for broken in (packed[:-10], b"\xff" + packed[1:], b""):
+            with pytest.raises(ValueError):  # noqa: PT011 - each library's own words
+                inflate(broken, compression, 4000)
+
+
+def test_a_compression_that_is_not_known_is_refused() -> None:
+    with pytest.raises(ValueError, match="'rar' is not known"):
+        inflate(b"", "rar", 0)
+
+
+def test_what_reading_may_cost_grows_with_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    file.write_bytes(bytes(1_000_000))
+    allowance = Allowance(file)
+    allowance.charge((2 << 30) + 1_900_000_000)  # of 2 GiB, and 2000 times the file
+    with pytest.raises(TooLarge, match="more is packed into its 1,000,000 bytes"):
+        allowance.charge(LARGEST_PIECE)
