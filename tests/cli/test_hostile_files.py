@@ -30,10 +30,11 @@ def test_a_file_that_is_not_a_robot_is_refusal(
 
 
 DIGITS = f'{H}<link name="base_link"/><link name="${{2**20000}}"/></robot>'
-SEARCH = f"{H}<link name=\"${{('a'*3000000).rfind('ab'+'a'*1000000)}}\"/></robot>"
-COLLISIONS = (
-    f'{H}<link name="${{len(dict.fromkeys(range(0,2305843009213693951*100000,2305843009213693951)))}}"/></robot>'
-)
+LONG_SEARCH = "('a'*3000000).rfind('ab'+'a'*1000000)"
+QUOTED_SEARCH = LONG_SEARCH.replace("'", "\\'")
+SEARCH = f'{H}<link name="${{{LONG_SEARCH}}}"/></robot>'
+SAME_HASH = "range(0,2305843009213693951*100000,2305843009213693951)"
+COLLISIONS = f'{H}<link name="${{len(dict.fromkeys({SAME_HASH}))}}"/></robot>'
 
 
 def doubled(count: int) -> str:
@@ -72,10 +73,10 @@ def test_the_work_and_size_of_expressions_are_bounded(
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("a.launch", "<launch><param name='a' value=\"$(eval ('a'*3000000).rfind('ab'+'a'*1000000))\"/></launch>"),
-        ("a.launch.xml", "<launch><let name='a' value=\"$(eval '(\\'a\\'*3000000).rfind(\\'ab\\'+\\'a\\'*1000000)')\"/></launch>"),
+        ("a.launch", f"<launch><param name='a' value=\"$(eval {LONG_SEARCH})\"/></launch>"),
+        ("a.launch.xml", f"<launch><let name='a' value=\"$(eval '{QUOTED_SEARCH}')\"/></launch>"),
     ],
-)  # fmt: skip
+)
 def test_expressions_of_launch_files_are_bounded(
     name: str, text: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:

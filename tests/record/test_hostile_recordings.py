@@ -250,6 +250,11 @@ def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
         ("UPDATE topics SET name = x'00'", "a topic is called b"),
         ("UPDATE topics SET type = 5.5", "not the name of a type|of type '5.5'"),
         ("UPDATE message_definitions SET encoded_message_definition = x'00'", "has the definition b"),
+        (
+            "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = 'CREATE TABLE topics(\n\n' "
+            "WHERE name = 'topics'",
+            "malformed database schema",
+        ),
         ("UPDATE messages SET data = 'text'", "str in the place of its bytes"),
         ("UPDATE messages SET timestamp = -1", "the time -1"),
     ],
@@ -357,6 +362,16 @@ def test_a_folder_of_an_mcap_file_is_read(runs: dict[str, Path], tmp_path: Path)
     assert newest.nanoseconds == 500_000_000
     assert index.notes == whole.notes
     index.close()
+
+
+@pytest.mark.parametrize("length", [1 << 31, 1 << 62, (1 << 64) - 1])
+@pytest.mark.parametrize("at", [1, 1 + 8 + 32])
+def test_a_length_that_is_larger_than_the_file_loses_the_chunk(at: int, length: int, tmp_path: Path) -> None:
+    """That of a chunk's record, and that of the data within it."""
+    chunk = bytearray(mcap_chunk(b"", "", 0))
+    chunk[at : at + 8] = struct.pack("<Q", length)
+    found = Recording(str(mcap_file(tmp_path / "a.mcap", bytes(chunk)))).summary()
+    assert (found.count, "is lost" in found.broken) == (0, True)
 
 
 def test_an_index_that_names_a_chunk_again_and_again_is_refused(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ class Types:
         self._ros1: SafeStore = ros1_types()
         self._not_in_ros1: Typesdict = {}
         self._code_left = MOST_CODE
+        self._accepted: set[str] = set()
         self._shapes: ShapeCheck | None = None
 
     def learn(self, name: str, definition: str) -> None:
@@ -87,6 +88,8 @@ class Types:
 
     def require(self, name: str) -> None:
         """Raises KbotError: the recording does not define a type in full, or one that is too large."""
+        if name in self._accepted:
+            return
         try:
             if self._shapes is not None:
                 self._shapes.accept(name)
@@ -94,6 +97,7 @@ class Types:
                 raise KbotError(f"the type {name} is not defined")
         except KbotError as error:
             raise KbotError(f"{self.path}: {error}") from None
+        self._accepted.add(name)
 
 
 @cache
@@ -149,7 +153,8 @@ class Entry:
     @property
     def place(self) -> str:
         """Where it is, for errors."""
-        return f"{self._types.path}: {self.topic} at {self.nanoseconds * 1e-9:.3f} s"
+        topic = self.topic if self.topic.isprintable() else repr(self.topic)
+        return f"{self._types.path}: {topic} at {self.nanoseconds * 1e-9:.3f} s"
 
     def with_data(self, data: bytes) -> Entry:
         """The same message with other bytes."""

@@ -82,7 +82,7 @@ def read_definition(text: str, name: str) -> Typesdict:
                     raise KbotError("a line of = is followed by 'MSG: package/Type'")
                 found.setdefault(part.name, part.described())
                 part, is_after_separator = _Definition(code.removeprefix("MSG:").strip()), False
-            elif len(code) == 80 and not code.strip("="):
+            elif not code.strip("="):
                 is_after_separator = True
             else:
                 part.read(code)

@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosbags.interfaces import Msgdef, Nodetype
 from rosbags.serde import SerdeError
 from rosbags.typesys.store import Typestore
 
 from kbot.wire.foreign_types import field_parts
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
 
 LONG_MESSAGE = 1 << 24
 """Bytes beyond which objects are counted: fewer bytes make less than 400 MB of objects."""
@@ -34,6 +37,7 @@ def safe_copy(store: Typestore) -> SafeStore:
     copy = SafeStore()
     copy.fielddefs.update(store.fielddefs)
     copy.types.update(store.types)
+    copy.find_lists(store.fielddefs)
     return copy
 
 
@@ -45,14 +49,30 @@ class SafeStore(Typestore):
         self.converted_parts = 0
         """Objects and texts in lists of the messages that were converted so far."""
         self._texts: dict[str, bool] = {}
+        self._in_lists: set[str] = set()
+
+    def register(self, typs: Typesdict) -> None:
+        super().register(typs)
+        self.find_lists(typs)
+
+    def find_lists(self, types: Typesdict) -> None:
+        """Note which types are in lists of others: these are the ones that can begin beyond the end."""
+        for _, fields in types.values():
+            for _, described in fields:
+                outer, kind, of_type, _ = field_parts(described)
+                if outer == Nodetype.SEQUENCE and kind == Nodetype.NAME and of_type not in self._in_lists:
+                    self._in_lists.add(of_type)
+                    self.cache.pop(of_type, None)
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
         if typename not in self.cache:
             found = super().get_msgdef(typename)
-            bounded: dict[str, Any] = {
-                name: partial(self._within_input, getattr(found, name)) for name in _CONVERSIONS
-            }
-            self.cache[typename] = replace(found, **bounded)
+            if typename in self._in_lists:
+                bounded: dict[str, Any] = {
+                    name: partial(self._within_input, getattr(found, name)) for name in _CONVERSIONS
+                }
+                found = replace(found, **bounded)
+            self.cache[typename] = found
         return self.cache[typename]
 
     def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from kbot.record.bags.reader import UNREADABLE, read_folder, unread
+from kbot.record.bags.reader import UNREADABLE, one_line, read_folder, unread
 from kbot.record.bags.ros1_reader import Chunk, Ros1Bag
 from kbot.record.bags.sqlite_file import SqliteFile
 from kbot.record.chunks import KeptChunks, in_time_order
@@ -147,7 +147,7 @@ class Ros2Index:
             for entry in heapq.merge(*parts, key=lambda entry: entry.nanoseconds):
                 yield self._folder.whole(entry, allowance)
         except UNREADABLE as error:
-            raise KbotError(f"{self._path} is damaged: {error}") from None
+            raise KbotError(f"{self._path} is damaged: {one_line(error)}") from None
         except TooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 

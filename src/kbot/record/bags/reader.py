@@ -89,7 +89,7 @@ class Ros2Source:
                 finally:
                     database.close()
             except UNREADABLE as error:
-                raise BrokenOff(f"{file} cannot be read further: {error}") from None
+                raise BrokenOff(f"{file} cannot be read further: {one_line(error)}") from None
 
 
 def read_folder(path: Path) -> Folder:
@@ -108,7 +108,14 @@ def read_folder(path: Path) -> Folder:
 
 def unread(path: Path, error: Exception) -> KbotError:
     """What is reported of a folder whose reading raised this."""
-    return KbotError(f"{path} cannot be read as rosbag2: {error} (to fix it: ros2 bag reindex {path})")
+    return KbotError(
+        f"{path} cannot be read as rosbag2: {one_line(error)} (to fix it: ros2 bag reindex {path})"
+    )
+
+
+def one_line(error: Exception) -> str:
+    """What it says; SQLite quotes the file, which may have lines of any length."""
+    return " ".join(str(error).split())[:300]
 
 
 def _messages(file: Path, types: Types, allowance: Allowance) -> Iterator[Entry]:

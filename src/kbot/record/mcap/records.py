@@ -108,7 +108,7 @@ def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
             channel, sequence, logged, published = _MESSAGE.unpack(stream.read(min(length, _MESSAGE.size)))
             return Message(channel, logged, stream.read(length - _MESSAGE.size), published, sequence)
         found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(stream.read(length))))
-    except (McapError, StructError, ValueError) as error:
+    except (McapError, StructError, ValueError, OverflowError) as error:
         raise Damaged(f"the record at byte {at:,} is damaged: {error}") from None
     return found
 

@@ -1,0 +1,112 @@
+"""Coverage-guided fuzzing of the readers of recordings.
+
+    pip install atheris
+    python fuzz/fuzz_recordings.py mcap|bag|rosbag2|metadata CORPUS_FOLDER [-runs=1000000]
+
+Whatever the bytes of a file are, it is read or refused by a KbotError of one line. An empty corpus folder
+gets a small recording to begin with. What was found is kept in tests/record/test_hostile_recordings.py.
+"""
+
+import sqlite3
+import sys
+import tempfile
+from contextlib import closing, suppress
+from pathlib import Path
+
+import atheris
+
+with atheris.instrument_imports(include=["kbot.record", "kbot.wire", "mcap", "rosbags.rosbag1"]):
+    from mcap.writer import CompressionType, Writer
+
+    from kbot.messages import String, TFMessage
+    from kbot.record import limits
+    from kbot.record.copy import copy_recording
+    from kbot.record.index import open_index
+    from kbot.record.reader import Recording
+    from kbot.record.writer import open_writer
+    from kbot.text import KbotError
+    from kbot.wire import Packet
+
+limits.LARGEST_PIECE = 1 << 20
+limits._FREE = 1 << 26
+TOPICS = {"/said": String("word"), "/tf": TFMessage()}
+
+
+def files(kind: str, folder: Path) -> tuple[Path, Path]:
+    """The recording, and the file in it whose bytes are tried."""
+    if kind in ("rosbag2", "metadata"):
+        run = folder / "run"
+        return run, run / ("metadata.yaml" if kind == "metadata" else "run.db3")
+    path = folder / f"run.{kind}"
+    return path, path
+
+
+def write_seed(kind: str, folder: Path) -> None:
+    """A small recording, without compression and checksums, which would hide what is behind them."""
+    recording, _ = files(kind, folder)
+    if kind == "mcap":
+        with recording.open("wb") as stream:
+            mcap = Writer(stream, compression=CompressionType.NONE, enable_crcs=False, chunk_size=300)
+            mcap.start("ros2", "")
+            for number, (topic, message) in enumerate(TOPICS.items()):
+                packet = Packet(topic, message, 1)
+                text = packet.ros2_definition[0].encode()
+                schema = mcap.register_schema(f"own_msgs/msg/T{number}", "ros2msg", text)
+                channel = mcap.register_channel(topic, "cdr", schema)
+                for time in range(4):
+                    mcap.add_message(channel, time, packet.cdr, time)
+            mcap.add_metadata("kbot", {"robot": "kbot"})
+            mcap.finish()
+        return
+    writer = open_writer(str(recording))
+    for time in range(1, 5):
+        for topic, message in TOPICS.items():
+            writer.write(Packet(topic, message, time))
+    writer.close()
+    if kind == "rosbag2":
+        with closing(sqlite3.connect(recording / "run.db3", isolation_level=None)) as database:
+            database.execute("PRAGMA page_size = 512")
+            database.execute("VACUUM")
+
+
+def read(recording: Path) -> None:
+    """Everything that reads a recording. Raises KbotError."""
+    found = Recording(str(recording)).summary()
+    for entry in Recording(str(recording)).entries():
+        with suppress(KbotError):
+            entry.message()
+    with suppress(KbotError):
+        index = open_index(str(recording))
+        for topic in found.topics:
+            index.newest(topic, index.end)
+        list(index.between(list(found.topics), index.start - 1, index.end))
+        index.close()
+    for name in ("copy.bag", "copy.mcap", "copy"):
+        with tempfile.TemporaryDirectory() as folder, suppress(KbotError):
+            copy_recording(str(recording), f"{folder}/{name}")
+
+
+def main() -> None:
+    kind = sys.argv.pop(1)
+    folder = Path(tempfile.mkdtemp(prefix="kbot-fuzz-"))
+    recording, tried = files(kind, folder)
+    write_seed(kind, folder)
+    corpus = Path(sys.argv[1])
+    corpus.mkdir(exist_ok=True)
+    if not any(corpus.iterdir()):
+        (corpus / "seed").write_bytes(tried.read_bytes())
+
+    def one_input(data: bytes) -> None:
+        tried.write_bytes(data)
+        try:
+            read(recording)
+        except KbotError as refusal:
+            if "\n" in str(refusal):
+                raise AssertionError("its error has two lines") from refusal
+
+    atheris.Setup(sys.argv, one_input)
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
