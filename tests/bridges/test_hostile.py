@@ -110,6 +110,19 @@ def test_a_message_that_fails_is_answered(
     assert still_serves(server)
 
 
+@pytest.mark.parametrize("number", ["1e999", "1" + "0" * 400, '"x"', "[1]"])
+def test_a_number_that_is_none_is_refused(running: Running, number: str) -> None:
+    bridge = RosbridgeBridge(running.link, port=0)
+    try:
+        with connect(bridge.address) as connection:
+            connection.send(f'{{"op": "subscribe", "topic": "/clock", "throttle_rate": {number}}}')
+            status = json.loads(connection.recv(60))
+        assert (status["op"], status["level"]) == ("status", "error")
+        assert status["msg"].startswith("subscribe: ")
+    finally:
+        bridge.close()
+
+
 def test_calls_of_services_that_are_noise(running: Running) -> None:
     noise = random.Random(4)
     bridge = FoxgloveBridge(running.link, port=0)

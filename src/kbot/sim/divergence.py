@@ -47,6 +47,14 @@ def diverged(
     return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, link.origin, hint)])
 
 
+def engine_failed(error: Exception, time: float) -> SimulationDiverged:
+    """The engine could not take a step, as when too many contacts do not fit its memory."""
+    reason = str(error).splitlines()[0]
+    message = f"after {time:.3f} s the physics engine stopped: {reason}"
+    hint = "let fewer objects touch each other"
+    return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, None, hint)])
+
+
 def _cause(robot: Robot, link: Link, timestep: float) -> tuple[str, str]:
     masses = {n: x.inertial.mass for n, x in robot.links.items() if x.inertial and x.inertial.mass > 0}
     own = masses.get(link.name)

@@ -13,7 +13,7 @@ from kbot.messages.bus import Bus
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
 from kbot.sim.disturbances import Disturbances
-from kbot.sim.divergence import SimulationDiverged, diverged
+from kbot.sim.divergence import SimulationDiverged, diverged, engine_failed
 from kbot.sim.engine.engine import Engine
 from kbot.sim.numbers import FASTEST, FURTHEST, LONGEST, is_within, shortened
 from kbot.sim.robot import SimulatedRobot
@@ -137,6 +137,14 @@ class Running:
             raise self._failure
         if self.clock.next_due != self._planned_due:
             self._plan_stop()
+        try:
+            self._step(n)
+        except mujoco.FatalError as error:
+            self._failure = engine_failed(error, self.time)
+            raise self._failure from None
+        self.clock.advance_to(round(self._steps * self._step_ns))
+
+    def _step(self, n: int) -> None:
         engine, mj_step = self._engine, mujoco.mj_step
         while n > 0:
             count = self._next_stop - self._steps
@@ -153,7 +161,6 @@ class Running:
             n -= count
             if self._steps == self._next_stop:
                 self._stop()
-        self.clock.advance_to(round(self._steps * self._step_ns))
 
     def _step_watched(self, count: int) -> None:
         model, data = self._engine.model, self._engine.data

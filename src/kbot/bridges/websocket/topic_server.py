@@ -71,5 +71,5 @@ class JsonTalk:
             raise KbotError(f"there is no operation {str(name)[:50]!r} here")
         try:
             operation(self, request)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
             raise KbotError(f"{name}: {type(error).__name__} {error} in the request") from None

@@ -16,7 +16,7 @@ from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.engine.welds import Weld
 from kbot.sim.engine.world_builder import PREFIX, owner
 from kbot.sim.recipe import Contacts
-from kbot.text import Diagnostic, KbotError
+from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.world import World
 
 DEEP = 0.002
@@ -110,10 +110,20 @@ class Assembly:
         return float(self.model.qpos0[root_qpos + 2])
 
     def what_it_is_inside(self, plan: RobotPlan) -> str:
-        """What a robot reaches deep into as it stands now, the ground left out; empty for nothing."""
+        """What a robot reaches deep into as it stands now, the ground left out; empty for nothing.
+
+        Raises:
+            DescriptionError: the engine cannot compute the contacts.
+        """
         trial = mujoco.MjData(self.model)
         mujoco.mj_copyData(trial, self.model, self.data)
-        mujoco.mj_forward(self.model, trial)
+        try:
+            mujoco.mj_forward(self.model, trial)
+        except mujoco.FatalError as error:  # more contacts than its memory holds
+            reason = str(error).splitlines()[0]
+            message = f"the physics engine refuses the world with '{plan.name}' in it: {reason}"
+            hint = "let fewer objects stand in one place"
+            raise DescriptionError([Diagnostic("W110", Severity.ERROR, message, None, hint)]) from None
         for contact in trial.contact:
             ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
             if contact.dist >= -DEEP or ground:

@@ -20,6 +20,9 @@ from kbot.xacro import Packages
 NOT_IN_REACH = "{} is not found among the models and packages here"
 """What is said of a file that a peer names: the same whether it is elsewhere or nowhere."""
 
+WHOLE = re.compile("[0-9]{1,9}")
+"""A part of a version; `str.isdigit` takes what `int` does not, such as '²' and 5000 digits."""
+
 _FUEL = re.compile(
     r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
 )
@@ -182,4 +185,4 @@ def model_file(path: str) -> str:
 
 
 def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(word) if word.isdigit() else 0 for word in text.split("."))
+    return tuple(int(word) if WHOLE.fullmatch(word) else 0 for word in text.split("."))

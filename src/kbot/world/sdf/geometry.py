@@ -13,7 +13,7 @@ from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
 from kbot.world.extrusion import Outline, prisms
 from kbot.world.images import read_picture
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import LARGEST, Values
 from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
 
 Placed = tuple[Shape, Transform]
@@ -109,7 +109,7 @@ class Shapes:
         size = self._values.sizes(written, shape, "size", 2, inf) if written is not None else None
         plane = Plane((size[0], size[1])) if size else Plane()
         normal = shape.find("normal")
-        values = self._values.numbers(normal, 3) if normal is not None else None
+        values = self._values.numbers(normal, 3, LARGEST) if normal is not None else None
         return [(plane, _turned_to(np.array(values)) if values and any(values) else Transform.identity())]
 
     def _mesh(self, shape: Element) -> list[Placed]:
@@ -137,6 +137,7 @@ class Shapes:
         height = self._numbers(shape, "height")
         points = [self._values.numbers(point, 2) for point in shape.elements("point")]
         outline: Outline = [(p[0], p[1]) for p in points if p is not None]
+        self._values.charge_outline(len(outline))
         if height is None or len(outline) != len(points):
             return []
         return [(mesh, Transform.identity()) for mesh in prisms(outline, height[0])]

@@ -1,0 +1,71 @@
+"""Worlds that are too large, or that no engine can take: one clear error, in bounded time."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.text import DescriptionError, KbotError
+from kbot.world import load_world
+
+Write = Callable[[str], str]
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> Write:
+    def write(inner: str) -> str:
+        file = tmp_path / "w.sdf"
+        file.write_text(f'<sdf version="1.7"><world name="w">{inner}</world></sdf>')
+        return str(file)
+
+    return write
+
+
+def test_includes_that_double_each_other_are_counted(world: Write, tmp_path: Path) -> None:
+    """Twenty files, each with the next one twice: a million links."""
+    (tmp_path / "0.sdf").write_text('<sdf version="1.7"><model name="m"><link name="l"/></model></sdf>')
+    for number in range(1, 20):
+        both = "".join(f"<include><uri>{number - 1}.sdf</uri><name>{n}</name></include>" for n in "ab")
+        (tmp_path / f"{number}.sdf").write_text(f'<sdf version="1.7"><model name="m">{both}</model></sdf>')
+    with pytest.raises(KbotError, match=r"sdf:1:\d+: the world has more than 10000 links"):
+        load_world(world("<include><uri>19.sdf</uri></include>"))
+
+
+def test_an_outline_of_many_corners_is_an_error(world: Write) -> None:
+    points = "".join(f"<point>{i} {i * i % 97}</point>" for i in range(20_000))
+    shape = f"<geometry><polyline>{points}<height>1</height></polyline></geometry>"
+    link = f'<link name="l"><collision name="c">{shape}</collision></link>'
+    text = f'<model name="m"><static>1</static>{link}</model>'
+    with pytest.raises(DescriptionError, match="its outlines are too fine: a world may have one of 2000"):
+        load_world(world(text))
+
+
+def test_more_contacts_than_the_engine_holds_are_an_error(world: Write) -> None:
+    """A robot inside twenty thousand boxes."""
+    box = "<geometry><box><size>1 1 1</size></box></geometry>"
+    boxes = "".join(f'<collision name="c{i}">{box}</collision>' for i in range(20_000))
+    text = f'<model name="m"><static>1</static><link name="l">{boxes}</link></model>'
+    with pytest.raises(DescriptionError, match="the physics engine refuses the world with 'kbot' in it"):
+        kbot.Simulation(kbot.load("kbot"), world=load_world(world(text)))
+
+
+def test_directions_are_bounded(world: Write) -> None:
+    """The length of a longer one overflows."""
+    plane = '<collision name="c"><geometry><plane><normal>0 0 1e308</normal></plane></geometry></collision>'
+    ends = "<parent>world</parent><child>l</child>"
+    joint = f'<joint name="j" type="revolute">{ends}<axis><xyz>0 0 -1e308</xyz></axis>'
+    with pytest.raises(DescriptionError) as caught:
+        load_world(world(f'<model name="m"><link name="l">{plane}</link>{joint}</joint></model>'))
+    messages = [d.message for d in caught.value.diagnostics if d.is_error]
+    assert messages == [
+        "<xyz> is 3 finite numbers up to 1e+06, not '0 0 -1e308'",
+        "<normal> is 3 finite numbers up to 1e+06, not '0 0 1e308'",
+    ]
+
+
+@pytest.mark.parametrize("version", ["1" + "0" * 5000, "²", "1.²", "", "."])
+def test_a_version_that_is_not_one_is_taken_for_the_newest(tmp_path: Path, version: str) -> None:
+    file = tmp_path / "w.sdf"
+    file.write_text(f'<sdf version="{version}"><model name="m"><link name="l"/></model></sdf>')
+    assert load_world(file).name == "m"
