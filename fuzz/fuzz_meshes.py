@@ -1,0 +1,77 @@
+"""Coverage-guided fuzzing of the readers of mesh files.
+
+    pip install atheris
+    python fuzz/fuzz_meshes.py [-max_total_time=300]
+
+Whatever a file holds, it is triangles whose indices are in range, or one KbotError. What was found is in
+tests/model/test_hostile_meshes.py.
+"""
+
+# ruff: noqa: E501 - seeds are files as others write them
+
+import sys
+import tempfile
+from pathlib import Path
+
+import atheris
+import numpy as np
+
+with atheris.instrument_imports(include=["trimesh", "collada", "kbot.model"]):
+    import trimesh
+    import trimesh.exchange.gltf
+
+    from kbot.model import _mesh_files, meshes  # noqa: F401 - the loader imports them later
+    from kbot.text import KbotError
+
+from edits import edited
+
+FOLDER = Path(tempfile.mkdtemp())
+
+
+def seed(extension: str) -> bytes:
+    """A tetrahedron."""
+    mesh = trimesh.Trimesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    )
+    if extension == "gltf":
+        return trimesh.exchange.gltf.export_gltf(trimesh.Scene(mesh), embed_buffers=True, merge_buffers=True)[
+            "model.gltf"
+        ]
+    made = mesh.export(file_type=extension)
+    return made.encode() if isinstance(made, str) else made
+
+
+SEEDS = [(extension, seed(extension)) for extension in meshes.FORMATS]
+SEEDS += [
+    (
+        "stl",
+        b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n",
+    )
+]
+SEEDS += [("ply", trimesh.creation.box().export(file_type="ply", encoding="ascii"))]
+WORDS = [
+    b"<instance_node url='#n'/>", b"<node>", b"</node>", b"usemtl m\n", b"o a\n", b"g a\n", b"f 1 2 3\n", b"f -1/1/1 -2 -3\n",
+    b"vt 0 0\n", b"vn 0 0 1\n", b"property list uchar int vertex_indices\n", b"element face 1\n", b"solid a\n", b"endsolid\n",
+    b'"bufferView":0,', b'"sparse":{"count":1},', b'"mode":4,', b'"children":[0],', b'"matrix":[1],', b"<triangles/>",
+    b'"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{}}},',
+]  # fmt: skip
+
+
+def one_input(data: bytes) -> None:
+    provider = atheris.FuzzedDataProvider(data)
+    extension, seed = SEEDS[provider.ConsumeIntInRange(0, len(SEEDS) - 1)]
+    file = FOLDER / f"a.{extension}"
+    file.write_bytes(edited(provider, seed, WORDS))
+    meshes._kept.cache_clear()
+    try:
+        mesh = meshes.load_mesh(str(file))
+    except KbotError:
+        return
+    assert len(mesh.faces) > 0
+    assert 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
+    assert np.abs(mesh.vertices).max() <= meshes.LARGEST
+
+
+if __name__ == "__main__":
+    atheris.Setup(sys.argv, one_input)
+    atheris.Fuzz()

@@ -1,0 +1,123 @@
+"""Coverage-guided fuzzing of what pages and peers may send: the decoders of the page, Foxglove and rosbridge.
+
+    pip install atheris
+    python fuzz/fuzz_protocol.py [-max_total_time=300]
+
+Whatever a message holds, it is done or refused by a KbotError: nothing else reaches the server's guard.
+"""
+
+# ruff: noqa: E501 - seeds are files as others write them
+
+import json
+import sys
+import typing
+from typing import Any
+
+import atheris
+
+with atheris.instrument_imports(include=["kbot.workbench.protocol", "kbot.bridges.websocket", "kbot.wire"]):
+    import kbot
+    from kbot.bridges.gazebo.services import gazebo_services
+    from kbot.bridges.link import Link
+    from kbot.bridges.websocket import foxglove, rosbridge
+    from kbot.bridges.websocket.topic_server import JsonTalk
+    from kbot.text import KbotError
+    from kbot.wire import Feed
+    from kbot.workbench.protocol import FromPage
+    from kbot.workbench.protocol.decode import decode
+
+from edits import edited
+
+KINDS = {typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)}
+NAMES = sorted(KINDS)
+SEEDS: dict[str, list[bytes]] = {
+    "foxglove": [
+        b'{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 1}]}',
+        b'{"op": "unsubscribe", "subscriptionIds": [0]}',
+        b'{"op": "advertise", "channels": [{"id": 1, "topic": "/cmd_vel", "encoding": "json", "schemaName": "geometry_msgs/msg/Twist"}]}',
+        b'{"op": "getParameters", "parameterNames": ["/use_sim_time"], "id": "a"}',
+        b'{"op": "setParameters", "parameters": [{"name": "/a", "value": [1, "b"]}], "id": "a"}',
+        b'{"op": "subscribeParameterUpdates", "parameterNames": ["/a"]}',
+        b'\x01\x01\x00\x00\x00{"linear": {"x": 1.0}}',
+        b"\x02\x01\x00\x00\x00\x01\x00\x00\x00\x04\x00\x00\x00json{}",
+    ],
+    "rosbridge": [
+        b'{"op": "subscribe", "topic": "/clock", "type": "rosgraph_msgs/Clock", "throttle_rate": 10, "id": "a"}',
+        b'{"op": "unsubscribe", "topic": "/clock"}',
+        b'{"op": "advertise", "topic": "/cmd_vel", "type": "geometry_msgs/Twist"}',
+        b'{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": 1, "y": 0, "z": 0}, "angular": {"z": 1}}, "id": 1}',
+        b'{"op": "call_service", "service": "/rosapi/topics", "args": {}, "id": "s"}',
+        b'{"op": "call_service", "service": "/rosapi/message_details", "args": {"type": "geometry_msgs/Twist"}}',
+        b'{"op": "call_service", "service": "/rosapi/get_param", "args": {"name": "/a", "default": "1"}}',
+        b'{"op": "set_level", "level": "info"}',
+    ],
+}
+WORDS = [
+    b"{", b"}", b"[", b"]", b'"', b"null", b"true", b'"\\ud800"', b"1e999", b"NaN", b"-Infinity", b'"op": "publish", ', b'"id": {}, ',
+    b'"topic": "/cmd_vel", ', b'"type": "std_msgs/String", ', b'"args": [1], ', b'"msg": 5, ',
+]  # fmt: skip
+
+
+class Wire:
+    """Takes what is sent, as a client does; it must be text or bytes."""
+
+    def put(self, data: str | bytes, *, keep: bool = False) -> None:
+        assert isinstance(data, str | bytes)
+
+    add = put
+
+    def send(self) -> None:
+        """Nothing waits."""
+
+
+SIMULATION = kbot.Simulation(kbot.load("kbot"))
+LINK = Link(lambda text: None)
+LINK.services = gazebo_services("empty")
+LINK.attach(SIMULATION, Feed(SIMULATION.bus, lambda: SIMULATION.clock.nanoseconds))
+BRIDGES: dict[str, Any] = {
+    "foxglove": foxglove.FoxgloveBridge(LINK, port=0),
+    "rosbridge": rosbridge.RosbridgeBridge(LINK, port=0),
+}
+
+
+def talk(name: str) -> JsonTalk:
+    wire: Any = Wire()
+    if name == "foxglove":
+        return foxglove._Talk(BRIDGES[name], wire, lambda client: None)
+    return rosbridge._Talk(BRIDGES[name], wire)
+
+
+def page_message(provider: atheris.FuzzedDataProvider) -> bytes:
+    kind = NAMES[provider.ConsumeIntInRange(0, len(NAMES) - 1)]
+    hints = typing.get_type_hints(KINDS[kind])
+    values = [1, -1.0, "base_link", "/cmd_vel", True, [], {}, ["state twist.0"], 1e300, "box"]
+    fields = {
+        name: values[provider.ConsumeIntInRange(0, len(values) - 1)] for name in hints if name != "type"
+    }
+    return json.dumps({"type": kind, **fields}).encode()
+
+
+def one_input(data: bytes) -> None:
+    provider = atheris.FuzzedDataProvider(data)
+    kind = ("page", "foxglove", "rosbridge")[provider.ConsumeIntInRange(0, 2)]
+    seed = page_message(provider) if kind == "page" else SEEDS[kind][provider.ConsumeIntInRange(0, 7)]
+    message = edited(provider, seed, WORDS)
+    received: str | bytes = message
+    if not message.startswith((b"\x01", b"\x02")):
+        received = message.decode("utf-8", "replace")
+    try:
+        if kind == "page":
+            decode(received)
+        else:
+            client = talk(kind)
+            client.hear(received)
+            LINK.serve()
+            LINK.work()
+            client.close()
+    except KbotError:
+        return
+
+
+if __name__ == "__main__":
+    atheris.Setup(sys.argv, one_input)
+    atheris.Fuzz()
