@@ -38,8 +38,8 @@ def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[F
     return text, applied
 
 
-_CHECKED_BYTES = 3_000_000
-_FEWEST_TRIES = 16
+_CHECKED_BYTES = 1_500_000
+_FEWEST_TRIES = 8
 
 
 def _tries(text: str) -> int:

@@ -127,9 +127,6 @@ def main(words: Sequence[str] | None = None) -> None:
 
 def run(words: Sequence[str]) -> int:
     """Run the command line; its exit status. A verb may return one, or call `ctx.exit`."""
-    for stream in (sys.stdout, sys.stderr):
-        if os.name == "nt" and hasattr(stream, "reconfigure"):
-            stream.reconfigure(encoding="utf-8")
     if "_KBOT_COMPLETE" in os.environ:
         group.main(list(words), prog_name="kbot")
     try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+from io import TextIOWrapper
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def main() -> None:
 
 def _main() -> None:
     _open_what_is_closed()
+    _print_utf_8()
     words = sys.argv[1:]
     if words[:1] == ["expand"] and _expand_plainly(words[1:]):
         return
@@ -58,6 +60,16 @@ def _open_what_is_closed() -> None:
             setattr(sys, name, null)
 
 
+def _print_utf_8() -> None:
+    """Print UTF-8 whatever the locale is: XML without a declared encoding is UTF-8, and so is JSON.
+
+    What UTF-8 cannot express, as a file's name that is not UTF-8, is printed as an escape.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+
+
 def _expand_plainly(words: Sequence[str]) -> bool:
     """Write the expansion of `FILE [name:=value …]` to stdout, if nothing else is to be done or reported."""
     files = [word for word in words if ":=" not in word]
@@ -81,6 +93,6 @@ def _expand_plainly(words: Sequence[str]) -> bool:
     try:
         sys.stdout.write(expansion.text)
         sys.stdout.flush()
-    except (OSError, UnicodeEncodeError):
+    except OSError:
         return False
     return True
