@@ -1,10 +1,16 @@
 """`kbot check` answers a hostile file within its bounds, and its work grows no faster than the file."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from kbot.checks import check_text
+from kbot.checks.config import Config
+from kbot.text.render import render_text
+from kbot.xacro import clear_cache
 
 H = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
@@ -25,3 +31,100 @@ def test_what_is_not_well_formed_is_reported_at_once(
     assert result.is_bounded(), result
     assert result.status == 2
     assert "not well-formed XML" in result.out
+
+
+def _lines(count: int, line: str) -> str:
+    """A robot with a line for each number, which `{}` stands for in it."""
+    lines = "\n".join(line.replace("{}", str(number)) for number in range(count))
+    return f'{H}\n<link name="base_link"/>\n{lines}\n</robot>\n'
+
+
+def _unknown_attributes(count: int) -> str:
+    attributes = " ".join(f'a{number}="1"' for number in range(count))
+    return f'{H}<link name="base_link" {attributes}/></robot>'
+
+
+def _unused_parameters(count: int) -> str:
+    names = " ".join(f"p{number}" for number in range(count))
+    return f'{H}<link name="base_link"/><xacro:macro name="m" params="{names}"><a/></xacro:macro></robot>'
+
+
+def _joint(kind: str, inner: str) -> str:
+    ends = '<parent link="base_link"/><child link="l{}"/><axis xyz="0 0 1"/>'
+    return f'<link name="l{{}}"/><joint name="j{{}}" type="{kind}">{ends}{inner}</joint>'
+
+
+def _calls(count: int) -> str:
+    """Calls of a macro, of which each second one has a fault."""
+    inertial = '<inertial><mass value="${v * 1}"/></inertial>'
+    macro = f'<xacro:macro name="m" params="n v"><link name="${{n}}">{inertial}</link></xacro:macro>'
+    return _lines(count, '<xacro:m n="l{}" v="${{} % 2 - 1}"/>').replace(H, H + macro)
+
+
+MANY: dict[str, Callable[[int], str]] = {
+    "unknown attributes of one element": _unknown_attributes,
+    "unused parameters": _unused_parameters,
+    "half of a macro's calls": _calls,
+    "findings in one line": lambda n: _lines(n, '<link name="l{}" colour="\u00e9"/>').replace("\n", ""),
+} | {
+    what: lambda n, line=line: _lines(n, line)  # type: ignore[misc]
+    for what, line in {
+        "unknown elements": '<linc name="l{}"/>',
+        "undefined properties": "<a>${undefined}</a>",
+        "nearly properties": '<xacro:property name="property_{}" value="1"/><a>${properti_{}}</a>',
+        "links of one name": '<link name="same"/>',
+        "unused macros": '<xacro:macro name="m{}" params="unused"><a/></xacro:macro>',
+        "missing meshes": '<link name="l{}"><visual>'
+        '<geometry><mesh filename="m{}.stl"/></geometry></visual></link>',
+        "bad limits": _joint("revolute", '<limit lower="2" upper="1" effort="-1" velocity="0"/>'),
+        "unknown mimics": _joint("continuous", '<mimic joint="jj{}"/>'),
+        "comments that suppress": '<!-- kbot: ignore[U202] why --><link name="l{}" colour="red"/>',
+        "properties of one name": '<xacro:property name="p" value="{}"/><a b="${p}"/>',
+    }.items()
+}
+
+
+@pytest.mark.parametrize("what", MANY)
+def test_the_work_grows_no_faster_than_the_file(what: str, tmp_path: Path) -> None:
+    """Counted in calls of functions: four times the findings take at most five times the calls."""
+    work = []
+    for count in (150, 600):
+        text = MANY[what](count)
+        clear_cache()
+        calls = 0
+
+        def counted(_frame: object, event: str, _argument: object) -> None:
+            nonlocal calls
+            calls += event in ("call", "c_call")
+
+        check_text("<robot/>", "warm_up.xacro", config=Config())
+        sys.setprofile(counted)
+        try:
+            found = check_text(text, "robot.xacro", config=Config())
+            render_text(found)
+        finally:
+            sys.setprofile(None)
+        assert found
+        work.append(calls)
+    assert work[1] < 5 * work[0], work
+
+
+@pytest.mark.parametrize("options", [(), ("--json",), ("--diff",)])
+def test_thousands_of_findings_are_reported(
+    options: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    (tmp_path / "robot.xacro").write_text(MANY["unknown attributes of one element"](5_000))
+    result = measured_kbot("check", "robot.xacro", *options)
+    assert result.is_bounded(), result
+    assert result.status == 1
+    assert (result.out + result.err).count("is not an attribute of <link>") == (
+        0 if "--diff" in options else 5_000
+    )
+
+
+def test_fixes_that_do_not_help_are_given_up(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
+    """Each `<linc>` is nearly `<link>`, and a robot of 5,000 links without joints has more errors."""
+    (tmp_path / "robot.xacro").write_text(MANY["unknown elements"](5_000))
+    result = measured_kbot("check", "robot.xacro", "--fix")
+    assert result.is_bounded(), result
+    assert "linc" in (tmp_path / "robot.xacro").read_text()

@@ -114,7 +114,7 @@ def _uri(path: str) -> str:
     from urllib.parse import quote
 
     name = relative(path)
-    return Path(name).as_uri() if Path(name).is_absolute() else quote(name)
+    return Path(name).as_uri() if Path(name).is_absolute() else quote(os.fsencode(name))
 
 
 def github(found: Sequence[Diagnostic]) -> str:

@@ -41,11 +41,13 @@ def _unreadable(path: str, code: str, message: str, hint: str = "") -> Descripti
     return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
 
 
-def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Source:
+def read_source(
+    path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True
+) -> Source:
     """Read a text file: UTF-8, or what its byte order mark or XML declaration says.
 
     Symbolic links are not resolved in the path it is known by. Devices and pipes are refused, which may
-    never end; `/dev/stdin` and `/dev/fd/N` may be a pipe that a shell has made.
+    never end; `from_pipe`, `/dev/stdin` and `/dev/fd/N` may be a pipe that a shell has made.
 
     Raises:
         DescriptionError: F001 missing, F002 a directory, F003 not readable or not a regular file,
@@ -58,13 +60,13 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
     if texts and (text := texts.get(os.path.realpath(name))) is not None:
         return Source(name, text)
     try:
-        data = read_bytes(name, max_bytes)
+        data = read_bytes(name, max_bytes, from_pipe=from_pipe)
     except FileNotFoundError:
         from kbot.text.installed import find_file
 
         found = find_file(name)
         if found is not None and not os.path.isdir(found):
-            return read_source(found, max_bytes)
+            return read_source(found, max_bytes, from_pipe=from_pipe)
         raise _unreadable(name, "F001", *_missing(name)) from None
     except IsADirectoryError:
         raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None
@@ -79,7 +81,9 @@ def read_source(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Sou
         raise _unreadable(name, "F005", f"{name} {error}") from None
 
 
-def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> bytes:
+def read_bytes(
+    path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True
+) -> bytes:
     """Read a file that may be anything. Never waits for a device or a pipe that does not end.
 
     Raises:
@@ -88,9 +92,11 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> byte
     """
     name = os.fspath(path)
     status = os.stat(name)
-    is_pipe = stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
+    is_pipe = from_pipe and stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:
         check_regular(name, status)
+        if status.st_size > max_bytes:
+            raise _too_large(name, max_bytes)
     descriptor = os.open(name, os.O_RDONLY | _AT_ONCE)
     try:
         if is_pipe:
@@ -103,8 +109,12 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> byte
     finally:
         os.close(descriptor)
     if size > max_bytes:
-        raise OSError(errno.EFBIG, f"it is larger than {max_bytes} bytes", name)
+        raise _too_large(name, max_bytes)
     return b"".join(parts)
+
+
+def _too_large(name: str, max_bytes: int) -> OSError:
+    return OSError(errno.EFBIG, f"it is larger than {max_bytes} bytes", name)
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -136,10 +146,12 @@ def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = 
 
 def _missing(name: str) -> tuple[str, str]:
     """What is said of a file that is not there, and the hint."""
-    if os.path.islink(name):
-        return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
     folder, last = os.path.split(name)
-    siblings = os.listdir(folder or ".") if os.path.isdir(folder or ".") else []
+    siblings: list[str] = []
+    with suppress(OSError):  # what is in /proc may disappear meanwhile, and some of its links name nothing
+        if os.path.islink(name):
+            return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
+        siblings = os.listdir(folder or ".")
     return f"{name} does not exist", did_you_mean(last, siblings)
 
 

@@ -99,13 +99,13 @@ class Run:
         return os.path.join(os.path.dirname(self.file) if self.file else ".", name)
 
     def read(self, name: str) -> Source:
-        """Read a file that the description names.
+        """Read a file that the description names. Only the description itself may come from a pipe.
 
         Raises:
             DescriptionError: it is missing or unreadable.
         """
         path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)
-        source = read_source(path, self.limits.file_bytes)
+        source = read_source(path, self.limits.file_bytes, from_pipe=name == self.files[0])
         self.budget.charge(len(source.text) >> 8)  # a file can be read any number of times
         return source if path == name else Source(name, source.text)
 

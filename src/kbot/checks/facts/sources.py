@@ -110,7 +110,7 @@ def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile
         if path.endswith((".yaml", ".yml")):
             continue
         try:
-            source = entry if path == entry.path else read_source(path)
+            source = entry if path == entry.path else read_source(path, from_pipe=False)
             root = parsed(source).root
         except (DescriptionError, KbotError):
             continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from itertools import islice
 
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Span
@@ -18,6 +19,10 @@ from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
 
 _PATTERN = re.compile(r"[*[?]")
+_MOST_MATCHES = 500
+"""Files that one pattern may include; each may take 32 MB."""
+_MOST_WILD = 3
+"""Parts of a pattern that may hold wildcards: each multiplies the folders that are looked through."""
 
 
 def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
@@ -53,7 +58,16 @@ def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
     if _PATTERN.search(name):
         import glob
 
-        names = sorted(glob.glob(name))
+        wild = sum(bool(_PATTERN.search(part)) for part in re.split(r"[/\\]", name))
+        names = sorted(islice(glob.iglob(name), _MOST_MATCHES + 1)) if wild <= _MOST_WILD else []
+        if wild > _MOST_WILD or len(names) > _MOST_MATCHES:
+            what = f"matches more than {_MOST_MATCHES} files"
+            if wild > _MOST_WILD:
+                what = f"has wildcards in more than {_MOST_WILD} of its parts"
+            fault = Fault("X117", f"cannot include: '{name}' {what}", "name the files more closely")
+            problem = walk.run.report(fault, node, "filename", place.call)
+            walk.run.incomplete = walk.run.incomplete or problem
+            return []
         if not names:
             origin = locate(node, "filename", place.call, None)
             walk.run.warn_at("X204", f"no file matches '{name}'", origin)
