@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.writer import Writer
 
 from kbot.record import Recording
 from kbot.record.copy import copy_recording
@@ -372,6 +373,27 @@ def test_a_length_that_is_larger_than_the_file_loses_the_chunk(at: int, length: 
     chunk[at : at + 8] = struct.pack("<Q", length)
     found = Recording(str(mcap_file(tmp_path / "a.mcap", bytes(chunk)))).summary()
     assert (found.count, "is lost" in found.broken) == (0, True)
+
+
+@pytest.mark.parametrize(("target", "time"), [("copy", 1 << 63), ("copy.bag", 1 << 62)])
+def test_a_time_that_the_new_format_has_no_room_for_is_one_error(
+    target: str, time: int, tmp_path: Path
+) -> None:
+    """64 bits with a sign in SQLite, and seconds of 32 bits in a bag of ROS 1."""
+    path = tmp_path / "late.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "test")
+        channel = writer.register_channel(
+            "/a", "cdr", writer.register_schema(TEXT, "ros2msg", b"string data")
+        )
+        writer.add_message(channel, time, WORD, time)
+        writer.finish()
+    refused(
+        "late.mcap: /a at .* does not fit the format",
+        lambda: copy_recording(str(path), str(tmp_path / target)),
+    )
+    assert not (tmp_path / target).exists()
 
 
 def test_an_index_that_names_a_chunk_again_and_again_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from struct import error as StructError
 from typing import NamedTuple
 
 from kbot.record.entry import Entry
@@ -65,7 +66,11 @@ def copy_recording(
             writer.annotate(name, values)
         for entry in recording.entries():
             if _wanted(entry, first, last, topics):
-                writer.write(entry)
+                try:
+                    writer.write(entry)
+                except (OverflowError, StructError, ValueError) as error:
+                    # as a time that the new format has no room for, or a name that is not Unicode
+                    raise KbotError(f"{entry.place} does not fit the format: {error}") from None
                 count += 1
         writer.close()
     except (OSError, KbotError) as error:

@@ -41,7 +41,12 @@ class McapSource:
 
     def entries(self, note: Note) -> Iterator[Entry]:
         """Raises BrokenOff, KbotError: see `Source`."""
-        allowance = Allowance(self._path)
+        try:
+            yield from self._entries(note, Allowance(self._path))
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+    def _entries(self, note: Note, allowance: Allowance) -> Iterator[Entry]:
         types, schemas, channels = Types(self._path, allowance), dict[int, Schema](), dict[int, Channel]()
         for record in self._records(allowance):
             match record:
@@ -90,8 +95,6 @@ class McapSource:
                         f"{self._path} is not an MCAP file: it ends before its first record"
                     ) from None
                 yield from self._rest(stream, chunks, allowance)
-            except TooLarge as error:
-                raise KbotError(f"{self._path}: {error}") from None
 
     def _rest(self, stream: IO[bytes], chunks: int, allowance: Allowance) -> Iterator[McapRecord]:
         """What the index knows after so many chunks that are whole. Raises BrokenOff, at the end."""
