@@ -301,6 +301,25 @@ def test_a_table_that_repeats_a_page_without_end_is_one_error(
     assert Recording(str(folder)).summary().broken
 
 
+def test_a_row_for_which_there_is_no_memory_is_one_error(tmp_path: Path) -> None:
+    """Pages of 512 bytes, of which the 11th has a row of 2^63 bytes in the table of tables."""
+    folder = ros2_folder(tmp_path / "a")
+    data = bytearray(9005)
+    for at, part in (
+        (0, b"SQLite format 3"),
+        (16, b"\2\0\0\0\0\x40\x20\x20"),
+        (100, b"\5"),
+        (111, b"\x0b"),
+        (5120, b"\r\0\0\0\2\0\0\0\1\x4a"),
+        (5450, b"\xff\xff\xff\xff\xff\xff\xff\xffid I"),
+    ):
+        data[at : at + len(part)] = part
+    (folder / "run.db3").write_bytes(data)
+    refused(f"{folder} cannot be read as rosbag2: it states", lambda: Recording(str(folder)).summary())
+    (folder / "metadata.yaml").unlink()
+    assert "run.db3 cannot be read further" in Recording(str(folder)).summary().broken
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -157,6 +157,8 @@ class SqliteFile:
             # no `yield from`: it would close the cursor, and the database may be closed before
             for row in self._database.execute(sql, values):  # noqa: UP028
                 yield row
+        except MemoryError:
+            raise sqlite3.DatabaseError("it states a size for which there is no memory") from None
         except sqlite3.OperationalError as error:
             if self._steps > self._most_steps:
                 raise sqlite3.DatabaseError("it has more rows than a file of its size can hold") from None
