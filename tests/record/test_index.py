@@ -8,6 +8,7 @@ from mcap.writer import Writer
 from kbot.record.index import open_index
 from kbot.record.mcap.index import McapIndex
 from kbot.sim import Simulation
+from kbot.text import KbotError
 
 from .conftest import record
 
@@ -44,6 +45,17 @@ def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
     assert last.nanoseconds == 500_000_000
     assert last.message().pose.pose.position.x == pytest.approx(0.0, abs=1e-9)
     index.close()
+
+
+def test_what_has_no_index_and_is_too_large_for_memory_is_refused(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "cut.mcap"
+    file.write_bytes(runs["mcap"].read_bytes()[:-100])
+    open_index(str(file)).close()
+    monkeypatch.setattr("kbot.record.index.kept_bytes", lambda path: 1000)
+    with pytest.raises(KbotError, match="has no usable index, and is too large"):
+        open_index(str(file))
 
 
 def test_a_file_that_counts_nothing_is_not_read_for_it(tmp_path: Path) -> None:

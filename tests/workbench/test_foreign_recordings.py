@@ -153,6 +153,20 @@ def test_what_is_missing_is_one_clear_sentence(tmp_path: Path) -> None:
         played_session(str(tmp_path / "d.mcap"))
 
 
+def test_static_transforms_that_are_too_many_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are all held; a hostile recording has gigabytes of them in a few kilobytes."""
+    monkeypatch.setattr("kbot.workbench.playback.recorded_run.MOST_STATIC_BYTES", 100)
+    path = write(
+        tmp_path / "static.mcap",
+        ("/robot_description", 0.0, String(TILTED)),
+        *(("/tf_static", t, moved(t, "odom", "base", (0, 0, 0))) for t in (0.0, 1.0)),
+    )
+    with pytest.raises(KbotError, match="has more than 100 bytes on /tf_static"):
+        played_session(path)
+
+
 def test_a_recording_that_broke_off_is_played_to_its_last_whole_chunk(tmp_path: Path) -> None:
     path = write(
         tmp_path / "whole.mcap",
