@@ -3,23 +3,28 @@
     pip install atheris
     python fuzz/fuzz_xacro.py CORPUS_FOLDER [-runs=1000000]
 
-Whatever the input, expansion must end within its bounds and say what is wrong in diagnostics that
-have a code and a place; anything else is a finding. What was found is kept in
-tests/xacro/fuzzed/, which the test suite replays.
+Expansion must end within its bounds on every input, and report what is wrong in diagnostics that have
+a code and a place. Everything else is a finding, and so is an input that takes more than a second of CPU
+time. Findings are kept in tests/xacro/fuzzed/, which the test suite replays.
 """
 
 import sys
+import time
 
 import atheris
 
 with atheris.instrument_imports(include=["kbot.text", "kbot.xacro"]):
     from kbot.text.render import render_text, to_json
     from kbot.xacro import Limits, clear_cache, expand_text
+    from kbot.xacro.names import _MATH, _PYTHON
+    from kbot.xacro.values import _PUBLIC
 
 LIMITS = Limits(
     file_bytes=100_000, nodes=3_000, steps=20_000, length=20_000, text=200_000, bits=4_096, macro_calls=60,
     includes=5, nesting=200, function_depth=30, errors=30,
 )  # fmt: skip
+MOST_CPU_S = 1.0
+"""Twenty times what the steps in LIMITS take where Python is not instrumented."""
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
 FRAGMENTS = [
     '<xacro:property name="a" value="{}"/>',
@@ -41,14 +46,56 @@ FRAGMENTS = [
     "<!-- xacro:eval-comments --><!-- {} -->",
     '<xacro:include filename="{}" optional="true"/>',
 ]
+TEXTS = ["'a'*9999", "'ab'+'a'*5000", "('a','b')*999", "''", "'\\xe9'*9999", "'%99d'*99", "'{0:>99}'*99"]
+NUMBERS = ["0", "-1", "2**4000-1", "2305843009213693951", "1e308", "9999", "range(9999)"]
+CONTAINERS = [
+    "range(0,2305843009213693951*9999,2305843009213693951)", "[[1]*99]*99", "dict.fromkeys(range(999))",
+    "xacro.dotify(dict(a=[1]))", "python.set(range(999))", "map(str,[1]*999)", "(x for x in [1]*999)",
+    "[t := (1,), [t := (t, t) for i in range(40)]]",
+]  # fmt: skip
+VALUES = [*TEXTS, *NUMBERS, *CONTAINERS]
+METHODS = sorted({name for names in _PUBLIC.values() for name in names})
+FUNCTIONS = [*(f"python.{name}" for name in _PYTHON), *(f"math.{name}" for name in _MATH)]
+OPERATORS = ["+", "-", "*", "/", "//", "%", "**", "<<", ">>", "&", "|", "^", "in", "==", "<"]
+
+
+def hostile(provider: atheris.FuzzedDataProvider) -> str:
+    """An expression of large values, and of calls and operators that may take long on them."""
+
+    def pick(some: list[str]) -> str:
+        return some[provider.ConsumeIntInRange(0, len(some) - 1)]
+
+    def value(depth: int) -> str:
+        kind = provider.ConsumeIntInRange(0, 6) if depth else 0
+        if kind == 1:
+            return f"({value(depth - 1)}).{pick(METHODS)}({arguments(depth - 1)})"
+        if kind == 2:
+            return f"{pick(FUNCTIONS)}({arguments(depth - 1)})"
+        if kind == 3:
+            return f"({value(depth - 1)} {pick(OPERATORS)} {value(depth - 1)})"
+        if kind == 4:
+            return f"[{value(depth - 1)} for x in {value(depth - 1)}]"
+        if kind == 5:
+            return f"({value(depth - 1)})[{value(depth - 1)}:{value(depth - 1)}]"
+        if kind == 6:
+            return f"list(map({pick(FUNCTIONS)}, {value(depth - 1)}))"
+        return pick(VALUES)
+
+    def arguments(depth: int) -> str:
+        return ", ".join(value(depth) for _ in range(provider.ConsumeIntInRange(0, 3)))
+
+    return value(3)
 
 
 def check(text: str) -> None:
     """Expand a text and look at everything that comes out."""
+    start = time.process_time()
     expansion = expand_text(text, "fuzz.xacro", {"x": "1"}, limits=LIMITS)
+    assert time.process_time() - start < MOST_CPU_S, text
     for diagnostic in expansion.diagnostics:
         assert diagnostic.code, diagnostic
         assert diagnostic.message, diagnostic
+        assert diagnostic.origin is not None, diagnostic
         to_json(diagnostic)
     render_text(expansion.diagnostics)
     if expansion.ok:
@@ -60,11 +107,11 @@ def check(text: str) -> None:
 def document(data: bytes) -> str:
     """The text that an input stands for: itself, an expression, or some fragments filled in."""
     provider = atheris.FuzzedDataProvider(data)
-    kind = provider.ConsumeIntInRange(0, 3)
+    kind = provider.ConsumeIntInRange(0, 5)
     if kind == 0:
         return provider.ConsumeUnicodeNoSurrogates(4_000)
-    if kind == 1:
-        expression = provider.ConsumeUnicodeNoSurrogates(1_000)
+    if kind in (1, 4, 5):
+        expression = provider.ConsumeUnicodeNoSurrogates(1_000) if kind == 1 else hostile(provider)
         for character, entity in (("&", "&amp;"), ("<", "&lt;"), ('"', "&quot;")):
             expression = expression.replace(character, entity)
         return f'{HEAD}<xacro:property name="n" value="3"/><a x="${{{expression}}}"/></robot>'

@@ -81,9 +81,7 @@ def read_source(
         raise _unreadable(name, "F005", f"{name} {error}") from None
 
 
-def read_bytes(
-    path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True
-) -> bytes:
+def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True) -> bytes:
     """Read a file that may be anything. Never waits for a device or a pipe that does not end.
 
     Raises:

@@ -64,7 +64,7 @@ class Budget:
     def length(self, count: int) -> None:
         """Refuse a text or container of so many items."""
         if count > self.limits.length:
-            raise self.exceeded("length", f"an expression makes a text or list of {count:,} items")
+            raise self.exceeded("length", "an expression makes too long a text or list")
 
     def bits(self, count: float) -> None:
         """Refuse a whole number of so many bits."""
