@@ -276,6 +276,11 @@ def test_a_number_of_too_many_digits_is_one_error(expression: str) -> None:
         assert codes(body) == ["X104"], body
 
 
+@pytest.mark.parametrize("text", ["$" * 400_000, "${" * 200_000, "$(" * 200_000], ids=["$", "${", "$("])
+def test_a_row_of_dollars_is_read_once(text: str) -> None:
+    assert codes(f'<a x="{text}"/>') == ["X101"]
+
+
 def test_yaml_data_is_bounded(tmp_path: Path) -> None:
     merges = "a0: &a0 {x: 1, y: 2}\n" + "".join(
         f"a{i + 1}: &a{i + 1} {{<<: [*a{i}, *a{i}], k{i}: 1}}\n" for i in range(40)

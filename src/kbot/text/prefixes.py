@@ -24,10 +24,11 @@ class Prefixes:
 
     def check(self, tag: str, attributes: dict[str, str], at: int, stack: list[Element]) -> None:
         for name in (tag, *attributes):
-            prefix, colon, _ = name.partition(":")
-            if not colon or prefix in ("xml", "xmlns"):
-                known = True
-            else:
+            known = ":" not in name
+            if not known:
+                prefix = name.partition(":")[0]
+                known = prefix in ("xml", "xmlns")
+            if not known:
                 declaration = "xmlns:" + prefix
                 known = declaration in (stack[0].attributes if stack else attributes)
                 if not known and not any(declaration in e.attributes for e in stack):

@@ -23,6 +23,8 @@ MAX_READ_NESTING = 100
 MAX_NODES = 2_000_000
 
 _SPECIAL = (b"$", b"xacro", b"&#")
+_MOST_SPECIALS = 1_000_000
+"""A list of more places would take more memory than the tree; real files hold a few hundred."""
 
 
 def parse_xml(source: Source) -> Element:
@@ -76,7 +78,12 @@ def _error(source: Source, code: str, message: str, offset: int, hint: str = "")
 
 
 def _specials(data: bytes) -> list[int]:
-    """Where something stands that xacro may have to do with, last first, behind one beyond the end."""
+    """Where something stands that xacro may have to do with, last first, behind one beyond the end.
+
+    Empty if there are too many to note.
+    """
+    if sum(map(data.count, _SPECIAL)) > _MOST_SPECIALS:
+        return []
     found = [len(data) + 1]
     for special in _SPECIAL:
         at = data.find(special)
@@ -101,7 +108,8 @@ def _handle(
     previous = 0
     in_cdata = fresh = False
     specials = _specials(source.data)
-    passed, special = -1, specials.pop()
+    # without the places, every element is taken for one that holds something special
+    passed, special = (-1, specials.pop()) if specials else (len(source.data), len(source.data) + 1)
     subset_at = -1
     nodes = depth = 0
     blanks: dict[str, Text] = {}

@@ -7,7 +7,6 @@ from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
 from kbot.xacro.faults import Fault, consequence
 from kbot.xacro.names import FUNCTIONS, GLOBAL, KNOWN, run_name
-from kbot.xacro.substitution import substitute
 from kbot.xacro.templates import evaluate, expression
 from kbot.xacro.values import Value, literal
 
@@ -52,6 +51,8 @@ class Scope:
 
     def substitute(self, content: str) -> str:
         """What `$(content)` stands for."""
+        from kbot.xacro.substitution import substitute  # small robots need none
+
         return substitute(content, self.run)
 
     def _constant(self, text: str) -> Value:

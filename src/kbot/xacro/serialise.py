@@ -78,22 +78,22 @@ def escape_value(text: str) -> str:
 
 
 def _element(element: Element, indent: str, out: list[str]) -> None:
-    attributes = element.attributes
-    written = ""
-    if attributes:
-        pairs = sorted(attributes.items()) if len(attributes) > 1 else attributes.items()
+    attributes, children = element.attributes, element.children
+    start = f"{indent}<{element.tag}"
+    if len(attributes) == 1:
+        [(name, value)] = attributes.items()
+        start += f' {name}="{escape_value(value)}"'
+    elif attributes:
         if _SPECIAL_VALUE.search("".join(attributes.values())):
-            written = "".join([f' {name}="{escape_value(value)}"' for name, value in pairs])
-        else:
-            written = "".join([f' {name}="{value}"' for name, value in pairs])
-    children = element.children
+            attributes = {name: escape_value(value) for name, value in attributes.items()}
+        start += "".join([f' {name}="{attributes[name]}"' for name in sorted(attributes)])
     if not children:
-        out.append(f"{indent}<{element.tag}{written}/>\n")
+        out.append(f"{start}/>\n")
         return
     if len(children) == 1 and type(only := children[0]) is Text:
-        out.append(f"{indent}<{element.tag}{written}>{escape(only.value)}</{element.tag}>\n")
+        out.append(f"{start}>{escape(only.value)}</{element.tag}>\n")
         return
-    out.append(f"{indent}<{element.tag}{written}>\n")
+    out.append(f"{start}>\n")
     inner = indent + "  "
     for child in children:
         if type(child) is Element:

@@ -28,7 +28,6 @@ _PIECE = re.compile(
       | \$\{(?P<expression>[^}]*)\}
       | \$\((?P<command>[^)]*)\)
       | (?P<plain>[^$]+|\$[^{($]+|\$$)  # no dollar, or one that begins nothing
-      | (?P<unclosed>\$(?s:.*))          # one that begins something and does not end it
     """,
     re.VERBOSE,
 )
@@ -66,14 +65,15 @@ def pieces(text: str) -> list[Piece]:
     """
     found: list[Piece] = []
     at = 0
-    for match in _PIECE.finditer(text):
+    while at < len(text):
+        match = _PIECE.match(text, at)  # not a search, which tries each place of a row of dollars
+        if match is None:
+            raise _unclosed(text, at)
         start, end = match.span()
-        kind = match.lastgroup
-        if kind == "unclosed":
-            break
         if len(found) >= _MOST_PIECES:
             raise LimitFault("X190", f"a text holds more than {_MOST_PIECES:,} expressions and words between")
         at = end
+        kind = match.lastgroup
         if kind == "plain":
             found.append(Piece("text", match[0], start, end))
         elif kind == "escaped":
@@ -82,8 +82,6 @@ def pieces(text: str) -> list[Piece]:
             found.append(
                 Piece("expression" if kind == "expression" else "command", match[0][2:-1], start, end)
             )
-    if at != len(text):
-        raise _unclosed(text, at)
     return found
 
 
@@ -92,11 +90,12 @@ def _unclosed(text: str, at: int) -> Fault:
     mark = match[0] if match else text[at]
     closing = {"{": "}", "(": ")"}.get(mark[-1])
     if closing:
+        mark = shortened(mark, 20)
         hint = f"close it with '{closing}', or write '${mark}' for the text"
         fault = Fault("X101", f"'{mark}' is never closed", hint)
     else:
-        fault = Fault("X101", f"'{mark}' begins neither '${{' nor '$('")
-    fault.part = (at, at + len(mark))
+        fault = Fault("X101", f"'{shortened(mark, 20)}' begins neither '${{' nor '$('")
+    fault.part = (at, match.end() if match else at + 1)
     return fault
 
 
@@ -132,12 +131,17 @@ class Template:
             if self._single is not None:
                 return _writable(self._single(scope))
             budget = scope.budget
-            parts = []
+            parts, size = [], 0
             for evaluate in self._evaluators:
                 value = evaluate(scope)
-                parts.append(value if type(value) is str else budget.text(value))
+                part = value if type(value) is str else budget.text(value)
+                size += len(part)
+                parts.append(part)
                 done += 1
-            text = budget.joined(parts)
+            if size > _SHORT:  # before it is made
+                budget.length(size)
+                budget.charge(size >> 4)
+            text = "".join(parts)
             if not text.isascii() and _HALF.search(text):
                 done = next(index for index, part in enumerate(parts) if _HALF.search(part))
                 _writable(parts[done])
@@ -177,7 +181,10 @@ def evaluate(text: str, scope: Names) -> Value:
     if template is None:
         if len(_cache) >= _CACHE_SIZE:
             _cache.clear()
-        scope.budget.charge(len(text))  # compiling an expression takes about 1 us per character
+        budget = scope.budget
+        budget.steps -= len(text)  # compiling an expression takes about 1 us per character
+        if budget.steps < 0:
+            budget.charge(0)
         template = _cache[text] = Template(text)
     return template.value(scope)
 

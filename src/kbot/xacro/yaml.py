@@ -54,7 +54,8 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     known = _cache.get(source.path)
     if known is not None and known[0] == source.text:
         return wrap(_copied(known[1]))
-    if sum(1 for _ in _LONG_NUMBER.finditer(source.text)) > _MOST_LONG_NUMBERS:
+    is_long = len(source.text) > 15 * _MOST_LONG_NUMBERS
+    if is_long and sum(1 for _ in _LONG_NUMBER.finditer(source.text)) > _MOST_LONG_NUMBERS:
         message = f"{source.path} holds more than {_MOST_LONG_NUMBERS:,} whole numbers of over 15 digits"
         raise LimitFault("X190", message, "write them in quotes, as text")
     try:
