@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class Limits:
-    """Bounds on one expansion; a caller raises them with `Limits(steps=…)`. Instances are immutable.
+    """Bounds on one expansion; a caller raises them with `Limits(steps=…)`. Do not change an instance.
 
     With the defaults every verb answers a hostile description within 10 s of CPU time and 1 GB of
     memory. The largest of 168 real robots makes 1,000 nodes and 40,000 characters.
@@ -14,11 +14,11 @@ class Limits:
     includes        Depth of files that include one another.
     macro_calls     Depth of macros that call one another.
     nodes           Elements and texts of the result, and of all that is evaluated on the way to it.
-    text            Characters of evaluated text in all.
-    steps           Items that loops and functions of expressions go through.
+    text            Characters of all evaluated text, and of the result.
+    steps           Work of expressions; a step is at most about a microsecond and 64 bytes.
     length          Length of one string, list, tuple, set or dictionary.
     bits            Size of one whole number.
-    function_depth  Depth of lambda functions that call one another.
+    function_depth  Depth of lambda functions and iterators that call one another.
     errors          Errors after which expansion gives up.
     """
 
