@@ -45,11 +45,11 @@ _NAMED = re.compile(_NAME)
 _BOUND = r"[0-9]{1,10}"
 _FIELD = re.compile(
     rf"(?P<type>{_NAME}(?:/{_NAME}){{0,3}})(?:<=(?P<limit>{_BOUND}))?"
-    rf"(?P<array>\[(?P<upto><=)?(?P<count>{_BOUND})?\])?[ \t]+(?P<name>{_NAME})[ \t]*(?P<rest>.*)"
+    rf"(?P<array>\[(?P<upto><=)?(?P<count>{_BOUND})?\])?[ \t]+(?P<name>{_NAME})[ \t]*+(?P<rest>.*)"
 )
 _ANNOTATIONS = re.compile(r"(?:@[a-z]+(?:[ \t]+|$))*")
 _INTEGER = re.compile(r"[+-]?(?:0[xX][0-9a-fA-F]{1,16}|0[bB][01]{1,64}|[0-9]{1,20})")
-_REAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_REAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _QUOTED = re.compile(r"""('(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*")[ \t]*(?:#.*)?""")
 
