@@ -5,7 +5,15 @@ import socket
 import pytest
 
 from kbot.bridges import hosts
-from kbot.bridges.hosts import accepts_host, host_and_port, host_and_port_of_uri, is_this_machine
+from kbot.bridges.hosts import (
+    accepts_host,
+    host_and_port,
+    host_and_port_of_uri,
+    is_loopback,
+    is_served_at,
+    is_this_machine,
+)
+from kbot.bridges.ros1.contacts import Contacts
 
 
 @pytest.mark.parametrize(
@@ -57,7 +65,7 @@ def own_address() -> str:
 
 
 def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+    asked: list[str] = []
 
     def resolved(name: str, *_: object, **__: object) -> list[tuple[int, int, int, str, tuple[str, int]]]:
         asked.append(name)
@@ -67,14 +75,24 @@ def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(socket, "gethostname", lambda: "Robot")
     monkeypatch.setattr(socket, "getaddrinfo", resolved)
     monkeypatch.setattr(hosts, "_full_name", hosts._full_name.__wrapped__)
-    for host in ("localhost", "127.0.0.1", "127.1.2.3", "::1", address, "robot", "robot.example.org"):
+    names = ("localhost", "Localhost", "Robot", "robot", "robot.local", "Robot.Local", "Robot.example.org")
+    for host in ("127.0.0.1", "127.1.2.3", "::1", address, *names):
         assert is_this_machine(host), host
+        assert is_served_at(host, "127.0.0.1"), host
+        assert not Contacts("127.0.0.1", asked.append).refusal(host), host
     for host in (None, "", "0.0.0.0", "::", "224.0.0.1", "192.0.2.7", "2001:db8::7", "127.1", "0x7f000001"):
         assert not is_this_machine(host), host
-    assert not is_this_machine("robot.evil.example")
+    for host in ("robot.evil.example", "robot.local.evil.example", "other.local", "local"):
+        assert not is_this_machine(host), host
     asked.clear()
     assert not is_this_machine("evil.example")
     assert asked == []  # the owner of a name decides what it resolves to, and resolving it can take seconds
+
+
+def test_the_name_served_at_has_no_case() -> None:
+    assert is_served_at("Ros.Lan", "ros.lan")
+    assert is_served_at("ros.lan", "Ros.Lan")
+    assert is_loopback("Localhost")
 
 
 def test_a_request_has_one_host_of_this_machine() -> None:

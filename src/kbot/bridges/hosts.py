@@ -28,10 +28,10 @@ def host_and_port_of_uri(uri: str) -> tuple[str | None, int | None]:
 
 
 def is_loopback(host: str | None) -> bool:
-    """Whether a name or address can only be this machine's; None is no address."""
+    """Whether a name or address can only be this machine's. None is not an address."""
     if host is None:
         return False
-    if host == "localhost":
+    if host.lower() == "localhost":
         return True
     try:
         return ipaddress.ip_address(host).is_loopback
@@ -64,7 +64,7 @@ def is_this_machine(host: str | None) -> bool:
 
 def is_served_at(host: str | None, served_at: str) -> bool:
     """Whether a host is this machine, or the name that a server here was started with."""
-    return host is not None and (host == served_at.lower() or is_this_machine(host))
+    return host is not None and (host.lower() == served_at.lower() or is_this_machine(host))
 
 
 def accepts_host(headers: Sequence[str], served_at: str) -> bool:
@@ -91,11 +91,13 @@ def _is_own_address(text: str) -> bool:
 
 
 def _is_own_name(name: str) -> bool:
+    name = name.lower()
     own = socket.gethostname().lower()
     short = own.partition(".")[0]
-    if name in (own, short):
+    # Avahi and Bonjour publish the short name in the domain "local", and ROS_MASTER_URI often has it.
+    if name in (own, short, f"{short}.local"):
         return True
-    # the resolver may take seconds, so it is asked only about a name that begins with this machine's
+    # The resolver may take seconds, so only names that begin with this machine's name are resolved.
     return name.partition(".")[0] == short and name == _full_name(own)
 
 
