@@ -100,3 +100,14 @@ def test_a_request_that_fails_is_answered(
     assert fault.startswith(f"GET /{path.split('/')[1]} failed: internal error (ZeroDivisionError)")
     monkeypatch.undo()
     assert get(address, "/")[0] == 200
+
+
+@pytest.mark.parametrize(("target", "name"), [("robot", "robot"), ("?robot", ""), ("//robot/x", "robot")])
+def test_an_unusual_target_that_fails_is_answered(
+    driving: tuple[str, Session], target: str, name: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    address, _ = driving
+    monkeypatch.setattr("kbot.workbench.serving.files.Files._found", broken)
+    status, _, body = get(address, target)
+    assert (status, body.decode()) == (500, f"500: {FAILED}\n")
+    assert caplog.messages[0].startswith(f"GET /{name} failed: internal error (ZeroDivisionError)")

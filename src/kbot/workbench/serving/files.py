@@ -40,7 +40,9 @@ class Files:
         except KbotError as error:
             reason = str(error)
         except Exception as error:  # noqa: BLE001 - logged, and answered
-            kind = request.path.partition("?")[0].split("/")[1][:20]  # a client makes up whole paths
+            kind = (
+                request.path.partition("?")[0].lstrip("/").partition("/")[0][:20]
+            )  # a client makes up whole paths
             reason = self._complaints.fault(f"GET /{kind}", error)
         return response(http.HTTPStatus.INTERNAL_SERVER_ERROR, "", f"500: {reason}\n".encode())
 
