@@ -12,6 +12,7 @@ from kbot.bridges.hosts import (
     is_loopback,
     is_served_at,
     is_this_machine,
+    only_host,
 )
 from kbot.bridges.ros1.contacts import Contacts
 
@@ -96,7 +97,7 @@ def test_the_name_served_at_has_no_case() -> None:
 
 
 def test_a_request_has_one_host_of_this_machine() -> None:
-    assert accepts_host(["127.0.0.1:1"], "127.0.0.1")
-    assert accepts_host(["robot.lan:1"], "Robot.lan")  # the name that the server was started with
+    assert accepts_host(only_host(["127.0.0.1:1"]), "127.0.0.1")
+    assert accepts_host(only_host(["robot.lan:1"]), "Robot.lan")  # the name that the server was started with
     for headers in ([], ["evil.example"], ["127.0.0.1", "127.0.0.1"], [""], ["127.0.0.1.evil.example:1"]):
-        assert not accepts_host(headers, "127.0.0.1")
+        assert not accepts_host(only_host(headers), "127.0.0.1")

@@ -15,13 +15,13 @@ SHARED = Access("0.0.0.0", 8300, "secret")
     "host", ["127.0.0.1:8300", "localhost:8300", "[::1]:8300", f"{socket.gethostname()}:8300"]
 )
 def test_this_machines_names_are_welcome(host: str) -> None:
-    assert LOCAL.refuses("/", host, None, secret=False) is None
-    assert LOCAL.refuses("/ws", host, f"http://{host}", secret=True) is None
+    assert LOCAL.refuses("/", host, (), secret=False) is None
+    assert LOCAL.refuses("/ws", host, [f"http://{host}"], secret=True) is None
 
 
 def test_the_port_of_http_may_be_left_out() -> None:
-    assert Access("127.0.0.1", 80, None).refuses("/", "localhost", None, secret=False) is None
-    assert Access("127.0.0.1", 80, None).refuses("/", "localhost:8300", None, secret=False) is not None
+    assert Access("127.0.0.1", 80, None).refuses("/", "localhost", (), secret=False) is None
+    assert Access("127.0.0.1", 80, None).refuses("/", "localhost:8300", (), secret=False) is not None
 
 
 @pytest.mark.parametrize(
@@ -29,22 +29,28 @@ def test_the_port_of_http_may_be_left_out() -> None:
     [None, "", "evil.example", "evil.example:8300", "127.0.0.1", "127.0.0.1:80", "a@127.0.0.1:8300", "[::1"],
 )
 def test_a_foreign_host_is_refused(host: str | None) -> None:
-    assert LOCAL.refuses("/", host, None, secret=False) is not None
+    assert LOCAL.refuses("/", host, (), secret=False) is not None
 
 
 @pytest.mark.parametrize(
     "origin", ["null", "http://evil.example", "https://127.0.0.1:8300", "http://127.0.0.1:1"]
 )
 def test_a_foreign_origin_is_refused(origin: str) -> None:
-    assert LOCAL.refuses("/ws", "127.0.0.1:8300", origin, secret=True) is not None
-    assert SHARED.refuses("/ws?token=secret", "10.0.0.2:8300", origin, secret=True) is not None
+    assert LOCAL.refuses("/ws", "127.0.0.1:8300", [origin], secret=True) is not None
+    assert SHARED.refuses("/ws?token=secret", "10.0.0.2:8300", [origin], secret=True) is not None
+
+
+def test_each_of_several_origins_is_checked() -> None:
+    own, foreign = "http://127.0.0.1:8300", "http://evil.example"
+    for origins in ([own, foreign], [foreign, own]):
+        assert LOCAL.refuses("/ws", "127.0.0.1:8300", origins, secret=True) is not None
 
 
 def test_other_machines_need_the_token() -> None:
-    assert SHARED.refuses("/ws?token=secret", "10.0.0.2:8300", "http://10.0.0.2:8300", secret=True) is None
+    assert SHARED.refuses("/ws?token=secret", "10.0.0.2:8300", ["http://10.0.0.2:8300"], secret=True) is None
     for path in ("/ws", "/ws?token=", "/ws?token=Secret", "/ws?x=secret"):
-        assert SHARED.refuses(path, "10.0.0.2:8300", None, secret=True) is not None
-    assert SHARED.refuses("/", "10.0.0.2:8300", None, secret=False) is None
+        assert SHARED.refuses(path, "10.0.0.2:8300", (), secret=True) is not None
+    assert SHARED.refuses("/", "10.0.0.2:8300", (), secret=False) is None
 
 
 def test_loopback_is_told_from_the_rest() -> None:

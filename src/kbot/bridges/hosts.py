@@ -67,13 +67,18 @@ def is_served_at(host: str | None, served_at: str) -> bool:
     return host is not None and (host.lower() == served_at.lower() or is_this_machine(host))
 
 
-def accepts_host(headers: Sequence[str], served_at: str) -> bool:
-    """Whether a request's Host headers name this machine once, with any port.
+def only_host(headers: Sequence[str]) -> str | None:
+    """The Host header of a request that has exactly one: readers of two disagree about which one counts."""
+    return headers[0] if len(headers) == 1 else None
+
+
+def accepts_host(header: str | None, served_at: str) -> bool:
+    """Whether a request's one Host header names this machine, with any port.
 
     With DNS rebinding a web page's own name resolves to this machine. Its requests then count as its own
     origin's, and only the Host header shows whose name it is.
     """
-    return len(headers) == 1 and is_served_at(host_and_port(headers[0])[0], served_at)
+    return header is not None and is_served_at(host_and_port(header)[0], served_at)
 
 
 def _is_own_address(text: str) -> bool:

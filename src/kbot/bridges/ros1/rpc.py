@@ -14,7 +14,7 @@ from typing import Any
 from xml.parsers.expat import ExpatError, ParserCreate
 from xmlrpc.server import SimpleXMLRPCDispatcher, SimpleXMLRPCRequestHandler
 
-from kbot.bridges.hosts import accepts_host
+from kbot.bridges.hosts import accepts_host, only_host
 
 LARGEST_BODY = 1 << 24
 """Bytes of a request or an answer: 16 MiB, more than robot descriptions have."""
@@ -24,7 +24,7 @@ recurses once for each level."""
 XML_TYPES = ("text/xml", "application/xml")
 READ_BYTES = 1 << 16
 LINGER_SECONDS = 1.0
-"""How long a peer whose request was refused has to read why."""
+"""Seconds that a refused peer has to read the error."""
 MOST_AT_ONCE = 64
 SERVER_SECONDS = 10.0
 CLIENT_SECONDS = 3.0
@@ -114,7 +114,7 @@ class _Handler(SimpleXMLRPCRequestHandler):
         headers = self.headers
         if "origin" in headers:
             return HTTPStatus.FORBIDDEN, "web pages cannot use the ROS 1 bridge (the request has an Origin)"
-        if not accepts_host(headers.get_all("host", []), self.server.host):
+        if not accepts_host(only_host(headers.get_all("host", [])), self.server.host):
             return HTTPStatus.FORBIDDEN, "the Host header is not a name or address of this machine"
         if headers.get_content_type() not in XML_TYPES:
             return HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"the Content-Type is not {' or '.join(XML_TYPES)}"

@@ -17,7 +17,14 @@ from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 from kbot.bridges.complaints import socket_logger
-from kbot.bridges.hosts import accepts_host, host_and_port, host_and_port_of_uri, is_address, is_loopback
+from kbot.bridges.hosts import (
+    accepts_host,
+    host_and_port,
+    host_and_port_of_uri,
+    is_address,
+    is_loopback,
+    only_host,
+)
 from kbot.bridges.loop import FAULTS, loop, wait_for
 from kbot.text import KbotError
 
@@ -184,7 +191,7 @@ class WebSocketBridge:
         for origin in request.headers.get_all("Origin"):
             if origin not in self._origins and not is_loopback(host_and_port_of_uri(origin)[0]):
                 return connection.respond(HTTPStatus.FORBIDDEN, f"pages of {origin} may not connect\n")
-        if not self._accepts_host(request.headers.get_all("Host")):
+        if not self._accepts_host(only_host(request.headers.get_all("Host"))):
             return connection.respond(
                 HTTPStatus.FORBIDDEN, "the Host header is not a name or address of this machine\n"
             )
@@ -192,11 +199,11 @@ class WebSocketBridge:
             return connection.respond(HTTPStatus.FORBIDDEN, "this is for those who know the token\n")
         return None
 
-    def _accepts_host(self, hosts: Sequence[str]) -> bool:
+    def _accepts_host(self, header: str | None) -> bool:
         # Behind address translation, as in a container, other machines use an address that is not this one's.
         # A page's name can be rebound to this machine, but an address cannot.
-        by_address = len(hosts) == 1 and is_address(host_and_port(hosts[0])[0])
-        return accepts_host(hosts, self._host) or (by_address and not is_loopback(self._host))
+        by_address = header is not None and is_address(host_and_port(header)[0])
+        return accepts_host(header, self._host) or (by_address and not is_loopback(self._host))
 
     async def _serve(self, connection: ServerConnection) -> None:
         wire = Wire(connection)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hmac
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
@@ -21,25 +21,27 @@ class Access:
     port: int
     token: str | None
 
-    def refuses(self, path: str, host: str | None, origin: str | None, secret: bool) -> str | None:
-        """Why a request is refused, or None when it is welcome. `secret` things need the token.
+    def refuses(self, path: str, host: str | None, origins: Sequence[str], secret: bool) -> str | None:
+        """Why a request is refused, or None if it is accepted. `secret` things need the token. `host` is None
+        for a request without exactly one Host header.
 
         Without a token, Host has to be one of this machine's names, because a foreign name can resolve here
         (DNS rebinding). A page of another site is always refused.
         """
         if host is None:
-            return "no Host header"
+            return "a request needs exactly one Host header"
         if self.token is None and not self._is_served(host):
             return f"the Host header names {host[:80]!r}, which is not served here"
-        if origin is not None and origin != f"http://{host}":
-            return f"the page {origin[:80]!r} may not speak to this server"
+        for origin in origins:
+            if origin != f"http://{host}":
+                return f"the page {origin[:80]!r} may not use this server"
         if secret and self.token is not None and not self._has_token(path):
             return "the address needs the token that was printed with it"
         return None
 
     def _is_served(self, host: str) -> bool:
         port = host_and_port(host)[1]
-        return accepts_host([host], self.host) and self.port == (HTTP_PORT if port is None else port)
+        return accepts_host(host, self.host) and self.port == (HTTP_PORT if port is None else port)
 
     def _has_token(self, path: str) -> bool:
         given = parse_qs(urlsplit(path).query).get("token", [""])[0]

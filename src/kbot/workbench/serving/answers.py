@@ -33,9 +33,3 @@ def response(
         }
     )
     return Response(status.value, status.phrase, headers, body)
-
-
-def only(headers: Headers, name: str) -> str | None:
-    """A header's value; two of them are as good as a foreign one."""
-    values = headers.get_all(name)
-    return values[0] if len(values) == 1 else ("(several)" if values else None)

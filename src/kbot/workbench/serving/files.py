@@ -11,11 +11,12 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
 from kbot.bridges.complaints import Complaints
+from kbot.bridges.hosts import only_host
 from kbot.text import KbotError
 from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serving.access import Access
-from kbot.workbench.serving.answers import only, response
+from kbot.workbench.serving.answers import response
 from kbot.workbench.serving.exports import EXPORTS, described, exported
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
@@ -66,9 +67,9 @@ class Files:
         self, path: str, request: Request, only_headers: bool
     ) -> Response | Awaitable[Response] | None:
         is_socket = path == "/ws"
-        host = only(request.headers, "Host")
+        host = only_host(request.headers.get_all("Host"))
         secret = is_socket or path.startswith(("/mesh/", "/export/", RECORDING))
-        reason = self._access.refuses(request.path, host, only(request.headers, "Origin"), secret)
+        reason = self._access.refuses(request.path, host, request.headers.get_all("Origin"), secret)
         if reason is not None:
             self._complaints.add(f"refused {path[:80]}: {reason}")
             return response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())
@@ -100,7 +101,7 @@ class Files:
     def _page_file(self, path: str, request: Request, host: str) -> Response:
         file = self._page[path]
         kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
-        if path == "/" and not self._access.refuses(request.path, host, None, secret=True):
+        if path == "/" and not self._access.refuses(request.path, host, (), secret=True):
             body = with_greeting(file.body, map(encode, self._session.greeting(NOBODY)))
             return response(http.HTTPStatus.OK, host, body, file.kind, kept, file.scripts)
         if file.packed is None or not takes_gzip(request.headers.get_all("Accept-Encoding")):
