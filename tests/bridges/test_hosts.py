@@ -81,10 +81,10 @@ def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) ->
         assert is_this_machine(host), host
         assert is_served_at(host, "127.0.0.1"), host
         assert not Contacts("127.0.0.1", asked.append).refusal(host), host
-    for host in (None, "", "0.0.0.0", "::", "224.0.0.1", "192.0.2.7", "2001:db8::7", "127.1", "0x7f000001"):
-        assert not is_this_machine(host), host
-    for host in ("robot.evil.example", "robot.local.evil.example", "other.local", "local"):
-        assert not is_this_machine(host), host
+    for other in (None, "", "0.0.0.0", "::", "224.0.0.1", "192.0.2.7", "2001:db8::7", "127.1", "0x7f000001"):
+        assert not is_this_machine(other), other
+    for other in ("robot.evil.example", "robot.local.evil.example", "other.local", "local"):
+        assert not is_this_machine(other), other
     asked.clear()
     assert not is_this_machine("evil.example")
     assert asked == []  # the owner of a name decides what it resolves to, and resolving it can take seconds

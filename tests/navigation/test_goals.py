@@ -1,5 +1,6 @@
 """Goals of a running simulation: lazily prepared, journalled, given up for whoever drives by hand."""
 
+import logging
 import math
 import time
 
@@ -17,6 +18,7 @@ from kbot.record import Recorder
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.text.complaints import Complaints
 from kbot.wire import Feed
 from kbot.world.builders import box, floor
 from kbot.world.occupancy import OccupancyGrid as Grid
@@ -288,14 +290,19 @@ def test_what_flew_off_is_on_no_map():
     assert np.array_equal(with_both.cells, with_near.cells)
 
 
-def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch):
+def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch, tmp_path):
     def broken(*_):
         raise OverflowError("a bug")
 
     monkeypatch.setattr("kbot.navigation.goals.robot_planner", broken)
+    monkeypatch.setattr("kbot.text.crash.state_folder", lambda: tmp_path)
+    monkeypatch.setattr("kbot.navigation.goals.FAULTS", Complaints(logging.getLogger("goals")))
     goals = Goals(simulation)
-    goals.go(PlanarPose(1.0, 0.0))
-    assert str(goals.status) == "refused: no map: a bug"
+    for x in (1.0, 2.0):
+        goals.go(PlanarPose(x, 0.0))
+        failed = "KBot failed at this: OverflowError: a bug; please report it"
+        assert str(goals.status) == f"refused: no map: {failed}"
+    assert len(list((tmp_path / "crashes").iterdir())) == 1  # the same fault has one crash file
 
 
 def _throw_over(simulation, roll):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine
 from functools import cache
 from typing import Any, Generic, TypeVar
 
-from kbot.bridges.complaints import Complaints
+from kbot.text.complaints import Complaints
 
 T = TypeVar("T")
 S = TypeVar("S")

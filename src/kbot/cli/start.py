@@ -21,7 +21,8 @@ def main() -> None:
         _main()
     except SystemExit:
         raise
-    except BaseException as error:  # noqa: BLE001 - errors of extensions in Rust are no Exception
+    # Rust extensions raise errors that do not derive from Exception.
+    except BaseException as error:  # noqa: BLE001 - the last guard
         if _comes_from_ctrl_c(error):  # also while modules are still being imported
             sys.exit(130)
         from kbot.text.crash import report_internal_error

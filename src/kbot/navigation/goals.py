@@ -19,10 +19,11 @@ from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, lies, req
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.text.crash import internal_error
+from kbot.text.complaints import Complaints
 from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
 
-log = logging.getLogger(__name__)
+FAULTS = Complaints(logging.getLogger(__name__))
+"""Where maps that fail are reported: every goal makes a map, and a crash file for each would be too many."""
 
 
 class Goals:
@@ -228,8 +229,7 @@ class Goals:
         except KbotError as error:
             self._navigator.refuse(str(error))
         except Exception as error:  # noqa: BLE001 - it refuses the goal, and the run goes on
-            log.error("%s", internal_error(error, "making a map"))
-            self._navigator.refuse(f"no map: {error}")
+            self._navigator.refuse(f"no map: {FAULTS.fault('making a map', error)}")
 
     def _let_go(self) -> None:
         if self._pilot is not None:

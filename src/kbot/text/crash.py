@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import threading
 
 KEPT = 20
-"""Crash files that are kept. A program that fails every night must not fill the disk, and the first failures
-of a series say as much as the last."""
+"""The newest crash files are kept. A program that fails every night must not fill the disk: these files take
+about 20 MiB at most, because MOST_BYTES bounds each."""
 MOST_BYTES = 1 << 20
 """Of a traceback: an error's message may quote a whole input."""
 

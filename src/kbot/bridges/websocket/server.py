@@ -16,7 +16,6 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.typing import Subprotocol
 
-from kbot.bridges.complaints import socket_logger
 from kbot.bridges.hosts import (
     accepts_host,
     host_and_port,
@@ -26,6 +25,7 @@ from kbot.bridges.hosts import (
     only_host,
 )
 from kbot.bridges.loop import FAULTS, loop, wait_for
+from kbot.bridges.socket_log import socket_logger
 from kbot.text import KbotError
 
 LARGEST_MESSAGE = 1 << 22

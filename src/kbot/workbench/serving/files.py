@@ -10,9 +10,9 @@ from urllib.parse import urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from kbot.bridges.complaints import Complaints
 from kbot.bridges.hosts import only_host
 from kbot.text import KbotError
+from kbot.text.complaints import Complaints
 from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
 from kbot.workbench.protocol.encode import encode
 from kbot.workbench.serving.access import Access
@@ -41,9 +41,8 @@ class Files:
         except KbotError as error:
             reason = str(error)
         except Exception as error:  # noqa: BLE001 - logged, and answered
-            kind = (
-                request.path.partition("?")[0].lstrip("/").partition("/")[0][:20]
-            )  # a client makes up whole paths
+            # A client can invent any number of paths, so only the kind of request is named.
+            kind = request.path.partition("?")[0].lstrip("/").partition("/")[0][:20]
             reason = self._complaints.fault(f"GET /{kind}", error)
         return response(http.HTTPStatus.INTERNAL_SERVER_ERROR, "", f"500: {reason}\n".encode())
 

@@ -15,8 +15,9 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from kbot.bridges.complaints import Complaints, socket_logger
+from kbot.bridges.socket_log import socket_logger
 from kbot.text import KbotError
+from kbot.text.complaints import Complaints
 from kbot.wire.types import ros2_types
 from kbot.workbench.protocol import (
     AskSeries,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.bridges.complaints import EVERY_SECONDS, FIRST, Complaints, socket_logger
+from kbot.text.complaints import EVERY_SECONDS, FIRST, Complaints
 
 
 @pytest.fixture(autouse=True)
@@ -46,23 +46,6 @@ def test_a_fault_has_a_crash_file_once(caplog: pytest.LogCaptureFixture, crash_f
     assert len(files) == 2
     assert any(str(file) in first for file in files)
     assert all("ValueError: no such thing" in file.read_text() for file in files)
-
-
-def test_sockets_log_no_traceback(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
-    logger = socket_logger(Complaints(logging.getLogger("complaints")))
-    for text, error in (
-        ("opening handshake failed", ValueError("a bad request")),
-        ("keepalive ping failed", ConnectionResetError("gone")),
-        ("connection handler failed", ZeroDivisionError("a bug")),
-    ):
-        try:
-            raise error
-        except Exception:
-            logger.error(text, exc_info=True)
-    gone, fault = messages(caplog)
-    assert gone == "keepalive ping failed"
-    assert fault.startswith("a connection failed: internal error (ZeroDivisionError)")
-    assert "ZeroDivisionError: a bug" in next(crash_folder.iterdir()).read_text()
 
 
 def test_a_callback_that_fails_is_one_line(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:

@@ -1,14 +1,17 @@
-"""The log of a server: clients that misbehave, and faults of KBot that it survives."""
+"""A log that stays short: clients that misbehave, and faults of KBot after which it goes on."""
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import time
-from collections.abc import Callable
-from typing import Any
 
 from kbot.text.crash import internal_error
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+    from typing import Any
 
 FIRST = 5
 """Complaints that are logged one by one: enough to see what is wrong, too few to hide other output."""
@@ -44,8 +47,8 @@ class Complaints:
             self._since = self._clock()
 
     def fault(self, during: str, error: BaseException) -> str:
-        """Log an unforeseen error, with a crash file the first time that it comes `during` something; what to
-        report to clients."""
+        """Log an unforeseen error, with a crash file the first time it occurs in `during`. Returns the text
+        for clients."""
         reported = f"{type(error).__name__}: {error}"
         if during in self._failed:
             self.add(f"{during} failed again: {reported}")
@@ -61,28 +64,3 @@ class Complaints:
             self.add(f"{context['message']}: {error}" if error else context["message"])
         else:
             self.fault("a task of the server", error)
-
-
-class _ToComplaints(logging.Handler):
-    """Turns what `websockets` logs into complaints: it would print tracebacks of its own."""
-
-    def __init__(self, complaints: Complaints) -> None:
-        super().__init__(logging.WARNING)
-        self._complaints = complaints
-
-    def emit(self, record: logging.LogRecord) -> None:
-        text = record.getMessage()
-        error = record.exc_info[1] if record.exc_info else None
-        if "handshake" in text:
-            return  # the client gets an HTTP status; releases before 15 log every bad handshake
-        if error is None or isinstance(error, OSError):
-            self._complaints.add(text)
-        else:
-            self._complaints.fault("a connection", error)
-
-
-def socket_logger(complaints: Complaints) -> logging.Logger:
-    """The logger for `websockets.serve`."""
-    logger = logging.Logger("kbot.sockets", logging.WARNING)  # of one server, and so not a registered one
-    logger.addHandler(_ToComplaints(complaints))
-    return logger

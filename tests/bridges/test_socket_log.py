@@ -1,0 +1,60 @@
+"""What the `websockets` library logs is one line each, without tracebacks."""
+
+import logging
+from pathlib import Path
+
+import pytest
+from websockets.exceptions import InvalidMessage, InvalidStatus
+from websockets.sync.client import connect
+
+from kbot.bridges.link import Link
+from kbot.bridges.socket_log import socket_logger
+from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.text.complaints import Complaints
+
+
+@pytest.fixture(autouse=True)
+def crash_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr("kbot.text.crash.state_folder", lambda: tmp_path)
+    return tmp_path / "crashes"
+
+
+def test_only_faults_of_kbot_have_a_crash_file(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
+    logger = socket_logger(Complaints(logging.getLogger("complaints")))
+    for text, error in (
+        ("opening handshake failed", InvalidMessage("a bad request")),
+        ("opening handshake failed", ConnectionResetError("gone")),
+        ("keepalive ping failed", ConnectionResetError("gone")),
+        ("connection handler failed", InvalidMessage("a bad message")),
+        ("opening handshake failed", ZeroDivisionError("a bug")),
+    ):
+        try:
+            raise error
+        except Exception:
+            logger.error(text, exc_info=True)
+    gone, bad, fault = caplog.messages
+    assert (gone, bad) == ("keepalive ping failed", "connection handler failed")
+    assert fault.startswith("a connection failed: internal error (ZeroDivisionError)")
+    (file,) = crash_folder.iterdir()
+    assert "ZeroDivisionError: a bug" in file.read_text()
+
+
+def test_a_fault_in_a_handshake_has_a_crash_file(
+    caplog: pytest.LogCaptureFixture, crash_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> bool:
+        raise ZeroDivisionError("a bug")
+
+    complaints = Complaints(logging.getLogger("complaints"))
+    monkeypatch.setattr("kbot.bridges.websocket.server.FAULTS", complaints)
+    monkeypatch.setattr("kbot.bridges.websocket.server.accepts_host", broken)
+    bridge = RosbridgeBridge(Link(print), port=0)
+    try:
+        with pytest.raises(InvalidStatus) as caught:
+            connect(bridge.address)
+    finally:
+        bridge.close()
+    assert caught.value.response.status_code == 500
+    assert caplog.messages[0].startswith("a connection failed: internal error (ZeroDivisionError)")
+    (file,) = crash_folder.iterdir()
+    assert "ZeroDivisionError: a bug" in file.read_text()
