@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 
 import pytest
@@ -108,3 +109,8 @@ def test_many_names_are_compared_quickly() -> None:
     for i in range(100):
         nearest(f"link_{i}_lft", known)
     assert time.process_time() - begin < 1.0
+
+
+def test_a_suggestion_can_be_copied() -> None:
+    copied = copy.deepcopy(did_you_mean("wheel_raduis", ["wheel_radius"]))
+    assert (copied, copied.sure) == ("did you mean 'wheel_radius'?", "wheel_radius")

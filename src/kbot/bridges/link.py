@@ -54,8 +54,16 @@ class Topic:
 class Link:
     """Thread-safe but for `attach`, `detach`, `serve` and `work`, which are the simulation's thread's."""
 
-    def __init__(self, tell: Callable[[str], None], hidden: frozenset[str] = frozenset()) -> None:
-        """`tell` is given sentences for the user, each once; topics that are `hidden` stay within."""
+    def __init__(
+        self,
+        tell: Callable[[str], None],
+        hidden: frozenset[str] = frozenset(),
+        raises_errors: bool = False,
+    ) -> None:
+        """`tell` receives sentences for the user, each once; `hidden` topics stay within the process. With
+        `raises_errors`, an error of a callback ends `serve`, as a program's own node expects; without it, the
+        error is reported and the simulation runs on."""
+        self._raises_errors = raises_errors
         self._hidden = hidden
         self.topics: dict[str, Topic] = {}
         """What there is now; replaced as a whole when it changes."""
@@ -286,6 +294,8 @@ class Link:
         except KbotError as error:
             self.tell(f"{topic}: a message from outside was refused: {error}")
             return f"{topic}: {error}"
-        except Exception as error:  # noqa: BLE001 - one message that fails does not end the simulation
+        except Exception as error:
+            if self._raises_errors:
+                raise
             return f"{topic}: {FAULTS.fault(f'a message on {topic}', error)}"
         return ""

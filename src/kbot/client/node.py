@@ -56,7 +56,7 @@ class Node:
         self._arguments = read_arguments(name, sys.argv[1:] if argv is None else argv, os.environ)
         self._wall = _Wall()
         self._clock = Clock()
-        self._link = Link(_say)
+        self._link = Link(_say, raises_errors=True)
         self._publishers: dict[str, Publisher[Any]] = {}
         kind = transport or wanted_transport(os.environ)
         self._transport = open_transport(kind, self._link, self._arguments)

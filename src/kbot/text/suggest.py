@@ -80,6 +80,10 @@ class Suggestion(str):
         self.written, self.nearest = written, tuple(nearest)
         return self
 
+    def __reduce__(self) -> tuple[type[Suggestion], tuple[str, str, tuple[str, ...]]]:
+        """How a copy is made: diagnostics are copied for the page."""
+        return type(self), (str(self), self.written, self.nearest)
+
     @property
     def sure(self) -> str:
         """The name that was surely meant, which a fix may write; empty where none or several are near."""
