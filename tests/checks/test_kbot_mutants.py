@@ -131,3 +131,27 @@ def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:
     assert long.fix is None
     assert long.origin is not None
     assert Path(long.origin.span.file).name == MAIN
+
+
+@pytest.mark.parametrize(
+    ("file", "changes", "code", "hint"),
+    [
+        (CONTROL, [("${2*wheel_radius}", "${wheel_radius}")], "D106",
+         "use twice the radius that makes the wheels: 0.07"),
+        (CONTROL, [("<leftJoint>left", "<leftJoint>right"), ("<rightJoint>right", "<rightJoint>left")], "D107",
+         "exchange the names in <leftJoint> and <rightJoint>"),
+        (MAIN, [('prefix="left" reflect="1"', 'prefix="left" reflect="-1"'),
+                ('prefix="right" reflect="-1"', 'prefix="right" reflect="1"')], "D107",
+         "y points left: exchange the signs of the wheels' y"),
+    ],
+)  # fmt: skip
+def test_a_hint_says_what_to_write_at_its_place(
+    file: str, changes: list[tuple[str, str]], code: str, hint: str, package: Path
+) -> None:
+    text = (package / file).read_text("utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (package / file).write_text(text, "utf-8")
+    found = [d for d in check_file(str(package / MAIN), config=Config()) if d.code == code]
+    assert {d.hint for d in found} == {hint}

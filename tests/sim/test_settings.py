@@ -144,6 +144,24 @@ def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
     Simulation(robot).run(0.1)
 
 
+@pytest.mark.parametrize(
+    ("plugin", "hint"),
+    [
+        (classic(f"{JOINTS}<wheelDiameter>0.08</wheelDiameter>"), "write 0.07 (twice the radius 0.035 m),"),
+        (classic(f"{JOINTS}<wheel_diameter>0.08</wheel_diameter>"), "write 0.07 (twice the radius 0.035 m),"),
+        (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "write 0.035,"),
+    ],
+)
+def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):
+    """A diameter for a diameter's tag: a robot whose hint is followed has no finding left."""
+    settings, (found,) = settings_of(with_extension(plugin))
+    assert (found.code, settings.radius) == ("W131", pytest.approx(0.04))
+    assert found.hint.startswith(hint)
+    followed = re.sub(r"0\.0[48](?=</wheel)", hint.split()[1].rstrip(","), plugin)
+    settings, diagnostics = settings_of(with_extension(followed))
+    assert (settings.radius, diagnostics) == (pytest.approx(0.035), [])
+
+
 @pytest.mark.parametrize("said", ["0.156", "0.158", "0.16"])
 def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
     """Left 78 mm, right 80 mm: 79 is the radius of neither."""

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A text that a driver was given, and where."""
+    """A text that a driver was given, and where. `key` is the tag or YAML key whose value it is."""
 
     text: str
     origin: Origin
+    key: str = ""
 
     @property
     def number(self) -> float | None:
@@ -95,7 +96,7 @@ def _plugin_driver(plugin: Element, kind: str) -> Driver:
     words: dict[str, Word] = {}
     sides: dict[str, list[Word]] = {"left": [], "right": []}
     for element in plugin.elements():
-        word = Word(element.text.strip(), element.origin)
+        word = Word(element.text.strip(), element.origin, element.tag)
         words.setdefault(element.tag, word)
         if element.tag in LEFT_TAGS:
             sides["left"].append(word)
@@ -185,18 +186,18 @@ def _names(source: Source, parameters: Mapping[str, Any], *keys: str) -> tuple[W
         if key in parameters:
             node = parameters[key]
             items = node.value if type(node).__name__ == "SequenceNode" else [node]
-            return tuple(_word(source, item) for item in items)
+            return tuple(_word(source, item, key) for item in items)
     return ()
 
 
 def _scalar(source: Source, parameters: Mapping[str, Any], key: str) -> Word | None:
-    return _word(source, parameters[key]) if key in parameters else None
+    return _word(source, parameters[key], key) if key in parameters else None
 
 
-def _word(source: Source, node: Any) -> Word:  # noqa: ANN401 - a node of PyYAML
+def _word(source: Source, node: Any, key: str = "") -> Word:  # noqa: ANN401 - a node of PyYAML
     start = source.offset(node.start_mark.line + 1, node.start_mark.column + 1)
     end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
-    return Word(str(node.value), Origin(Span(source, start, end)))
+    return Word(str(node.value), Origin(Span(source, start, end)), key)
 
 
 def _times(word: Word | None, factor: Word | None) -> float | None:

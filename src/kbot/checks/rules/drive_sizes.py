@@ -101,7 +101,8 @@ def radius_differs(context: Context) -> Found:
 
     Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
 
-    Mend: use the property that makes the wheels: `${2*wheel_radius}`.
+    Mend: use the property that makes the wheels: `${wheel_radius}` as a radius, `${2*wheel_radius}` as a
+    diameter.
 
     Fix: none.
     """
@@ -121,7 +122,9 @@ def radius_differs(context: Context) -> Found:
                 f"{driver.name}: it reckons with a wheel radius of {told:.4g} m, the wheels have "
                 f"{true:.4g}: distances "
                 f"are {(told / true - 1.0) * 100.0:+.0f} % off",
-                "use the property that makes the wheels",
+                f"use twice the radius that makes the wheels: {2.0 * true:.4g}"
+                if "diameter" in word.key.lower()
+                else f"use the radius that makes the wheels: {true:.4g}",
                 related,
             )
     for name, value, origin in _properties(context, _RADIUS):

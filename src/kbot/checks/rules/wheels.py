@@ -17,6 +17,7 @@ from kbot.text import Origin, Related, Severity
 
 _GRAVITY = 9.81
 _SLOPE = math.radians(5.0)
+_EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
 
 
 def level_pairs(context: Context) -> Iterator[Pair]:
@@ -55,7 +56,8 @@ def wheels_exchanged(context: Context) -> Found:
 
     Example: `<xacro:wheel prefix="left" reflect="-1"/>`
 
-    Mend: exchange the signs of the wheels' y.
+    Mend: where the joints' names are right, exchange the signs of the wheels' y. Where the plugin or
+    controller names them in the wrong order, exchange the names in `<leftJoint>` and `<rightJoint>`.
 
     Fix: none.
     """
@@ -71,7 +73,7 @@ def wheels_exchanged(context: Context) -> Found:
                 left.joint.pose.origin or left.joint.origin,
                 f"{left.joint.name}: its wheel stands at y = {left.center[1] * 1e3:.4g} mm, on the right of "
                 f"'{right.joint.name}' at {right.center[1] * 1e3:.4g} mm: turns come out reversed",
-                "y points left",
+                _EXCHANGE_PLACES,
                 (Related(f"'{right.joint.name}'", right.joint.pose.origin or right.joint.origin),),
             )
 
@@ -86,11 +88,14 @@ def _exchanged_by_drivers(context: Context) -> Found:
             if left is None or right is None or {left.link, right.link} & context.unsure:
                 continue
             if left.center[1] < right.center[1]:
+                # exchanged names would hide that the wheels themselves are on the wrong sides
+                are_misplaced = side_of(word.text) == "left" and side_of(other.text) == "right"
+                tags = [f"<{w.key}>" if driver.kind != "ros2_control" else w.key for w in (word, other)]
                 yield Finding(
                     word.origin,
                     f"{driver.name}: its left joint '{word.text}' turns the wheel at y = "
                     f"{left.center[1] * 1e3:.4g} mm, on the right: turns come out reversed",
-                    "y points left",
+                    _EXCHANGE_PLACES if are_misplaced else f"exchange the names in {tags[0]} and {tags[1]}",
                     (Related(f"'{word.text}'", pose_origin(left.joint)),),
                 )
 

@@ -24,6 +24,7 @@ from kbot.world.findings import Findings
 
 DEFAULT_LIMITS = DriveLimits()
 TRACK = "distance between the wheels"
+_DIAMETER = ("wheelDiameter", "wheel_diameter")
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,16 +138,17 @@ class _PluginValues:
 
 def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettings:
     separation = values.positive("wheelSeparation", "wheel_separation")
-    diameter = values.positive("wheelDiameter", "wheel_diameter")
+    diameter = values.positive(*_DIAMETER)
     radius = values.positive("wheel_radius")
+    is_diameter = radius is None
     if radius is None and diameter is not None:
         radius = diameter / 2.0
     if separation is not None:
         place = values.place("wheelSeparation", "wheel_separation")
         separation = compared(TRACK, separation, drive.separation, place, values.findings)
     if radius is not None:
-        place = values.place("wheelDiameter", "wheel_diameter", "wheel_radius")
-        radius = compared_radius(radius, drive, place, values.findings)
+        place = values.place(*_DIAMETER) if is_diameter else values.place("wheel_radius")
+        radius = compared_radius(radius, drive, place, values.findings, is_diameter=is_diameter)
     _note_source(values)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     half = (separation or drive.separation) / 2.0

@@ -14,10 +14,12 @@ ABSURD = 1000.0
 """How many times too large or too small a size is not reckoned with."""
 
 
-def compared(what: str, said: float, true: float, origin: Origin | None, findings: Findings) -> float:
+def compared(
+    what: str, said: float, true: float, origin: Origin | None, findings: Findings, note: str = ""
+) -> float:
     """The size that is said, in m, and a finding where it is not the true one; one that is out of all
-    proportion is not reckoned with."""
-    hint = f"write {true:g}, or compute it from the sizes that the wheels are made of"
+    proportion is not reckoned with. The hint gives the true size, with a `note` behind it."""
+    hint = f"write {true:g}{note}, or compute it from the sizes that the wheels are made of"
     if not true / ABSURD <= said <= true * ABSURD:
         message = f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: it is left out"
         findings.warning("W131", message, origin, hint)
@@ -34,13 +36,23 @@ def compared(what: str, said: float, true: float, origin: Origin | None, finding
 
 
 def compared_radius(
-    said: float, drive: DifferentialDrive, origin: Origin | None, findings: Findings
+    said: float,
+    drive: DifferentialDrive,
+    origin: Origin | None,
+    findings: Findings,
+    *,
+    is_diameter: bool = False,
 ) -> float:
-    """As `compared`; of wheels that differ it is said which have which radius, for none has their mean."""
+    """As `compared`, for a radius in m. `is_diameter` says that the description gives the diameter: the
+    finding then names diameters, so that its hint can be copied. Where the wheels differ in radius, the
+    finding names the radius of each, because their mean is the radius of none."""
     least, most = (of(drive.joints, key=lambda name: drive.wheels[name].radius) for of in (min, max))
     small, large = drive.wheels[least].radius, drive.wheels[most].radius
     is_absurd = not drive.radius / ABSURD <= said <= drive.radius * ABSURD
     if is_absurd or large - small <= UNEQUAL * large:
+        if is_diameter:
+            note = f" (twice the radius {drive.radius:g} m)"
+            return compared("wheels' diameter", 2.0 * said, 2.0 * drive.radius, origin, findings, note) / 2.0
         return compared("wheels' radius", said, drive.radius, origin, findings)
     findings.warning(
         "W131",
