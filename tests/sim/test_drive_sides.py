@@ -12,8 +12,10 @@ from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_
 from kbot.model.load import load_robot, load_robot_text
 from kbot.navigation.simulated import require_turning
 from kbot.sim import Simulation
+from kbot.sim.drive.sides import check_named_joints
 from kbot.text import KbotError
 from kbot.workbench.session.driven_session import why_not
+from kbot.world.findings import Findings
 
 LEFT, RIGHT = "left_wheel_joint", "right_wheel_joint"
 YAML = """controller_manager:
@@ -173,3 +175,68 @@ def test_a_plugin_without_a_right_joint_does_not_drive(urdf):
     drive = find_drive(urdf(f'<robot name="r"><link name="base"/>{wheels}{plugin}</robot>'))
     assert isinstance(drive, NoDrive)
     assert drive.reason == "its drive names no joint as right"
+
+
+CASTER = """<link name="ball"><collision><geometry><sphere radius="0.03"/></geometry></collision></link>
+<joint name="ball_joint" type="continuous"><parent link="base"/><child link="ball"/>
+<origin xyz="-0.2 0 -0.07"/><axis xyz="0 1 0"/></joint><link name="hat"/><joint name="hat_joint" type="fixed">
+<parent link="base"/><child link="hat"/></joint>"""
+MASS = '<inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+@pytest.mark.parametrize("kind", ["classic", "gz", "ros2_control"])
+@pytest.mark.parametrize(
+    ("wrong", "what"),
+    [
+        ("ball_joint", "names the joint 'ball_joint', which is not a driving wheel's joint"),
+        ("hat_joint", "names the joint 'hat_joint', which is not a driving wheel's joint"),
+        ("r_wheel", "names the joint 'r_wheel', which the robot does not have"),
+        ("", "names no right joint"),
+        (None, "names no right joint"),
+    ],
+)
+def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_kbot_drives(
+    urdf, tmp_path, kind, wrong, what
+):
+    right = f"<right_joint>{wrong}</right_joint>" if wrong is not None else ""
+    text = f"<left_joint>l</left_joint>{right}"
+    attributes = 'name="gz::sim::systems::DiffDrive" filename="gz-sim-diff-drive-system"'
+    if kind == "classic":
+        text = text.replace("left_joint", "leftJoint").replace("right_joint", "rightJoint")
+        attributes = 'name="d" filename="libgazebo_ros_diff_drive.so"'
+    elif kind == "ros2_control":
+        yaml = YAML.format(left="l", right=wrong or "")
+        if wrong is None:
+            yaml = yaml[: yaml.index("    right_wheel_names")]
+        (tmp_path / "c.yaml").write_text(yaml)
+        text, attributes = f"<parameters>{tmp_path}/c.yaml</parameters>", 'name="r" filename="x"'
+    wheels = WHEEL.format("l", 0, 0.2) + WHEEL.format("r", 0, -0.2) + CASTER
+    plugin = f"<gazebo><plugin {attributes}>{text}</plugin></gazebo>"
+    bodies = wheels.replace("<collision>", f"{MASS}<collision>")  # bodies without mass are not driven
+    sim = Simulation(urdf(f'<robot name="r"><link name="base">{MASS}</link>{bodies}{plugin}</robot>'))
+    (found,) = [d for d in sim.diagnostics if d.code == "W134"]
+    assert found.message == (
+        f"the drive {what}: outside KBot the robot does not drive like this; KBot drives 'r' instead"
+    )
+    assert found.hint == "name the joint that turns the right wheel: 'r'"
+    assert found.origin is not None
+    assert isinstance(sim.drive, DifferentialDrive)
+    assert sim.drive.joints == ("l", "r")
+
+
+@pytest.mark.parametrize(
+    "plugin",
+    [
+        '<plugin name="diff_drive_control" filename="libgazebo_ros_control.so"/>',
+        '<plugin name="d" filename="libgazebo_ros_diff_drive.so"/>',
+    ],
+)
+def test_a_plugin_of_another_kind_and_one_with_its_default_names_are_not_reported(urdf, plugin):
+    """gazebo_ros_diff_drive takes `left_joint` and `right_joint` where it is given no names."""
+    wheels = WHEEL.format("left_joint", 0, 0.2) + WHEEL.format("right_joint", 0, -0.2)
+    if "control.so" in plugin:
+        wheels = wheels.replace("left_joint", "l").replace("right_joint", "r")
+    robot = urdf(f'<robot name="r"><link name="base"/>{wheels}<gazebo>{plugin}</gazebo></robot>')
+    findings = Findings()
+    check_named_joints(robot, find_drive(robot), findings)
+    assert findings.diagnostics == []

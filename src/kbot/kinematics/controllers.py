@@ -24,6 +24,12 @@ def drive_plugins(robot: Robot) -> Iterator[Element]:
                     yield plugin
 
 
+def is_drive_file(plugin: Element) -> bool:
+    """Whether a plugin's file, and not its name alone, is that of a differential or skid-steer drive."""
+    file = plugin.attributes.get("filename", "").lower().replace("-", "_")
+    return any(word in file for word in _DRIVES)
+
+
 def plugin_joints(plugin: Element) -> tuple[list[str], list[str]]:
     """The joints a drive plugin names as left and right, as written."""
     left = [name for e in plugin.elements() if e.tag in LEFT_TAGS and (name := e.text.strip())]

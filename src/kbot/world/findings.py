@@ -5,10 +5,11 @@ a joint without an axis, W106 a shape that cannot touch, W107 a robot that touch
 that follows nothing, W109 bad limits, W110 what the engine refuses or warns of, W111 a start inside
 something, W112 too long a chain of joints, W113 an absurd size or mass, W114 a moving link that weighs
 nothing, W120 a run that diverged; W130 a number that is none, W131 a size that the drive has wrong, W132 a
-file of parameters that cannot be used, W133 a link and W134 a joint that are not there, W135 a controller
-that is not run, W136 friction that differs by direction, W137 a controller that is not loaded, W138 one
-whose joint lacks the interface; W140 a setting of a sensor that is left out, W141 a sensor that cannot be
-used.
+file of parameters that cannot be used, W133 a link that is not there, W134 a joint that is not there or is
+not a driving wheel's, W135 a controller that is not run, W136 friction that differs by direction, W137 a
+controller that is not loaded, W138 one whose joint lacks the interface; W140 a setting of a sensor that is
+left out, W141 a sensor that cannot be used, W145 a joint that a drive names twice, W146 a drive that moves
+the robot against its commands.
 
 Of worlds: W201 no SDF, W202 a model that is not found, W203 a ring of includes, W204 bad number,
 W205 something missing, W206 a shape that cannot be built, W207 an unknown frame, W208 a name that
