@@ -61,9 +61,17 @@ def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_an_unknown_verb_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["chek"]) == 2
-    assert "did you mean 'check'?" in capsys.readouterr().err
+@pytest.mark.parametrize(("written", "meant"), [("chek", "check"), ("siml", "sim"), ("viewx", "view")])
+def test_an_unknown_verb_names_the_nearest(
+    written: str, meant: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([written]) == 2
+    assert f"unknown verb '{written}': did you mean '{meant}'?" in capsys.readouterr().err
+
+
+def test_an_unknown_verb_without_a_near_one_names_the_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["xyz"]) == 2
+    assert "unknown verb 'xyz'. `kbot --help` lists the verbs.\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("verb", ELSEWHERE)
@@ -71,7 +79,7 @@ def test_a_verb_of_ros_2_that_is_not_there_says_what_is(
     verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run([verb, "list"]) == 2
-    assert f"no such verb: {verb}; {ELSEWHERE[verb]}" in capsys.readouterr().err
+    assert f"unknown verb '{verb}': {ELSEWHERE[verb]}" in capsys.readouterr().err
 
 
 def test_a_file_in_a_verb_s_place_says_how_to_view_it(

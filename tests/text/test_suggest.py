@@ -77,6 +77,11 @@ def test_another_name_is_not_suggested(written: str, known: str) -> None:
     assert did_you_mean(written, [known]) == ""
 
 
+def test_a_fixed_vocabulary_has_no_letters_for_sides() -> None:
+    assert did_you_mean("siml", ["sim", "view"]) == ""
+    assert did_you_mean("siml", ["sim", "view"], sides=False) == "did you mean 'sim'?"
+
+
 def test_without_candidates_nothing_is_near() -> None:
     assert nearest("base_link", []) == []
 

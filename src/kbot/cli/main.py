@@ -79,10 +79,11 @@ class Verbs(click.Group):
         word = args[0]
         if word in VERBS:
             return super().resolve_command(ctx, args)
-        hint: str = ELSEWHERE.get(word) or did_you_mean(word, VERBS)
+        hint: str = ELSEWHERE.get(word) or did_you_mean(word, VERBS, sides=False)
         if word == "kbot" or Path(word).is_file():
             hint = f"to look at it: kbot view {word}"
-        raise click.UsageError(f"no such verb: {word}" + (f"; {hint}" if hint else ""), ctx)
+        more = f": {hint}" if hint else ". `kbot --help` lists the verbs."
+        raise click.UsageError(f"unknown verb '{word}'{more}", ctx)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Verbs"):

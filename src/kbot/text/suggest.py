@@ -27,21 +27,28 @@ _SIDES = frozenset("lrfbmxyz")
 """Letters that name a side or an axis at the beginning or end of a word: `lwheel` and `rwheel`, `posx` and
 `posy` are different names, and so are `lwheel` and `wheel`."""
 _CONNECTING = frozenset({"from", "in", "of", "on", "per", "to"})
+"""With one of these the order of the words matters: `left_to_right`, `map_from_odom`."""
 _OPPOSITES = (
     {"left", "right"}, {"front", "rear"}, {"front", "back"}, {"upper", "lower"}, {"top", "bottom"},
     {"inner", "outer"}, {"min", "max"},
 )  # fmt: skip
-"""With these the order of the words matters: `left_to_right`, `left_arm_right_finger`."""
+"""With both words of a pair their order matters: `left_arm_right_finger`."""
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _UNIT = re.compile(r"[^\W\d_]+|\d+")
 
 
-def nearest(name: str, candidates: Iterable[str], count: int = 3) -> list[str]:
-    """Up to `count` candidates of which `name` is a slip, in alphabetical order: many come from a set."""
+def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool = True) -> list[str]:
+    """Up to `count` candidates that are one slip away from `name`, in alphabetical order.
+
+    They are sorted because many callers pass a set.
+
+    `sides`: whether a letter at the beginning or end of a word may name a side or an axis. In a fixed
+    vocabulary such as the verbs it does not: `siml` is a slip of `sim`.
+    """
     if len(name) > _LONGEST:
         return []
     promising = _promising(name, tuple(candidates))
-    near = {other for other in promising if len(other) <= _LONGEST and _is_a_slip(name, other)}
+    near = {other for other in promising if len(other) <= _LONGEST and _is_a_slip(name, other, sides=sides)}
     return sorted(near)[:count]
 
 
@@ -91,9 +98,9 @@ class Suggestion(str):
         return alone if alone and _is_a_slip(self.written, alone, _SURE) else ""
 
 
-def did_you_mean(name: str, candidates: Iterable[str]) -> Suggestion:
-    """`did you mean 'a' or 'b'?`, or an empty text when `name` is a slip of no candidate."""
-    near = nearest(name, candidates)
+def did_you_mean(name: str, candidates: Iterable[str], *, sides: bool = True) -> Suggestion:
+    """`did you mean 'a' or 'b'?`, or an empty text when no candidate is one slip away from `name`."""
+    near = nearest(name, candidates, sides=sides)
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
     return Suggestion(f"did you mean {either}?" if names else "", name, near)
@@ -106,7 +113,7 @@ def _words(name: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     return "_".join(words), tuple(word for word in words if word.isdigit()), tuple(sorted(words))
 
 
-def _is_a_slip(written: str, meant: str, shortest: int = 0) -> bool:
+def _is_a_slip(written: str, meant: str, shortest: int = 0, *, sides: bool = True) -> bool:
     """Whether one letter is missing, extra, replaced or exchanged with the next, or capitals, separators or
     the order of the words differ. A word that is edited has at least `shortest` letters.
 
@@ -117,14 +124,14 @@ def _is_a_slip(written: str, meant: str, shortest: int = 0) -> bool:
         return False
     if words == other_words:
         return one == other or not _order_matters(words)
-    return _is_one_edit(one, other, shortest)
+    return _is_one_edit(one, other, shortest, sides)
 
 
 def _order_matters(words: tuple[str, ...]) -> bool:
     return not _CONNECTING.isdisjoint(words) or any(pair.issubset(words) for pair in _OPPOSITES)
 
 
-def _is_one_edit(written: str, meant: str, shortest: int) -> bool:
+def _is_one_edit(written: str, meant: str, shortest: int, sides: bool) -> bool:
     if abs(len(written) - len(meant)) > 1:
         return False
     if len(written) > 5 and written[:2] != meant[:2] and written[-2:] != meant[-2:]:
@@ -141,7 +148,8 @@ def _is_one_edit(written: str, meant: str, shortest: int) -> bool:
     after = re.split(r"[_\d]", meant[len(meant) - end :])[0]
     is_doubled = not right and before.endswith(off)
     is_at_end = not (before and after)
-    if off and is_at_end and not is_swap and not is_doubled and _SIDES.issuperset(off + right):
+    is_side = sides and off and is_at_end and _SIDES.issuperset(off + right)
+    if is_side and not is_swap and not is_doubled:
         return False
     kept = len(before) + len(after)
     if is_swap:  # its letters are all there: one more that stays shows the word
