@@ -119,7 +119,7 @@ def _chain(origin: Origin) -> tuple[Span, ...]:
 
 
 def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: Context) -> Diagnostic:
-    """The finding at its innermost call that no faultless copy has at that level."""
+    """The finding at the innermost call that no faultless copy shares."""
     origin = diagnostic.origin
     if origin is None:
         return diagnostic

@@ -40,7 +40,7 @@ def plugin_joint_unknown(context: Context) -> Found:
 
     Mend: name a joint of this robot.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     joints = context.robot.joints
     for driver in context.drivers:
@@ -107,7 +107,7 @@ def control_joint_unknown(context: Context) -> Found:
 
     Mend: name a joint of this robot.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         if extension.tag == "ros2_control":
@@ -124,7 +124,7 @@ def gazebo_reference_unknown(context: Context) -> Found:
 
     Mend: name a link or joint of this robot.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     robot = context.robot
     for extension in robot.extensions:
@@ -149,7 +149,7 @@ def transmission_joint_unknown(context: Context) -> Found:
 
     Mend: name a joint of this robot.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         holders: Iterable[Element] = ()
@@ -172,7 +172,7 @@ def plugin_frame_unknown(context: Context) -> Found:
 
     Mend: name the robot's root link.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
     for driver in context.drivers:

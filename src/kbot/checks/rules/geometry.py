@@ -93,7 +93,7 @@ def undefined_material(context: Context) -> Found:
 
     Mend: define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     robot = context.robot
     defined = set(robot.materials)

@@ -131,7 +131,7 @@ def mimic_missing(context: Context) -> Found:
 
     Mend: name a joint of this robot that moves.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     for joint in context.sure_joints:
         if joint.mimic is None:

@@ -32,7 +32,7 @@ def hardware_plugin_unknown(context: Context) -> Found:
     Mend: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
     left alone.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     packages = {name.partition("/")[0] for name in _PLUGINS}
     for plugin in _plugins(context):
@@ -55,7 +55,7 @@ def interface_unknown(context: Context) -> Found:
     Mend: `position`, `velocity` or `effort`. Hardware of one's own may have more: there a name is told only
     where it is a slip away from one of these.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         if extension.tag != "ros2_control":

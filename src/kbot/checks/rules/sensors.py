@@ -144,7 +144,7 @@ def sensor_frame_unknown(context: Context) -> Found:
 
     Mend: name a link of this robot.
 
-    Fix: safe, where one known name is a single slip away: it is written.
+    Fix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
     for extension in context.robot.extensions:

@@ -42,7 +42,7 @@ def check_named_joints(robot: Robot, drive: DifferentialDrive | NoDrive, finding
             )
             findings.warning("W145", message, origin, "name the joint of each wheel once, on its own side")
         elif name in mistakes and not is_reported:
-            findings.warning("W146", mistakes[name], origin, "`kbot rule W146` explains it")
+            findings.warning("W146", mistakes[name], origin, "see `kbot rule W146`")
             is_reported = True  # the other wheels mostly have the same mistake
 
 
