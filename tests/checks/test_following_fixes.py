@@ -9,7 +9,7 @@ import pytest
 
 from kbot.checks import Config, check_text
 from kbot.checks.fixes import apply_edits, fixed
-from kbot.text import Diagnostic
+from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
 from kbot.text.suggest import Suggestion
 
 from .mutators import MUTATORS, Mutator
@@ -139,3 +139,45 @@ def test_no_fix_brings_another_finding_without_an_error(mutator: Mutator) -> Non
         after = found_in(apply_edits(spoiled, finding.fix.edits))
         new = Counter(d.code for d in after) - Counter(d.code for d in before)
         assert not new or any(d.is_error for d in after), (finding.code, finding.fix.title, new)
+
+
+MANY_FIXES = "\n".join(["bad" if number % 10 == 3 else "good" for number in range(100)])
+
+
+def found_by_word(text: str) -> list[Diagnostic]:
+    """A finding for each `good` and `bad`, with a fix. The fix of `bad` makes an error."""
+    source = Source("robot.xacro", text)
+    found = list[Diagnostic]()
+    for match in re.finditer(r"good|bad|error", text):
+        span = Span(source, *match.span())
+        replacement = {"good": "done", "bad": "error"}.get(match[0])
+        fix = Fix(f"byte {span.start}", (Edit(span, replacement),), safe=True) if replacement else None
+        severity = Severity.WARNING if fix else Severity.ERROR
+        found.append(Diagnostic("T101", severity, match[0], Origin(span), fix=fix))
+    return found
+
+
+@pytest.mark.parametrize("size", [5_000, 41_000, 201_000])
+def test_every_fix_that_helps_is_applied_beside_those_that_do_not(size: int) -> None:
+    """No note: the search ends by itself, and a note is a warning, which fails a test."""
+    text = MANY_FIXES + " " * (size - len(MANY_FIXES))
+    after, applied = fixed(text, "robot.xacro", found_by_word, unsafe=False)
+    assert after == text.replace("good", "done")
+    assert len(applied) == 90
+
+
+def test_a_search_that_fails_too_often_stops_with_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a large file 17 tries may fail; the fixes that helped until then are applied."""
+    monkeypatch.setattr("kbot.checks.fixes._CHECKED_BYTES", 0)  # as if the file had megabytes
+    text, tries = MANY_FIXES, list[str]()
+
+    def check(changed: str) -> list[Diagnostic]:
+        tries.append(changed)
+        return found_by_word(changed)
+
+    with pytest.warns(UserWarning, match="stopped after 17 tries: run `kbot check --fix` again"):
+        after, applied = fixed(text, "robot.xacro", check, unsafe=False)
+    assert "error" not in after
+    assert 0 < len(applied) < 90
+    assert after.count("done") == len(applied)
+    assert len(tries) <= 2 * 17 + 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from bisect import bisect_left, insort
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby, islice
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from kbot.text import Diagnostic, Edit, Fix
 from kbot.text.files import unsaved
+from kbot.text.notes import note
 
 Check = Callable[[str], Sequence[Diagnostic]]
 
@@ -19,43 +19,76 @@ Check = Callable[[str], Sequence[Diagnostic]]
 def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[Fix]]:
     """The text with its fixes applied, and those that were. `check` gives the findings of a text.
 
-    Fixes that edit another file are left out. All are tried together. If that does not leave a text
-    with fewer findings and no new error, each half is tried, and so on down to single fixes. Those that do
-    not help are discarded. Findings that a fixed error had hidden do not count against its fix.
+    Fixes that edit another file are left out.
+    """
+    texts, applied, _ = _search(
+        {path: text}, lambda texts: check(texts[path]), lambda found: _usable(found, path, unsafe)
+    )
+    return texts[path], applied
+
+
+_CHECKED_BYTES = 12_000_000
+"""Bytes that are checked to find out which fixes help: about 5 s, as a check reads 2 to 4 MB/s (measured with
+robots of 13 kB to 400 kB)."""
+_FEWEST_TRIES = 17
+"""Failing tries in a large file: halving 2**16 fixes takes as many to find the one that does not help."""
+
+
+def _search(
+    texts: Mapping[str, str],
+    check: Callable[[Mapping[str, str]], Sequence[Diagnostic]],
+    usable: Callable[[Sequence[Diagnostic]], Sequence[Fix]],
+) -> tuple[Mapping[str, str], list[Fix], Sequence[Diagnostic]]:
+    """Some files' texts by path with the fixes that help applied, these fixes, and the findings left.
+
+    All usable fixes are tried together. If that does not leave the texts with fewer findings and no new
+    error, each half is tried, and so on down to single fixes. Those that do not help are discarded.
+    Findings that a fixed error had hidden do not count against its fix: their own fixes are tried in
+    another round. When too many tries failed the search stops with a note.
     """
     applied: list[Fix] = []
-    found = list(check(text))
-    portions, tries = _portions(_usable(found, path, unsafe)), _tries(text)
-    while tries and (fixes := next(portions, None)):
-        tries -= 1
-        used, edits = _apart(fixes)
-        changed = apply_edits(text, edits)
-        after = list(check(changed)) if changed != text else found
-        if _are_better(after, found):
-            text, found = changed, after  # fewer findings, or fewer errors that hide some: it ends
-            applied += used
-            portions = _portions(_usable(found, path, unsafe))
-    return text, applied
+    found = check(texts)
+    portions = [usable(found)]
+    sources = {edit.span.file: edit.span.source for fix in portions[0] for edit in fix.edits}
+    most = max(_FEWEST_TRIES, _CHECKED_BYTES // (sum(len(source.text) for source in sources.values()) + 1))
+    failed = 0
+    while portions[0]:
+        before, kept = texts, list[Fix]()
+        """Fixes are kept by their places in the texts before this round."""
+        failures = set[tuple[Fix, ...]]()
+        while portions:
+            portion = portions.pop()
+            used, edits = _apart([*kept, *portion])
+            if len(used) == len(kept):
+                continue  # they touch fixes that are kept: the next round has what is left of them
+            if tuple(used) not in failures:  # with its left half kept, a right half is the whole again
+                if failed >= most:
+                    tries = f"stopped after {failed} tries"
+                    note(f"{tries}: run `kbot check --fix` again, or fix the rest by hand")
+                    return texts, applied + kept, found
+                changed = _changed(before, edits)
+                after = check(changed) if changed != texts else found
+                if _are_better(after, found):
+                    texts, found, kept = changed, after, used
+                    continue
+                failures.add(tuple(used))
+                failed += 1
+            if len(portion) > 1:
+                middle = len(portion) // 2
+                portions += (portion[middle:], portion[:middle])
+        applied += kept
+        portions = [usable(found) if kept else ()]
+        failed += bool(kept)  # a round costs a check, even if one follows another without a failure
+    return texts, applied, found
 
 
-_CHECKED_BYTES = 1_500_000
-_FEWEST_TRIES = 8
-
-
-def _tries(text: str) -> int:
-    """How often a text is checked to find which of its fixes help: as often as takes some seconds."""
-    return max(_FEWEST_TRIES, _CHECKED_BYTES // (len(text) + 1))
-
-
-def _portions(fixes: Sequence[Fix]) -> Iterator[Sequence[Fix]]:
-    """All fixes, then the halves of them, the quarters, down to each alone."""
-    waiting = deque([fixes] if fixes else [])
-    while waiting:
-        part = waiting.popleft()
-        yield part
-        if len(part) > 1:
-            middle = len(part) // 2
-            waiting += (part[:middle], part[middle:])
+def _changed(texts: Mapping[str, str], edits: Sequence[Edit]) -> Mapping[str, str]:
+    """The texts with edits applied that lie apart, in order of file and place."""
+    changed = dict(texts)
+    for file, of_file in groupby(edits, lambda edit: edit.span.file):
+        own = list(of_file)
+        changed[file] = apply_edits(texts.get(file, own[0].span.source.text), own)
+    return changed
 
 
 def _usable(found: Sequence[Diagnostic], path: str, unsafe: bool) -> list[Fix]:
@@ -144,31 +177,17 @@ def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe:
 
     They are tried as those of one file are.
     """
+
+    def check_all(texts: Mapping[str, str]) -> Sequence[Diagnostic]:
+        with unsaved(texts):
+            return check()
+
+    after, applied, found = _search({}, check_all, lambda found: _others(found, path, unsafe)[0])
     before: dict[str, str] = {}
-    after: dict[str, str] = {}
-    applied: list[Fix] = []
-    found = check()
-    inside, left_alone = _others(found, path, unsafe)
-    sources = {fix.edits[0].span.source for fix in inside}
-    portions, tries = _portions(inside), _tries("".join(source.text for source in sources))
-    while tries and (fixes := next(portions, None)):
-        tries -= 1
-        used, edits = _apart(fixes)
-        changed = dict(after)
-        for file, of_file in groupby(edits, lambda edit: edit.span.file):
-            own = list(of_file)
-            changed[file] = apply_edits(own[0].span.source.text, own)
-        with unsaved(changed):
-            found_then = check()
-        if _are_better(found_then, found):
-            for fix in used:
-                before.setdefault(fix.edits[0].span.file, fix.edits[0].span.source.text)
-            applied += used
-            after, found = changed, found_then
-            inside, left_alone = _others(found, path, unsafe)
-            portions = _portions(inside)
+    for fix in applied:
+        before.setdefault(fix.edits[0].span.file, fix.edits[0].span.source.text)
     texts = {name: (before[name], text) for name, text in after.items()}
-    return Mended(texts, tuple(applied), left_alone)
+    return Mended(texts, tuple(applied), _others(found, path, unsafe)[1])
 
 
 def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> tuple[list[Fix], tuple[str, ...]]:
