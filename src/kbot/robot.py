@@ -16,7 +16,7 @@ from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
-from kbot.xacro.assignments import assignments
+from kbot.xacro.assignments import resolve_names
 
 if TYPE_CHECKING:
     from kbot.workbench.export.notebook import Shown
@@ -107,7 +107,7 @@ def load(
     values = _texts("argument", {**(arguments or {}), **more_arguments})
     overrides = _texts("property", properties or {})
     places = _packages(packages)
-    given = assignments(resolve_robot_path(path), values, places, overrides).require()
+    given = resolve_names(resolve_robot_path(path), values, places, overrides).require()
     for name in given.properties.keys() & overrides.keys():
         raise KbotError(f"the property '{name}' is given twice: as a keyword, and in properties")
     for text in given.notes:

@@ -106,6 +106,28 @@ def test_one_of_several_files_may_know_a_name(mine: Path, capsys: Captured) -> N
     assert "'wheel_raduis'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("word", ["armed.xacro", "."])
+@pytest.mark.parametrize("sets", ['{arm = "true"}', '{arm = "false"}, {arm = "true"}'])
+def test_a_name_may_need_the_arguments_of_the_configuration(
+    word: str, sets: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("kbot.toml").write_text(f"[check]\nselect = ['X', 'D', 'K']\narguments = [{sets}]\n")
+    Path("armed.xacro").write_text(
+        """<robot name="armed" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="arm" default="false"/>
+<xacro:if value="$(arg arm)"><xacro:property name="arm_length" value="1"/></xacro:if>
+<link name="base"><xacro:if value="$(arg arm)"><visual><geometry><box size="${arm_length} 1 1"/></geometry>
+</visual></xacro:if></link></robot>"""
+    )
+    assert run(["check", word, "arm_length:=2"]) == 0
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err.count("arm_length is 2 instead of 1")) == ("", 1)
+    assert run(["check", word, "arm_width:=2"]) == 2
+    assert run(["check", word, "arm:=false", "arm_length:=2"]) == 2
+    assert "[X206]" in capsys.readouterr().err
+
+
 def test_the_robot_that_ships_has_arguments(capsys: Captured) -> None:
     assert run(["info", "kbot", "wheel_radius:=0.04"]) == 0
     assert capsys.readouterr().err == ""

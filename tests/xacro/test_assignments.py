@@ -6,7 +6,7 @@ import pytest
 
 from kbot.text import DescriptionError
 from kbot.xacro import expand
-from kbot.xacro.assignments import Assignments, assignments
+from kbot.xacro.assignments import Assignments, resolve_names
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
@@ -30,7 +30,7 @@ def test_an_argument_is_an_argument_and_a_property_is_overridden(tmp_path: Path)
         '<xacro:arg name="height" default="1"/>',
         '<a r="${2 * radius}" h="$(arg height)"/>',
     )
-    given = assignments(file, {"radius": "0.06", "height": "2"}).require()
+    given = resolve_names(file, {"radius": "0.06", "height": "2"}).require()
     assert given.properties == {"radius": "0.06"}
     assert given.notes == (f"property radius is 0.06 instead of 0.035 ({file}:2)",)
     assert expanded(file, given) == [{"r": "0.12", "h": "2"}]
@@ -44,7 +44,7 @@ def test_an_argument_that_is_declared_after_a_property_of_its_name_is_an_argumen
         '<xacro:arg name="radius" default="1"/>',
         '<a r="${radius}" arg="$(arg radius)"/>',
     )
-    given = assignments(file, {"radius": "2"}).require()
+    given = resolve_names(file, {"radius": "2"}).require()
     assert (given.properties, given.notes) == ({}, ())
     assert expanded(file, given) == [{"r": "7", "arg": "2"}]
 
@@ -75,7 +75,7 @@ def test_every_top_level_definition_is_overridden(
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "part.xacro", '<xacro:property name="p" value="5"/>')
     file = write(Path("r.xacro"), *lines, '<a p="${p + 1}"/>')
-    given = assignments(file, {"p": "8"}).require()
+    given = resolve_names(file, {"p": "8"}).require()
     assert given.notes == (f"property p is 8 instead of {note}",)
     assert expanded(file, given) == [{"p": "9"}]
 
@@ -86,7 +86,7 @@ def test_a_value_that_a_property_has_in_between_is_overridden_too(tmp_path: Path
         '<xacro:property name="p" value="1"/><a p="${p}"/><xacro:property name="p" value="2"/><a p="${p}"/>',
         '<xacro:property name="q" value="1"/><a p="${q}"/><xacro:property name="q" remove="true"/>',
     )
-    given = assignments(file, {"p": "8", "q": "9"}).require()
+    given = resolve_names(file, {"p": "8", "q": "9"}).require()
     assert expanded(file, given) == [{"p": "8"}, {"p": "8"}, {"p": "9"}]
     assert given.notes[1] == "property q is 9"
 
@@ -100,7 +100,7 @@ def test_properties_of_macros_and_namespaces_and_blocks_are_not_of_the_top_level
         '<xacro:property name="block"><b/></xacro:property>',
     )
     names = ("param", "local", "inner", "block")
-    assert tuple(assignments(file, dict.fromkeys(names, "8")).unknown) == names
+    assert tuple(resolve_names(file, dict.fromkeys(names, "8")).unknown) == names
 
 
 def test_a_local_property_of_the_same_name_is_not_changed(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_local_property_of_the_same_name_is_not_changed(tmp_path: Path) -> Non
         '<xacro:macro name="m" params="q"><xacro:property name="p" value="2"/><a p="${p}"/></xacro:macro>',
         '<xacro:m q="1"/><a p="${p}"/>',
     )
-    assert expanded(file, assignments(file, {"p": "8"})) == [{"p": "2"}, {"p": "8"}]
+    assert expanded(file, resolve_names(file, {"p": "8"})) == [{"p": "2"}, {"p": "8"}]
 
 
 def test_an_override_may_lead_to_the_declaration_of_another_name(tmp_path: Path) -> None:
@@ -120,10 +120,10 @@ def test_an_override_may_lead_to_the_declaration_of_another_name(tmp_path: Path)
         '<xacro:if value="${lidar}"><xacro:arg name="range" default="1"/><a r="$(arg range)"/></xacro:if>',
         '<xacro:if value="${lidar}"><xacro:property name="rays" value="4"/><a r="${rays}"/></xacro:if>',
     )
-    given = assignments(file, {"range": "3", "lidar": "true", "rays": "8"}).require()
+    given = resolve_names(file, {"range": "3", "lidar": "true", "rays": "8"}).require()
     assert given.properties == {"lidar": "true", "rays": "8"}
     assert expanded(file, given) == [{"r": "3"}, {"r": "8"}]
-    assert [*assignments(file, {"range": "3"}).unknown] == ["range"]
+    assert [*resolve_names(file, {"range": "3"}).unknown] == ["range"]
 
 
 def test_any_other_name_is_an_error_with_the_nearest_names(tmp_path: Path) -> None:
@@ -132,13 +132,13 @@ def test_any_other_name_is_an_error_with_the_nearest_names(tmp_path: Path) -> No
         '<xacro:arg name="wheel_width" default="1"/><xacro:property name="wheel_radius" value="2"/>',
     )
     with pytest.raises(DescriptionError) as raised:
-        assignments(file, {"wheel_raduis": "3", "wheel_width": "2"}).require()
+        resolve_names(file, {"wheel_raduis": "3", "wheel_width": "2"}).require()
     assert str(raised.value) == (
         f"{file}:1:1: error: there is no argument or top-level property 'wheel_raduis'; "
         "the nearest names are wheel_radius (property), wheel_width (argument) [X206]"
     )
     with pytest.raises(DescriptionError, match="the file declares no arguments and no properties"):
-        assignments(write(file, "<a/>"), {"a": "1"}).require()
+        resolve_names(write(file, "<a/>"), {"a": "1"}).require()
 
 
 def test_a_file_with_errors_makes_no_name_unknown(tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_a_file_with_errors_makes_no_name_unknown(tmp_path: Path) -> None:
         '<xacro:include filename="none.xacro"/>',
         '<xacro:property name="p" value="0"/><a p="${1 / p}"/>',
     )
-    given = assignments(file, {"elsewhere": "1", "p": "2"}).require()
+    given = resolve_names(file, {"elsewhere": "1", "p": "2"}).require()
     assert given.properties == {"p": "2"}
     diagnostics = expand(file, given.arguments, properties=given.properties).diagnostics
     assert [d.code for d in diagnostics if d.is_error] == ["X117"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -106,7 +106,7 @@ def command(
         except DescriptionError as error:
             found += error.diagnostics
     if values:
-        jobs = _assigned(jobs, values)
+        jobs = _with_typed_names(jobs, values)
     mended = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else {}
     with unsaved(mended if diff else {}):
         found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
@@ -137,45 +137,56 @@ def _jobs(
     choice: tuple[tuple[str, ...], tuple[str, ...]],
     packages: Packages,
 ) -> list[_Job]:
-    """A file once, or with each set of arguments that its configuration gives; all of a folder's files."""
+    """A file once; all of a folder's files, or a file with typed values, with each set of arguments that its
+    configuration gives. A typed value replaces that of a set."""
     path = _place(resolve_robot_path(file), packages)
     whole = Path(path).is_dir()
     jobs = []
     for one in entry_points(path) if whole else [path]:
         folder = os.path.dirname(os.path.abspath(one))  # noqa: PTH100, PTH120 - keeps symbolic links
         config = with_choice(load_config(folder), *choice)
-        matrix = config.arguments if whole and config.arguments and not arguments else ({},)
-        jobs += [_Job(one, {**given, **arguments}, config, packages) for given in matrix]
+        sets = (config.arguments if whole or arguments else ()) or ({},)
+        distinct = list[Mapping[str, str]]()
+        for arguments_of_set in ({**given, **arguments} for given in sets):
+            if arguments_of_set not in distinct:  # typed values may make two sets the same
+                distinct.append(arguments_of_set)
+        jobs += [_Job(one, given, config, packages) for given in distinct]
     return jobs
 
 
-def _assigned(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
+def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
     """The jobs with the properties that typed names override; a note for each of these.
+
+    Where a set of arguments of the configuration does not select what has a name, and another set does, the
+    name is left out.
 
     Raises:
         DescriptionError: a name is neither an argument nor a property of any of the descriptions. Launch
             files have arguments of their own: where there is one, its rules check the names.
     """
-    from kbot.xacro.assignments import assignments
+    from kbot.xacro.assignments import Assignments, resolve_names
 
-    assigned: list[_Job] = []
-    unknown: list[Mapping[str, Diagnostic]] = []
-    for job in jobs:
-        if Path(job.path).name == "package.xml":
-            assigned.append(job)
-        elif is_launch_file(job.path):
-            assigned.append(job)
-            unknown.append({})
-        else:
-            found = assignments(job.path, values, job.packages)
-            for text in found.notes:
+    resolved = dict[int, Assignments]()
+    known = defaultdict[str, set[str]](set)
+    """The names that a file has with one set of arguments or another, by its path."""
+    for index, job in enumerate(jobs):
+        if Path(job.path).name != "package.xml" and not is_launch_file(job.path):
+            names = resolve_names(job.path, values, job.packages, arguments=job.arguments)
+            for text in names.notes:
                 note(text)
-            assigned.append(replace(job, properties=found.properties))
-            unknown.append(found.unknown)
-    errors = [unknown[0][name] for name in values if unknown and all(name in of_file for of_file in unknown)]
-    if errors:
-        raise DescriptionError(errors)
-    return assigned
+            resolved[index] = names
+            known[job.path] |= values.keys() - names.unknown.keys()
+    unknown = [names.unknown for names in resolved.values()]
+    if unknown and not any(is_launch_file(job.path) for job in jobs):
+        errors = [unknown[0][name] for name in values if all(name in of_file for of_file in unknown)]
+        if errors:
+            raise DescriptionError(errors)
+    with_names = list(jobs)
+    for index, names in resolved.items():
+        elsewhere = names.unknown.keys() & known[jobs[index].path]
+        arguments = {name: value for name, value in names.arguments.items() if name not in elsewhere}
+        with_names[index] = replace(jobs[index], arguments=arguments, properties=names.properties)
+    return with_names
 
 
 def _place(word: str, packages: Packages) -> str:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
-from kbot.cli.assigned import assigned
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options, parse_look
+from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
 
@@ -75,7 +75,7 @@ def command(
     from kbot.text.file_names import plain_file_name
     from kbot.xacro import Packages
 
-    given = assigned(file, values, package_path)
+    given = resolve_typed_names(file, values, package_path)
     loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
     robot = loaded.require()
     positions = {**initial_positions(robot), **_positions(joints, robot)}

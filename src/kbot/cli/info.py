@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option
-from kbot.cli.assigned import assigned
 from kbot.cli.output import print_json, report
+from kbot.cli.typed_names import resolve_typed_names
 
 
 @click.command(
@@ -29,7 +29,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     from kbot.xacro import Packages
 
     file, values = one_file(words)
-    given = assigned(file, values, package_path)
+    given = resolve_typed_names(file, values, package_path)
     loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
     robot = loaded.require()
     found = first_look(loaded, (*NUMBERS, *MESHES))

@@ -14,10 +14,10 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
-from kbot.cli.assigned import assigned
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options, parse_look
 from kbot.cli.progress import loading
+from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def command(
         from kbot.model.load import load_robot
         from kbot.xacro import Packages
 
-        given = assigned(path, values, package_path)
+        given = resolve_typed_names(path, values, package_path)
         loaded = load_robot(path, given.arguments, given.properties, Packages(package_path))
         found = first_look(loaded, MESHES)
     report(found)

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 import click
 
 from kbot.cli.arguments import examples, package_path_option, split_arguments
-from kbot.cli.assigned import assigned
 from kbot.cli.expand import robot_path
 from kbot.cli.output import print_json, report
+from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.errors import KbotError
 from kbot.text.span import Span
 from kbot.text.suggest import did_you_mean
@@ -42,7 +42,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     if len(names) != 2:
         raise KbotError("a FILE and a NAME (or LINE:COLUMN) are expected")
     file, name = names
-    given = assigned(file, values, package_path)
+    given = resolve_typed_names(file, values, package_path)
     expansion = expand(
         robot_path(file), given.arguments, properties=given.properties, packages=Packages(package_path)
     ).require()

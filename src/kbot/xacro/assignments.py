@@ -48,22 +48,25 @@ class Assignments:
         return self
 
 
-def assignments(
+def resolve_names(
     path: str | os.PathLike[str],
     values: Mapping[str, str],
     packages: Packages | None = None,
     properties: Mapping[str, str] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> Assignments:
     """Find out what each typed name means: the file is expanded without and with the overridden properties.
 
-    `properties` are overridden in any case. A file with errors makes no name unknown: the error may hide
-    what declares it.
+    `properties` are overridden in any case. `arguments` are those that a configuration gives: a typed value
+    replaces one, and what they select may declare the typed names. A file with errors makes no name unknown:
+    the error may hide what declares it.
     """
     if not values:
         return Assignments()
     explicit = dict(properties or {})
+    values, typed = {**(arguments or {}), **values}, values
     before = expand(path, values, properties=explicit, packages=packages)
-    undeclared = {name: value for name, value in values.items() if name not in before.declared}
+    undeclared = {name: value for name, value in typed.items() if name not in before.declared}
     if not undeclared or before.document is None:  # expansion that stopped at a limit takes long: not twice
         return Assignments(values)
     after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)

@@ -15,13 +15,13 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
-from kbot.cli.assigned import assigned
 from kbot.cli.companions import companion_options, going_along
 from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
 from kbot.cli.progress import loading
 from kbot.cli.sim.goto import run_goto
 from kbot.cli.sim.headless import run_headless
+from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def command(
             from kbot.world import load_world
             from kbot.xacro import Packages
 
-            given = assigned(file, values, package_path)
+            given = resolve_typed_names(file, values, package_path)
             loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
             found = first_look(loaded, (*MESHES, *CONTROL))
         report(found)
@@ -257,7 +257,7 @@ def _simulation(
         from kbot.xacro import Packages
 
         place = load_world(world)
-        given = assigned(file, values, package_path)
+        given = resolve_typed_names(file, values, package_path)
         loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         robot = loaded.require()
         simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)

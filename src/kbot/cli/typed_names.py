@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from kbot.xacro.assignments import Assignments
 
 
-def assigned(file: str, values: Mapping[str, str], package_path: Sequence[str]) -> Assignments:
+def resolve_typed_names(file: str, values: Mapping[str, str], package_path: Sequence[str]) -> Assignments:
     """What typed names mean for FILE, or for `kbot`; a note for each property that is overridden.
 
     Raises:
@@ -19,9 +19,9 @@ def assigned(file: str, values: Mapping[str, str], package_path: Sequence[str]) 
     """
     from kbot.model.load import resolve_robot_path
     from kbot.xacro import Packages
-    from kbot.xacro.assignments import assignments
+    from kbot.xacro.assignments import resolve_names
 
-    found = assignments(resolve_robot_path(file), values, Packages(package_path)).require()
+    found = resolve_names(resolve_robot_path(file), values, Packages(package_path)).require()
     for text in found.notes:
         note(text)
     return found
