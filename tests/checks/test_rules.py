@@ -112,3 +112,16 @@ def test_every_code_has_a_page() -> None:
     }
     assert {"D107", "L053", "W145", "W146", "W201"} <= given
     assert given - set(all_rules()) == set()
+
+
+@pytest.mark.parametrize(
+    ("count", "finding"), [(400, "does not use its parameter 'lost'"), (700, "are not checked")]
+)
+def test_parameters_that_are_not_checked_are_reported_once(count: int, finding: str, tmp_path: Path) -> None:
+    """Each macro calls the next one; the last one calls none."""
+    macros = [f'<xacro:macro name="m{n}"><xacro:m{n + 1}/></xacro:macro>' for n in range(1, count)]
+    macros[0] = macros[0].replace("><", ' params="lost"><', 1)
+    text = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/>\n'
+    text += "\n".join(macros) + "\n</robot>\n"
+    found = [d for d in findings_of(tmp_path / "r.xacro", text) if d.code == "S104"]
+    assert [finding in d.message for d in found] == [True]

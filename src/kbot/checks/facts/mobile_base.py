@@ -16,8 +16,9 @@ from kbot.checks.facts.part_names import CASTER, WHEEL, mirrored_name, side_of
 from kbot.checks.facts.spatial import Frame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
 
-_MOST_JOINTS = 1_000
-"""Of a robot whose wheels are looked for: each is compared with each other, and followed up to the root."""
+MOST_JOINTS = 1_000
+"""Of a robot whose wheels are looked for: each is compared with each other, and followed up to the root.
+A robot with more gets the finding K003."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,7 @@ def find_mobile_base(
 
     `named`: joints that a controller or plugin drives, each with its side ("left", "right" or "").
     """
-    if len(robot.joints) > _MOST_JOINTS:
+    if len(robot.joints) > MOST_JOINTS:
         return None
     wheels = [w for j in robot.joints.values() if (w := _wheel(robot, j, frames, bodies, j.name in named))]
     pairs = _pairs(wheels, named)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import axis_of
-from kbot.checks.facts.mobile_base import Pair, Wheel
+from kbot.checks.facts.mobile_base import MOST_JOINTS, Pair, Wheel
 from kbot.checks.facts.part_names import side_of
 from kbot.checks.facts.spatial import dot, unit
 from kbot.checks.registry import Finding, Found, rule
@@ -294,3 +294,27 @@ def wheel_in_chassis(context: Context) -> Found:
                         related=(Related(f"the shape of '{joint.parent}'", part.origin),),
                     )
                     break
+
+
+@rule("K003", "not-checked", Severity.INFO, "robot")
+def not_checked(context: Context) -> Found:
+    """A robot whose drive is not checked, because it has too many joints.
+
+    Why: the drive rules (D…) compare each wheel with each other wheel, which takes too long for thousands of
+    joints. Without this finding the robot would look as if they had passed.
+
+    Example: a robot with 1001 joints, one of which is continuous or driven by a plugin.
+
+    Mend: check a description with the drive alone, for example without the arms by a `<xacro:if>`.
+
+    Fix: none.
+    """
+    joints = context.robot.joints.values()
+    if len(joints) <= MOST_JOINTS:
+        return
+    if context.drivers or any(joint.type is JointType.CONTINUOUS for joint in joints):
+        yield Finding(
+            context.root.origin,
+            f"the drive is not checked: the robot has more than {MOST_JOINTS} joints",
+            "check a description with fewer joints",
+        )
