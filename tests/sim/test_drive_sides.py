@@ -5,6 +5,8 @@ gazebo_ros_diff_drive, gz's DiffDrive and diff_drive_controller command (v - w s
 names a robot that is commanded +w therefore turns at -w, while its odometry turns at +w.
 """
 
+import re
+
 import pytest
 
 from kbot.cli.main import main
@@ -52,6 +54,11 @@ def named(request, plain, tmp_path):
         return load_robot_text(change(text), "kbot.urdf").require()
 
     return build
+
+
+def one_tag_each(text: str) -> str:
+    """`<a>x, y</a>` as `<a>x</a><a>y</a>`: plugins take one joint a tag."""
+    return re.sub(r"<(\w+)>(\w+), (\w+)</\1>", r"<\1>\2</\1><\1>\3</\1>", text)
 
 
 def driven(robot, linear: float, angular: float) -> Simulation:
@@ -133,12 +140,35 @@ def test_one_joint_on_both_sides_ends_the_command_with_one_line(plain, tmp_path,
     )
 
 
-def test_a_joint_twice_on_one_side_drives_once(plain):
-    joints = f"<left_joint>{LEFT}</left_joint>" * 2 + f"<right_joint>{RIGHT}</right_joint>"
-    plugin = f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{joints}</plugin></gazebo>'
-    drive = find_drive(load_robot_text(plain.replace("</robot>", f"{plugin}</robot>"), "k.urdf").require())
-    assert isinstance(drive, DifferentialDrive)
-    assert (drive.left, drive.right) == ((LEFT,), (RIGHT,))
+@pytest.mark.parametrize(
+    ("left", "right", "side"),
+    [(f"{LEFT}, {LEFT}", RIGHT, "left"), (LEFT, f"{RIGHT}, {RIGHT}", "right")],
+)
+def test_a_joint_twice_on_one_side_is_not_driven(named, left, right, side):
+    """gazebo_ros_diff_drive and diff_drive_controller do not start with it."""
+    robot = named(left, right, one_tag_each)
+    sim = Simulation(robot)
+    assert codes(sim) == ["W145"]
+    joint = LEFT if side == "left" else RIGHT
+    assert why_not(robot) == f"its drive names the joint '{joint}' twice as {side}"
+    with pytest.raises(KbotError, match=f"'{joint}' twice as {side}"):
+        sim.cmd_vel(0.2, 0.0)
+
+
+def test_two_plugins_may_name_the_same_joints(plain):
+    """As descriptions for Gazebo Classic and for gz do."""
+    names = (
+        ("libgazebo_ros_diff_drive.so", "leftJoint", "rightJoint"),
+        ("DiffDrive", "left_joint", "right_joint"),
+    )
+    plugins = "".join(
+        f'<gazebo><plugin name="{file}" filename="{file}"><{left}>{LEFT}</{left}><{right}>{RIGHT}</{right}>'
+        "</plugin></gazebo>"
+        for file, left, right in names
+    )
+    sim = Simulation(load_robot_text(plain.replace("</robot>", f"{plugins}</robot>"), "k.urdf").require())
+    assert codes(sim) == []
+    assert (sim.drive.left, sim.drive.right) == ((LEFT,), (RIGHT,))
 
 
 WHEEL = """<link name="{0}"><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1"

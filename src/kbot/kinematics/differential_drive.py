@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.casters import find_casters
 from kbot.kinematics.controllers import plugin_driven_joints, plugin_sides, velocity_joints
-from kbot.kinematics.drive import DifferentialDrive, NoDrive, with_sides
+from kbot.kinematics.drive import DifferentialDrive, NoDrive, named_twice, with_sides
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.steering import steered_axle, steered_wheel
 from kbot.kinematics.transform import Transform
@@ -36,7 +36,7 @@ def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
     left, right = plugin_sides(robot)
     by_plugin = drive_of(robot, tree, plugin_driven_joints(robot))
-    if isinstance(by_plugin, DifferentialDrive) or not set(left).isdisjoint(right):
+    if isinstance(by_plugin, DifferentialDrive) or named_twice(left, right) is not None:
         return with_sides(by_plugin, left, right)
     if not turning:
         return NoDrive(_why_nothing_turns(robot))

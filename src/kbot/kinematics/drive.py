@@ -93,21 +93,37 @@ class NoDrive:
     reason: str
 
 
+def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | None:
+    """A joint that is named twice, and in words how; None if each is named once.
+
+    gazebo_ros_diff_drive and diff_drive_controller do not start with such names.
+    """
+    sides: dict[str, str] = {}
+    for side, names in (("left", left), ("right", right)):
+        for name in names:
+            before = sides.get(name)
+            if before is not None:
+                twice = f"twice as {side}" if before == side else "both as left and as right"
+                return name, f"the joint '{name}' {twice}"
+            sides[name] = side
+    return None
+
+
 def with_sides(
     drive: DifferentialDrive | NoDrive, left: Sequence[str], right: Sequence[str]
 ) -> DifferentialDrive | NoDrive:
     """The drive as its plugin or controller commands it, which names joints as left and as right.
 
-    A side is what the plugin names so, wherever the wheels stand: gazebo_ros_diff_drive, gz's DiffDrive and
-    diff_drive_controller all command (v - w s/2)/r to the joints named left and (v + w s/2)/r to those named
-    right, and compute the turn of their odometry from right minus left. With exchanged names the robot
-    therefore turns against the command, while the odometry agrees with the command. The speed is that of the
-    joint: where its axis points to the right, a positive speed drives backwards. A joint that is not named
-    stays on the side where its wheel stands, and is turned as its axis requires.
+    The plugin decides which joints are left and right, not their position. gazebo_ros_diff_drive, gz's
+    DiffDrive and diff_drive_controller all command (v - w s/2)/r to the joints named left and (v + w s/2)/r
+    to those named right, and compute the turn of their odometry from right minus left. With exchanged names
+    the robot therefore turns against the command, while the odometry agrees with the command. The speed is
+    that of the joint: where its axis points to the right, a positive speed drives backwards. A joint that is
+    not named stays on the side where its wheel stands, and is turned as its axis requires.
     """
-    both = next((name for name in left if name in right), None)
-    if both is not None:
-        return NoDrive(f"its drive names the joint '{both}' both as left and as right")
+    twice = named_twice(left, right)
+    if twice is not None:
+        return NoDrive(f"its drive names {twice[1]}")
     if isinstance(drive, NoDrive):
         return drive
     ahead = drive.axle_in_base.rotation[:, 0]

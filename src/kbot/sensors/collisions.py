@@ -23,7 +23,7 @@ _SINKS = 0.001
 """Metres at most by which a wheel sinks into what it stands on, in a stiff contact."""
 
 _OWN, _FLOOR, _OTHER = 1, 3, 8
-"""Kinds of shapes, so that the sum of two tells which two they are."""
+"""Kinds of shapes, so that the sum of two identifies the pair."""
 _SUSPECT = _OWN + _OTHER
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from kbot.kinematics.controllers import LEFT_TAGS, RIGHT_TAGS, drive_plugins, is_drive_file
-from kbot.kinematics.drive import DifferentialDrive, NoDrive, with_sides
+from kbot.kinematics.drive import DifferentialDrive, NoDrive, named_twice, with_sides
 from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.model import Robot
 from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
@@ -28,20 +29,20 @@ def commanded(robot: Robot, drive: DifferentialDrive | NoDrive) -> DifferentialD
 
 def check_named_joints(robot: Robot, drive: DifferentialDrive | NoDrive, findings: Findings) -> None:
     """Report the joints that a drive names and that are not its wheels', and those it commands wrongly."""
-    sides = list(_sides(robot, drive))
-    lefts = {name for side, name, _ in sides if side == "left"}
+    groups = _sides(robot, drive)
+    sides = list(chain.from_iterable(groups))
     mistakes = drive.mistakes if isinstance(drive, DifferentialDrive) else {}
     is_reported = False
     _check_named_wheels(robot, drive, sides, findings)
-    for side, name, origin in sides:
-        if name not in robot.joints:
-            continue
-        if side == "right" and name in lefts and isinstance(drive, NoDrive):
-            message = (
-                f"the drive names the joint '{name}' both as left and as right: the robot does not drive"
-            )
+    for names in groups:
+        lefts, rights = ([name for side, name, _ in names if side == which] for which in ("left", "right"))
+        twice = named_twice(lefts, rights) if isinstance(drive, NoDrive) else None
+        if twice is not None and twice[0] in robot.joints:
+            origin = [origin for _, name, origin in names if name == twice[0]][1]
+            message = f"the drive names {twice[1]}: the robot does not drive"
             findings.warning("W145", message, origin, "name the joint of each wheel once, on its own side")
-        elif name in mistakes and not is_reported:
+    for _, name, origin in sides:
+        if name in mistakes and not is_reported:
             findings.warning("W146", mistakes[name], origin, "see `kbot rule W146`")
             is_reported = True  # the other wheels mostly have the same mistake
 
@@ -96,18 +97,24 @@ def _unnamed_sides(robot: Robot, drive: DifferentialDrive | NoDrive) -> Iterator
                 yield side, "", found.place(*keys)
 
 
-def _sides(robot: Robot, drive: DifferentialDrive | NoDrive) -> Iterator[tuple[str, str, Origin]]:
-    """Each joint that a plugin or controller names: its side, its name, and where that is written.
+def _sides(robot: Robot, drive: DifferentialDrive | NoDrive) -> list[list[tuple[str, str, Origin]]]:
+    """The joints that each plugin or controller names: their sides, names, and where these are written.
     The name is empty for an empty tag."""
-    for plugin in drive_plugins(robot):
-        for element in plugin.elements():
-            if element.tag in (*LEFT_TAGS, *RIGHT_TAGS):
-                side = "left" if element.tag in LEFT_TAGS else "right"
-                yield side, element.text.strip(), element.origin
+    groups = [
+        [
+            ("left" if element.tag in LEFT_TAGS else "right", element.text.strip(), element.origin)
+            for element in plugin.elements()
+            if element.tag in (*LEFT_TAGS, *RIGHT_TAGS)
+        ]
+        for plugin in drive_plugins(robot)
+    ]
     found = _controller(robot, drive)
     if found is not None:
-        yield from (("left", name, found.place(*_LEFT)) for name in _names(found, _LEFT))
-        yield from (("right", name, found.place(*_RIGHT)) for name in _names(found, _RIGHT))
+        groups.append(
+            [("left", name, found.place(*_LEFT)) for name in _names(found, _LEFT)]
+            + [("right", name, found.place(*_RIGHT)) for name in _names(found, _RIGHT)]
+        )
+    return groups
 
 
 def _controller(robot: Robot, drive: DifferentialDrive | NoDrive) -> Parameters | None:
