@@ -18,6 +18,9 @@ LONGEST = 2 * LARGEST_BITS
 """Characters of a whole number: it may be written in bits."""
 MOST_VALUES = 1_000_000
 """Of a document, with each alias counted as what it stands for: ten lines can stand for a billion values."""
+MOST_LEVELS = 100
+"""Of nested lists and mappings. PyYAML's loaders in C recurse for each level, and 10,000 levels overflow the
+stack, which ends the process; their parser takes the square of the levels. Robots' files have at most 10."""
 
 
 def load_yaml(text: str) -> Any:  # noqa: ANN401 - what YAML holds
@@ -32,13 +35,46 @@ def load_yaml(text: str) -> Any:  # noqa: ANN401 - what YAML holds
         raise yaml.YAMLError("it is nested too deeply") from None
 
 
+def check_nesting(text: str) -> None:
+    """Make sure that a loader in C can read a text.
+
+    Raises:
+        yaml.YAMLError: it is not YAML, or has more than MOST_LEVELS levels.
+    """
+    import yaml
+
+    level = 0
+    event: Any
+    for event in yaml.parse(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader)):
+        level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if level > MOST_LEVELS:
+            raise _too_deep(event)
+
+
+def _too_deep(event: yaml.Event) -> yaml.YAMLError:
+    import yaml
+
+    message = f"it is nested more than {MOST_LEVELS} levels deep"
+    return yaml.composer.ComposerError(None, None, message, event.start_mark)
+
+
 @cache
 def safe_loader() -> type[yaml.SafeLoader]:
     """PyYAML's class that reads plain data, with bounds. PyYAML takes 20 ms to import."""
     import yaml
 
     class Loader(yaml.SafeLoader):
-        """Plain data of bounded size, with numbers that a float can hold."""
+        """Plain data of bounded size and depth, with numbers that a float can hold."""
+
+        _level = 0
+
+        def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:  # noqa: ANN401 - a key
+            if self._level > MOST_LEVELS:
+                raise _too_deep(self.peek_event())
+            self._level += 1
+            node = super().compose_node(parent, index)
+            self._level -= 1
+            return node
 
         def get_single_node(self) -> yaml.Node | None:
             node = super().get_single_node()
@@ -68,7 +104,7 @@ def _size(node: yaml.Node, known: dict[int, int]) -> int:
     """How many values a node stands for; one that holds itself stands for very many."""
     key = id(node)
     if key not in known:
-        known[key] = MOST_VALUES + 1  # until it is known: whoever asks meanwhile is within it
+        known[key] = MOST_VALUES + 1  # until computed: a node that reaches itself gets this value
         parts = node.value if isinstance(node.value, list) else ()
         nodes = (part for item in parts for part in (item if isinstance(item, tuple) else (item,)))
         known[key] = 1 + sum(_size(part, known) for part in nodes)

@@ -100,6 +100,8 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
 def _build(
     next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value], budget: Budget
 ) -> Value:
+    from kbot.text.yaml_text import MOST_LEVELS
+
     documents: list[Any] = []
     current: Any = documents
     key: Any = None
@@ -119,6 +121,8 @@ def _build(
                 raise _NotPlain
             value = starts[kind]()
             outer.append((current, key))
+            if len(outer) > MOST_LEVELS:
+                raise _NotPlain  # which `_any_data` refuses
         elif kind in end_events:
             current, key = outer.pop()
             waiting = False
@@ -197,7 +201,10 @@ def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Va
     """The data of any YAML text, by the library's own loader."""
     import yaml
 
+    from kbot.text.yaml_text import check_nesting
+
     budget.charge(len(text) // 2 * _NODE_STEPS)
+    check_nesting(text)
     base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
     def flatten(loader: Value, node: Value) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.kinematics.controllers import LEFT_TAGS, RIGHT_TAGS
 from kbot.model import Robot
 from kbot.text import Element, KbotError, Origin, Source, Span, read_source
+from kbot.text.yaml_text import check_nesting
 
 if TYPE_CHECKING:
     from kbot.xacro import Packages
@@ -160,11 +161,12 @@ def _from_yaml(path: str) -> Iterator[Driver]:
 
 
 def compose(source: Source) -> Any:  # noqa: ANN401 - a node of PyYAML, which has no common type
-    """The YAML node tree of a source, None where it is not YAML."""
+    """The YAML node tree of a source; None if it is not YAML or nested too deeply."""
     import yaml
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
+        check_nesting(source.text)
         return yaml.compose(source.text, Loader=loader)
     except yaml.YAMLError:
         return None

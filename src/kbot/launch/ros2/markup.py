@@ -15,6 +15,7 @@ from kbot.launch.ros2.substitutions import CommandLine
 from kbot.launch.values import load_yaml
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml_text import check_nesting
 
 _LISTS = {"arg", "let", "param", "remap", "env", "keep"}
 
@@ -40,14 +41,15 @@ def read_yaml(source: Source, reporter: Reporter) -> list[object]:
     import yaml
 
     try:
+        check_nesting(source.text)
         node = yaml.compose(source.text, yaml.SafeLoader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)  # a character that is not allowed has none
         offset = source.offset(mark.line + 1, mark.column + 1) if mark else 0
         origin = Origin(source.whole())
         if mark:
             origin = Origin(type(origin.span)(source, offset, offset + 1))
-        message = f"the YAML cannot be read: {error.problem}"
+        message = f"the YAML cannot be read: {getattr(error, 'problem', None) or error}"
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, origin)]) from None
     pairs = node.value if isinstance(node, yaml.MappingNode) else []
     for key, value in pairs:
