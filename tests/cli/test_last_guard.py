@@ -10,6 +10,9 @@ from typing import Any, NoReturn
 import pytest
 
 from kbot.cli import start
+from kbot.record.entry import Entry, Types
+from kbot.record.index import open_index
+from kbot.record.reader import Recording
 from kbot.text import crash
 from kbot.text.errors import KbotError, reading
 
@@ -81,6 +84,37 @@ def test_an_unforeseen_error_is_one_line(
     assert f"kbot {verb} {robot}\n" in text
     assert "Traceback (most recent call last)" in text
     assert "ZeroDivisionError: a bug\nof two lines" in text
+
+
+@pytest.mark.parametrize("words", [["info"], ["cut", "part.mcap", "--start", "0"]])
+def test_an_error_within_a_recording_names_it(
+    words: list[str],
+    kbot: Callable[..., int],
+    crashes: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = tmp_path / "run.mcap"
+    file.write_bytes(b"\x89MCAP0\r\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("kbot.record.mcap.reader.records", fails(ZeroDivisionError()))
+    assert kbot("bag", words[0], str(file), *words[1:]) == 2
+    assert f"error: internal error while reading {file} (ZeroDivisionError)" in capsys.readouterr().err
+    assert len(list(crashes.iterdir())) == 1
+    for read in (open_index, lambda path: next(Recording(path).entries())):
+        with pytest.raises(ZeroDivisionError) as failure:
+            read(str(file))
+        assert f"while reading {file}" in failure.value.__notes__
+
+
+def test_an_error_within_a_message_names_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
+    types = Types("run.mcap")
+    monkeypatch.setattr(types.ros2, "deserialize_cdr", fails(ZeroDivisionError()), raising=False)
+    entry = Entry("/said", "std_msgs/msg/String", 1, b"", types)
+    with pytest.raises(ZeroDivisionError) as failure:
+        entry.message()
+    assert failure.value.__notes__ == ["while reading run.mcap"]
 
 
 @pytest.mark.parametrize(

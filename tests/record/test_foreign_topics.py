@@ -51,9 +51,9 @@ def test_notes_that_are_none_are_one_error(
     ("message", "words"),
     [
         (Imu(Header()), "carries sensor_msgs/msg/Imu, not std_msgs/msg/String"),
-        (String("{}"), "does not say what was done when"),
-        (String('{"do": "reset", "step": "soon"}'), "does not say what was done when"),
-        (String('{"do": "restore", "step": 1}'), "does not say what was done when"),
+        (String("{}"), "is not a valid command record"),
+        (String('{"do": "reset", "step": "soon"}'), "is not a valid command record"),
+        (String('{"do": "restore", "step": 1}'), "is not a valid command record"),
     ],
 )
 def test_commands_that_are_none_are_one_error(

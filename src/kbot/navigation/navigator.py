@@ -251,7 +251,8 @@ class Navigator:
         limits = self.settings.limits
         if not run.corrections:
             return self._make_follower(path, limits)
-        # a robot that missed the goal brakes less than its limits say
+        # a robot that missed the goal brakes less than its limits say: half the speed and a quarter of the
+        # braking give it the same distance to stop, at a braking that it can reach
         gentle = replace(limits, linear=limits.linear / 2.0, braking=limits.braking / 4.0)
         is_straight = len(path.points) == 2
         return GoToPose(run.goal @ run.guided, gentle) if is_straight else self._make_follower(path, gentle)

@@ -10,6 +10,8 @@ from kbot.record.entry import Entry
 from kbot.record.limits import LARGEST_PIECE, TooLarge
 
 _KEPT_CHUNKS = 8
+"""Few chunks overlap in time, and a reader that steps back and forth crosses few borders. Writers begin a new
+chunk after 1 to 4 MB, so that 8 take up to 32 MB."""
 
 
 class KeptChunks:

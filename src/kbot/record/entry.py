@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.record.limits import Allowance, TooLarge
 from kbot.text import KbotError
+from kbot.text.errors import reading
 from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.wire.encoding import ONLY_ON_THE_WIRE
 from kbot.wire.foreign_types import ShapeCheck, code_cost, read_definition
@@ -201,7 +202,8 @@ class Entry:
 
         self._types.require(self.type_name)
         try:
-            return define()
+            with reading(self._types.path):
+                return define()
         except (TypesysError, LookupError, AssertionError) as error:
             # rosbags writes no definition with parts of actions and services
             raise KbotError(f"{self.place}: {self.type_name} cannot be defined: {error!r}") from None
@@ -215,7 +217,8 @@ class Entry:
 
         self._types.require(self.type_name)
         try:
-            return read()
+            with reading(self._types.path):
+                return read()
         except TooLarge as error:
             raise KbotError(f"{self.place}: {error}") from None
         except (SerdeError, LookupError, ValueError, MemoryError) as error:

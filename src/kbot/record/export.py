@@ -42,14 +42,14 @@ class Table:
         (topic,) = recording.require_topics((topic,))
         rows: list[dict[str, Cell]] = []
         columns: dict[str, None] = {TIME: None}
-        left = FREE_CELLS + CELLS_OF_A_BYTE * size_on_disk(Path(path))
+        left = most = FREE_CELLS + CELLS_OF_A_BYTE * size_on_disk(Path(path))
         for entry in recording.entries():
             if entry.topic == topic:
                 row: dict[str, Cell] = {TIME: entry.nanoseconds / 1e9}
                 row.update(islice(_cells(entry.message(), ""), left + 1))
                 left -= len(row)
                 if left < 0:
-                    raise KbotError(f"{path} has more values on {topic} than a table of a file of its size")
+                    raise KbotError(f"{path}: {topic} has too many values for a table (limit: {most:,})")
                 columns.update(dict.fromkeys(row))
                 rows.append(row)
         if not rows:

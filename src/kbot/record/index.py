@@ -12,6 +12,7 @@ from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
 from kbot.record.limits import kept_bytes
 from kbot.record.reader import Recording
 from kbot.text import KbotError
+from kbot.text.errors import reading
 
 ENTRY_BYTES = 500
 """What a message takes in memory beside its bytes."""
@@ -70,7 +71,12 @@ def open_index(path: str) -> Index:
     Raises:
         KbotError: there is no such recording, or it cannot be read.
     """
-    Recording(path)  # says what is wrong with the name
+    Recording(path)  # reports what is wrong with the name
+    with reading(path):
+        return _opened(path)
+
+
+def _opened(path: str) -> Index:
     if Path(path).suffix == ".mcap" and not Path(path).is_dir():
         from kbot.record.mcap.index import McapIndex
 

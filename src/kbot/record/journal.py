@@ -24,7 +24,7 @@ def read_command(entry: Entry) -> dict[str, Any]:
     if command.get("do") == "restore":
         is_told = is_told and all(isinstance(command.get(key), int) for key in ("noted", "to"))
     if not is_told:
-        raise KbotError(f"{entry.place} does not say what was done when")
+        raise KbotError(f"{entry.place} is not a valid command record")
     return command
 
 

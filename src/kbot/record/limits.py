@@ -29,6 +29,10 @@ class TooLarge(KbotError):
     """Reading it would take more time or memory than a recording of its size may."""
 
 
+class Damaged(Exception):
+    """The bytes do not follow the format."""
+
+
 class Allowance:
     """What one reading of a recording may still cost."""
 
@@ -40,13 +44,21 @@ class Allowance:
         """Raises TooLarge: it is used up by bytes that were decompressed, records, or parts of messages."""
         self._left -= size * _SLOWNESS.get(compression, 1) + records * _RECORD + parts * _PART
         if self._left < 0:
-            raise TooLarge(
-                f"more is packed into its {self._size:,} bytes than a recording has; it is not read further"
-            )
+            raise TooLarge(f"it decompresses to too much data for its {self._size:,} bytes; reading stopped")
+
+
+def check_length(at: int, stated: int, left: int, *, is_skipped: bool = False) -> None:
+    """Raises Damaged: the record at a place states more bytes than are left, or than LARGEST_PIECE. A record
+    that is skipped, as an attachment, may be larger than that."""
+    if stated > left:
+        raise Damaged(f"the record at byte {at:,} states {stated:,} bytes, and {left:,} are left")
+    if stated > LARGEST_PIECE and not is_skipped:
+        raise Damaged(f"the record at byte {at:,} has more than {LARGEST_PIECE:,} bytes")
 
 
 def kept_bytes(path: str | Path) -> int:
     """How much of a recording may be held in memory at once."""
+    # zstd compresses messages of odometry and lidars to about a quarter
     return _KEPT + 4 * size_on_disk(Path(path))
 
 
@@ -67,7 +79,7 @@ def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
     """
     is_large = size is not None and size > LARGEST_PIECE
     most = LARGEST_PIECE if size is None or is_large else size
-    # one byte more than is expected tells that there is more, at the cost of no more
+    # read one byte more than expected, to detect longer data
     found = _inflated(data, compression, most + 1)
     if len(found) > LARGEST_PIECE:
         raise TooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")

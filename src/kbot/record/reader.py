@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source, read_note
 from kbot.record.names import BAGS
 from kbot.text import KbotError
+from kbot.text.errors import reading
 from kbot.text.suggest import did_you_mean
 
 
@@ -51,13 +53,15 @@ class Recording:
 
     def entries(self) -> Iterator[Entry]:
         """Every message up to the end, or to where the file breaks off."""
-        try:
+        with reading(self.path), suppress(BrokenOff):
             yield from self._source.entries(lambda name, values: None)
-        except BrokenOff:
-            return
 
     def summary(self) -> Summary:
         """Read it through. Raises KbotError: it is no recording."""
+        with reading(self.path):
+            return self._summary()
+
+    def _summary(self) -> Summary:
         found = Summary(self._source.kind)
         try:
             for entry in self._source.entries(found.notes.__setitem__):

@@ -26,6 +26,8 @@ message is. The largest of ROS's own packages has 501."""
 MOST_BYTES = 1 << 26
 """Of a message's fixed part: rosbags reserves it before it looks whether the message is that long."""
 LONGEST_NAME = 255
+"""Characters of a type's name, a field's name or a number: the file names that ROS makes of a type have at
+most 255."""
 
 _WIDTHS = {
     **{"bool": 1, "byte": 1, "char": 1, "float32": 4, "float64": 8},

@@ -94,7 +94,7 @@ class Ros2Index:
         self.counts: Counter[str] = Counter()
         spans: list[tuple[int, int]] = []
         try:
-            for file in stack.enter_context(self._folder.opened()):
+            for file in stack.enter_context(self._folder.opened(Allowance(path))):
                 part = (
                     McapIndex(str(file))
                     if self._folder.storage == "mcap"
@@ -113,6 +113,9 @@ class Ros2Index:
         except UNREADABLE as error:
             self.close()
             raise unread(self._path, error) from None
+        except TooLarge as error:
+            self.close()
+            raise KbotError(f"{path}: {error}") from None
         except KbotError:
             self.close()
             raise

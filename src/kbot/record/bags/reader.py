@@ -63,7 +63,7 @@ class Ros2Source:
             raise BrokenOff(str(missing)) from None
         types = Types(self._path, allowance)
         try:
-            with folder.opened() as files:
+            with folder.opened(allowance) as files:
                 for file in files:
                     entries = (
                         McapSource(str(file)).entries(note)
@@ -114,7 +114,7 @@ def unread(path: Path, error: Exception) -> KbotError:
 
 
 def one_line(error: Exception) -> str:
-    """What it says; SQLite quotes the file, which may have lines of any length."""
+    """The error's text on one line. SQLite quotes the file's contents."""
     return " ".join(str(error).split())[:300]
 
 

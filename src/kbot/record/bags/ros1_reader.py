@@ -18,7 +18,7 @@ from rosbags.rosbag1.reader import Header, RecordType
 
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NoIndex
-from kbot.record.limits import LARGEST_PIECE, Allowance, TooLarge, inflate
+from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
 from kbot.text import KbotError
 from kbot.wire.foreign_types import full_name
 
@@ -27,10 +27,6 @@ _LENGTH = Struct("<I")
 _COUNT = Struct("<II")
 _LARGEST_HEADER = 1 << 20
 """Bytes. Headers have a few numbers and a topic's name."""
-
-
-class Damaged(Exception):
-    """The bytes are not what the format has there."""
 
 
 class Chunk(NamedTuple):
@@ -244,11 +240,7 @@ def _header(data: bytes, at: int) -> Header:
 
 
 def _data(stream: IO[bytes], record: _Record) -> bytes:
-    if record.size > record.left:
-        left = max(record.left, 0)
-        raise Damaged(f"the record at byte {record.at:,} states {record.size:,} bytes, and {left:,} are left")
-    if record.size > LARGEST_PIECE:
-        raise Damaged(f"the record at byte {record.at:,} has more than {LARGEST_PIECE:,} bytes")
+    check_length(record.at, record.size, max(record.left, 0))
     stream.seek(record.data_at)
     return stream.read(record.size)
 

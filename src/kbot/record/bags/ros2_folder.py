@@ -10,23 +10,23 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from kbot.record.entry import Entry
-from kbot.record.limits import Allowance, TooLarge, inflate, size_on_disk
+from kbot.record.limits import Allowance, TooLarge, inflate
+from kbot.text.files import read_bytes
+from kbot.text.yaml_text import check_nesting
 
 NEWEST_VERSION = 9
 """Of the metadata. Later ones may mean something else by the same names."""
 STORAGES = "sqlite3", "mcap"
 _LARGEST_METADATA = 1 << 24
 """Bytes. A recording of 1000 topics has 1 MB."""
-_DEEPEST = 50
-"""Levels of YAML. The library in C recurses through them until the process has no stack left."""
 _COPY_BYTES = 1 << 20
 
 
 class Folder:
-    """What `metadata.yaml` tells. `files` are in the order of time."""
+    """The contents of `metadata.yaml`. `files` are in the order of time."""
 
     def __init__(self, path: Path) -> None:
-        """Raises ValueError: it does not tell what is needed."""
+        """Raises ValueError: a required entry is missing or unknown."""
         self.path = path
         facts = _metadata(path / "metadata.yaml")
         version = str(facts.get("version", ""))
@@ -50,18 +50,22 @@ class Folder:
                 raise ValueError(f"{file} is missing")
 
     @contextmanager
-    def opened(self) -> Iterator[list[Path]]:
-        """Its files, decompressed if they are compressed as a whole."""
+    def opened(self, allowance: Allowance) -> Iterator[list[Path]]:
+        """Its files, decompressed if they are compressed as a whole.
+
+        Raises:
+            ValueError, OSError: a file is damaged, or cannot be decompressed to the disk.
+            TooLarge: the allowance is used up.
+        """
         if not self.is_compressed:
             yield self.files
             return
         folder = Path(tempfile.mkdtemp(prefix="kbot-"))
         try:
-            left = 64 * size_on_disk(self.path) + (1 << 30)
             found = []
             for number, file in enumerate(self.files):
                 target = folder / f"{number}-{file.stem}"
-                left = _decompress(file, target, left)
+                _decompress(file, target, allowance)
                 found.append(target)
             yield found
         finally:
@@ -80,30 +84,24 @@ class Folder:
 
 
 def _metadata(file: Path) -> dict[str, Any]:
-    """All scalars as text: a number may have any length. Raises ValueError: it is not such a file."""
+    """All scalars as text: a number may have any length. Raises ValueError, OSError: it cannot be read."""
     import yaml
 
-    if file.stat().st_size > _LARGEST_METADATA:
-        raise ValueError(f"its metadata has more than {_LARGEST_METADATA:,} bytes")
     loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+    text = read_bytes(file, _LARGEST_METADATA).decode("utf-8")
     try:
-        text = file.read_text(encoding="utf-8")
-        depth = 0
-        for event in yaml.parse(text, loader):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > _DEEPEST:
-                raise ValueError(f"its metadata is nested more than {_DEEPEST} deep")
+        check_nesting(text)
         found = yaml.load(text, loader)
         facts = found["rosbag2_bagfile_information"]
         facts.get("version")
-    except (yaml.YAMLError, LookupError, TypeError, AttributeError, RecursionError) as error:
+    except (yaml.YAMLError, LookupError, TypeError, AttributeError) as error:
         words = " ".join(str(error).split())
         raise ValueError(f"its metadata is not that of rosbag2: {words[:200]}") from None
     return dict(facts)
 
 
-def _decompress(file: Path, target: Path, most: int) -> int:
-    """How many bytes of `most` are left. Raises ValueError: it is damaged, or larger."""
+def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
+    """Raises ValueError: it is damaged; TooLarge: the allowance is used up."""
     import zstandard
 
     try:
@@ -113,10 +111,7 @@ def _decompress(file: Path, target: Path, most: int) -> int:
             target.open("wb") as out,
         ):
             while data := reader.read(_COPY_BYTES):
-                most -= len(data)
-                if most < 0:
-                    raise ValueError(f"{file} decompresses to more than 64 times its size and 1 GiB")
+                allowance.charge(2 * len(data))  # it is written to the disk, and read from there
                 out.write(data)
     except zstandard.ZstdError as error:
         raise ValueError(f"{file}: {error}") from None
-    return most

@@ -13,6 +13,7 @@ from kbot.record.limits import LARGEST_PIECE, Allowance, size_on_disk
 AT_ONCE = 1000
 """Messages read at once while a file may still be written: its writer waits no longer than for these."""
 _BYTES_AT_ONCE = 1 << 26
+"""Of their messages, so that 1000 images are not in memory at once. Ten images of 1920 x 1080 pixels fit."""
 _LARGEST_TIME = (1 << 63) - 1
 
 _STEP = 100_000
@@ -158,7 +159,7 @@ class SqliteFile:
             for row in self._database.execute(sql, values):  # noqa: UP028
                 yield row
         except MemoryError:
-            raise sqlite3.DatabaseError("it states a size for which there is no memory") from None
+            raise sqlite3.DatabaseError("a row is too large for the memory") from None
         except sqlite3.OperationalError as error:
             if self._steps > self._most_steps:
                 raise sqlite3.DatabaseError("it has more rows than a file of its size can hold") from None

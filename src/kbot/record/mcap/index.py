@@ -15,9 +15,9 @@ from mcap.records import ChunkIndex, Message, Metadata, MetadataIndex
 from kbot.record.chunks import KeptChunks, in_time_order
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NoIndex
-from kbot.record.limits import Allowance, TooLarge
+from kbot.record.limits import Allowance, Damaged, TooLarge
 from kbot.record.mcap.reader import CARRIED, chunk_at, learn
-from kbot.record.mcap.records import MAGIC, Damaged, break_up, read_summary, record_at
+from kbot.record.mcap.records import MAGIC, break_up, read_summary, record_at
 from kbot.text import KbotError
 from kbot.wire.foreign_types import full_name
 

@@ -13,11 +13,10 @@ from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, M
 
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, Note
-from kbot.record.limits import Allowance, TooLarge
+from kbot.record.limits import Allowance, Damaged, TooLarge
 from kbot.record.mcap.records import (
     IN_FILE,
     MAGIC,
-    Damaged,
     break_up,
     check_data,
     read_summary,
@@ -123,7 +122,7 @@ class McapSource:
 
 
 def learn(types: Types, schema: Schema) -> None:
-    """Take in the type of a schema in ROS's own words. Raises KbotError: it does not follow their grammar."""
+    """Register the type that a ROS schema defines. Raises KbotError: it does not follow ROS's grammar."""
     if schema.encoding in ("ros2msg", "ros1msg"):
         types.learn(full_name(schema.name), schema.data.decode(errors="replace"))
 

@@ -31,7 +31,7 @@ from mcap.records import (
 )
 from mcap.summary import Summary
 
-from kbot.record.limits import LARGEST_PIECE, Allowance, TooLarge, inflate
+from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
 
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = Struct("<BQ")
@@ -60,10 +60,6 @@ IN_SUMMARY = (
 )
 
 
-class Damaged(Exception):
-    """The bytes are not what the format has there."""
-
-
 def records(
     stream: IO[bytes], start: int, end: int, wanted: Collection[int], allowance: Allowance | None = None
 ) -> Iterator[tuple[int, McapRecord]]:
@@ -84,11 +80,8 @@ def records(
             raise Damaged(f"it ends within the record at byte {at:,}")
         kind, length = _HEAD.unpack(head)
         left = end - at - _HEAD.size
-        if length > left:
-            raise Damaged(f"the record at byte {at:,} states {length:,} bytes, and {left:,} are left")
+        check_length(at, length, left, is_skipped=kind not in wanted)
         if kind in wanted:
-            if length > LARGEST_PIECE:
-                raise Damaged(f"the record at byte {at:,} has more than {LARGEST_PIECE:,} bytes")
             yield at, _parsed(stream, kind, length, at)
         at += _HEAD.size + length
 
@@ -133,7 +126,7 @@ def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
 
 
 def read_summary(stream: IO[bytes]) -> Summary | None:
-    """What the file's end tells of it; None where it has no such part. Raises Damaged, OSError."""
+    """Read the summary section; None if the file has none. Raises Damaged, OSError."""
     end = stream.seek(0, SEEK_END)
     footer_at = end - len(MAGIC) - _HEAD.size - 20
     if footer_at < len(MAGIC):
