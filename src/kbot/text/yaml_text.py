@@ -48,14 +48,14 @@ def check_nesting(text: str) -> None:
     for event in yaml.parse(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader)):
         level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if level > MOST_LEVELS:
-            raise _too_deep(event)
+            raise _too_deep(event.start_mark)
 
 
-def _too_deep(event: yaml.Event) -> yaml.YAMLError:
+def _too_deep(mark: Any) -> yaml.YAMLError:  # noqa: ANN401 - marks of C and of Python
     import yaml
 
     message = f"it is nested more than {MOST_LEVELS} levels deep"
-    return yaml.composer.ComposerError(None, None, message, event.start_mark)
+    return yaml.composer.ComposerError(None, None, message, mark)
 
 
 @cache
@@ -70,7 +70,7 @@ def safe_loader() -> type[yaml.SafeLoader]:
 
         def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:  # noqa: ANN401 - a key
             if self._level > MOST_LEVELS:
-                raise _too_deep(self.peek_event())
+                raise _too_deep(self.peek_event().start_mark)  # type: ignore[no-untyped-call]
             self._level += 1
             node = super().compose_node(parent, index)
             self._level -= 1
