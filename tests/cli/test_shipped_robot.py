@@ -225,3 +225,55 @@ def test_the_word_kbot_means_the_whole_shipped_robot_without_a_note(
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         kbot.load("kbot")
+
+
+HERE = {"by path": "the folder that contains the file", "by name": "the folder in the working directory"}
+
+
+@pytest.mark.parametrize("origin", ["--package-path", "AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"])
+@pytest.mark.parametrize("how", HERE)
+def test_one_note_names_the_own_folder_that_a_variable_or_option_hides(
+    typed: Path,
+    tmp_path: Path,
+    how: str,
+    origin: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    other = shutil.copytree(typed, tmp_path / "other/share/kbot_description")
+    words = {"by path": [str(typed / "launch" / LAUNCH)], "by name": ["kbot_description", LAUNCH]}[how]
+    place = tmp_path / "other" / ("share" if origin == "ROS_PACKAGE_PATH" else "")
+    if origin == "--package-path":
+        words += [origin, str(place)]
+    else:
+        monkeypatch.setenv(origin, str(place))
+    if how == "by name":
+        monkeypatch.chdir(typed.parent.parent)
+    run(["launch", *words, "--dry-run"])
+    captured = capsys.readouterr()
+    assert captured.out.rpartition("robot: ")[2].strip() == str(other / "urdf/kbot.xacro")
+    notes = [line for line in captured.err.splitlines() if line.startswith("note: ")]
+    assert notes == [
+        f"note: the package kbot_description is {other} (from {origin}), not {typed}, {HERE[how]}"
+    ]
+
+
+def test_a_package_that_is_the_user_s_own_folder_gets_no_note(
+    typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also by a symbolic link, from the folder around it, and installed by links."""
+    (typed / "package.xml").write_text("<package><name>kbot_description</name></package>")
+    (tmp_path / "linked").symlink_to(typed.parent)
+    share = tmp_path / "prefix/share/kbot_description"
+    shutil.copytree(typed, share, copy_function=lambda file, link: Path(link).symlink_to(file))
+    monkeypatch.chdir(typed.parent)
+    for variable, place in (
+        ("ROS_PACKAGE_PATH", typed.parent),
+        ("ROS_PACKAGE_PATH", tmp_path / "linked"),
+        ("AMENT_PREFIX_PATH", tmp_path / "prefix"),
+    ):
+        monkeypatch.setenv(variable, str(place))
+        for words in ([str(typed / "launch" / LAUNCH)], ["kbot_description", LAUNCH]):
+            run(["launch", *words, "--dry-run"])
+            assert "note: " not in capsys.readouterr().err
+        monkeypatch.delenv(variable)

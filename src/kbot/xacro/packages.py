@@ -61,6 +61,9 @@ class Packages:
         self.paths = tuple(os.path.abspath(path) for path in paths)
         self.around = around
         self._found: dict[str, str | None] = {}
+        self._origins: dict[str, str] = {}
+        """The option or variable by which a package was found, by its name."""
+        self._notes: dict[str, str] = {}
         self._fallbacks: set[str] = set()
         """Names that only KBot's own packages have."""
         self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}
@@ -71,7 +74,8 @@ class Packages:
         return self if self.around is not None else Packages(self.paths, file)
 
     def find(self, name: str) -> str:
-        """The share folder of a package. A note says where one that ships with KBot is used.
+        """The share folder of a package. A note reports that KBot's own package is used, or that an option
+        or variable hides the user's own folder of that name.
 
         Raises:
             PackageNotFound: with the nearest names that there are.
@@ -87,6 +91,11 @@ class Packages:
                 f"using the {name} that ships with KBot: no folder or package {name} is near {places}, "
                 "or in --package-path, AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
             )
+        if name in self._origins:
+            if name not in self._notes:
+                self._notes[name] = self._hidden(name, folder)
+            if self._notes[name]:
+                note(self._notes[name])
         return folder
 
     def folder(self, name: str) -> str | None:
@@ -105,7 +114,7 @@ class Packages:
         Raises:
             PackageNotFound: there is none of the name.
         """
-        taken = os.path.abspath(self.find(name))
+        taken = os.path.abspath(self.folder(name) or self.find(name))
         folders = [f for f in _package_folders(str(Path.cwd())) if package_name(f) == name]
         return tuple(f for f in folders if f != taken) if taken in folders else ()
 
@@ -158,23 +167,42 @@ class Packages:
         own = os.path.join(SHIPPED, name)
         if self.around and Path(os.path.abspath(self.around)).is_relative_to(own):
             return own  # the shipped robot is whole, whatever ROS finds under its name
-        for path in self.paths:
-            found = self._below(path, name)
+        for origin, found in self._named_places(name):
             if found:
-                return found
-        for prefix in _split("AMENT_PREFIX_PATH"):
-            found = _installed(prefix, name)
-            if found:
-                return found
-        for root in _split("ROS_PACKAGE_PATH"):
-            found = self._beneath(root, name)
-            if found:
+                self._origins[name] = origin
                 return found
         for place, workspaces in self._places():
             found = self._near(place, workspaces, name)
             if found:
                 return found
         return None
+
+    def _named_places(self, name: str) -> Iterator[tuple[str, str | None]]:
+        """What each given path and each entry of ROS's variables has of a name, with its option or variable."""
+        for path in self.paths:
+            yield "--package-path", self._below(path, name)
+        for prefix in _split("AMENT_PREFIX_PATH"):
+            yield "AMENT_PREFIX_PATH", _installed(prefix, name)
+        for root in _split("ROS_PACKAGE_PATH"):
+            yield "ROS_PACKAGE_PATH", self._beneath(root, name)
+
+    def _hidden(self, name: str, used: str) -> str:
+        """A note on the folder of this name that contains the file or the working directory, where an option or
+        variable names another one; empty where there is none.
+
+        Only a name that somebody typed (`around` is None) is searched beneath the working directory too: a
+        description names dozens of ROS's packages, and a search visits thousands of folders.
+        """
+        here = Path.cwd()
+        own = _containing(_folder_of(self.around), name) if self.around else None
+        relation = "the folder that contains the file"
+        if own is None:
+            own, relation = _containing(here, name), "the folder that contains the working directory"
+        if own is None and self.around is None:
+            own, relation = self._near(here, (str(here),), name), "the folder in the working directory"
+        if own is None or _is_same_package(used, own):
+            return ""
+        return f"the package {name} is {used} (from {self._origins[name]}), not {own}, {relation}"
 
     def _near(self, place: Path, workspaces: Sequence[str], name: str) -> str | None:
         """A package around a folder and in its workspaces."""
@@ -210,8 +238,7 @@ class Packages:
         """The folders around which packages are searched, each with the folders to crawl: that of the file,
         with the rest of its workspace, then the working directory."""
         if self.around:
-            folder = Path(os.path.abspath(self.around))
-            folder = folder if folder.is_dir() else folder.parent
+            folder = _folder_of(self.around)
             package = package_around(folder)
             if package is None:
                 yield folder, (str(folder),)
@@ -233,6 +260,21 @@ class Packages:
                     called.setdefault(os.path.basename(folder), folder)
             known = self._crawled[root] = {**called, **known}
         return known
+
+
+def _folder_of(path: str) -> Path:
+    """A folder itself, or the folder of a file."""
+    folder = Path(os.path.abspath(path))
+    return folder if folder.is_dir() else folder.parent
+
+
+def _is_same_package(used: str, own: str) -> bool:
+    """Whether a package is a folder, lies in it (a repository named like its package), or is installed by links
+    to it (colcon --symlink-install)."""
+    if Path(used).resolve().is_relative_to(Path(own).resolve()):
+        return True
+    manifest = Path(own, "package.xml")
+    return manifest.is_file() and manifest.resolve() == Path(used, "package.xml").resolve()
 
 
 def _split(variable: str) -> list[str]:
