@@ -62,10 +62,11 @@ def test_a_folder_alone_is_answered_with_its_launch_files(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["launch", str(launch.parent)]) == 2
-    assert said(capsys)[1].rstrip().endswith(f"is a folder: write kbot launch FILE, one of {launch}")
+    usage = f"Write kbot launch FILE. Its launch files: {launch}"
+    assert said(capsys)[1] == f"error: {launch.parent} is a folder. {usage}\n"
     launch.unlink()
     assert run(["launch", str(launch.parent)]) == 2
-    assert "there is no launch file in it" in said(capsys)[1]
+    assert "is a folder. It has no launch files." in said(capsys)[1]
 
 
 def test_a_package_and_a_file_name_are_a_launch_file(
@@ -83,11 +84,67 @@ def test_a_package_without_a_file_names_its_launch_files(
     for word in ("kbot_description", "kbot"):
         assert run(["launch", word, "--ros-args"]) == 2
         error = said(capsys)[1]
-        assert f"write kbot launch {word} FILE, one of kbot_base_rviz.launch" in error
+        usage = f"Write kbot launch {word} FILE. Its launch files: kbot_base_rviz.launch"
+        assert f"error: {word} is a package. {usage}" in error
         assert "does not exist" not in error
+    assert run(["launch", "kbot", "kbot_base_rviz"]) == 2
+    has = "the package 'kbot' has no launch file kbot_base_rviz. It has: kbot_base_rviz.launch"
+    assert has in said(capsys)[1]
+    assert run(["launch", "quadruped_zebra"]) == 2
+    assert "quadruped_zebra is not a file or package. Write kbot launch FILE" in said(capsys)[1]
     assert run(["launch", "kbot_descripton"]) == 2
     assert "did you mean 'kbot_description'?" in said(capsys)[1]
     assert run(["launch", "kbot", "kbot_base_rviz.launch", "--nodes"]) == 0
+
+
+@pytest.fixture
+def by_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder in the working directory as a learner makes it: without package.xml, its name misspelled."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "kbot_desciption"
+    (folder / "launch").mkdir(parents=True)
+    (folder / "launch/x.launch").write_text("<launch/>")
+    return folder
+
+
+def test_a_folder_without_package_xml_is_not_a_package(
+    by_hand: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["launch", by_hand.name, "x.launch"]) == 2
+    assert said(capsys)[1] == (
+        "error: the folder kbot_desciption has no package.xml: add one, or give the launch file by its path: "
+        "kbot launch kbot_desciption/launch/x.launch\n"
+    )
+    assert run(["launch", by_hand.name, "y.launch"]) == 2
+    assert "the folder kbot_desciption has no launch file y.launch. It has: x.launch" in said(capsys)[1]
+    (by_hand / "package.xml").write_text("<package><name>other</name></package>")
+    assert run(["launch", by_hand.name, "x.launch"]) == 2
+    assert "the package.xml of the folder kbot_desciption has the name 'other'" in said(capsys)[1]
+
+
+@pytest.mark.parametrize("word", ["{}/", "./{}", "./{}/", "{}/../{}"])
+def test_a_package_may_be_the_path_of_its_folder(
+    by_hand: Path, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    word = word.format(by_hand.name, by_hand.name)
+    assert run(["launch", word, "x.launch", "--files"]) == 0
+    assert Path(said(capsys)[0].strip()).resolve() == by_hand / "launch/x.launch"
+    assert run(["launch", f"./no/{word}", "x.launch"]) == 2
+    assert f"error: ./no/{word} is not a folder\n" == said(capsys)[1]
+
+
+def test_a_package_s_hint_names_its_folder_without_package_xml(
+    by_hand: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    launch = by_hand / "launch/x.launch"
+    launch.write_text(f"<launch><include file='$(find {by_hand.name})/launch/y.launch'/></launch>")
+    for here, shown in ((by_hand.parent, by_hand.name), (by_hand, str(by_hand))):
+        monkeypatch.chdir(here)
+        run(["check", str(by_hand)])
+        out = said(capsys)[0]
+        assert "the package 'kbot_desciption' is not found [L012]" in out
+        assert f"the folder {shown} has no package.xml: add one\n" in out
+        assert "kbot_description" not in out
 
 
 def test_several_packages_of_one_name(

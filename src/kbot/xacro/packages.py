@@ -36,15 +36,24 @@ _MAX_DEPTH = 8
 _MAX_FOLDERS = 20_000
 
 
+_NAME_IT = "name it with --package-path or ROS_PACKAGE_PATH"
+_WHERE_TO_PUT = f"put its folder beneath the working directory, or {_NAME_IT}"
+
+
 class PackageNotFound(KbotError):
     """No package of that name where packages are looked for."""
 
-    def __init__(self, name: str, known: Sequence[str], searched: Sequence[str]) -> None:
+    def __init__(
+        self, name: str, known: Sequence[str], searched: Sequence[str], folder: str | None = None
+    ) -> None:
         self.name = name
-        self.nearest = did_you_mean(name, known)
-        self.hint = self.nearest or (
-            "put its folder beneath the working directory, or name it with --package-path or ROS_PACKAGE_PATH"
-        )
+        if folder is not None and Path.cwd() in Path(folder).parents:
+            folder = str(Path(folder).relative_to(Path.cwd()))
+        self.folder = folder
+        """A folder of the name, which is not a package of that name. Relative if in the working directory."""
+        # a similar name never replaces a folder that the user has: it could be the shipped robot's
+        self.nearest = did_you_mean(name, known) if folder is None else ""
+        self.hint = self.nearest or (_why_not(name, folder) if folder is not None else _WHERE_TO_PUT)
         self.searched = tuple(searched)
         super().__init__(f"the package '{name}' is not found: {self.hint}")
 
@@ -66,7 +75,7 @@ class Packages:
         self._notes: dict[str, str] = {}
         self._fallbacks: set[str] = set()
         """Names that only KBot's own packages have."""
-        self._missing: dict[str, tuple[Sequence[str], Sequence[str]]] = {}
+        self._missing: dict[str, tuple[Sequence[str], Sequence[str], str | None]] = {}
         self._crawled: dict[str, dict[str, str]] = {}
 
     def beside(self, file: str) -> Packages:
@@ -83,7 +92,7 @@ class Packages:
         folder = self.folder(name)
         if folder is None:
             if name not in self._missing:
-                self._missing[name] = (self.names(), self._roots())
+                self._missing[name] = (self.names(), self._roots(), self._same_named_folder(name))
             raise PackageNotFound(name, *self._missing[name])
         if name in self._fallbacks:
             places = f"{self.around} or {Path.cwd()}" if self.around else str(Path.cwd())
@@ -162,7 +171,7 @@ class Packages:
         return sorted(known)
 
     def _search(self, name: str) -> str | None:
-        if not name or "/" in name or "\\" in name or name in (".", ".."):
+        if not _can_be_a_name(name):
             return None
         own = os.path.join(SHIPPED, name)
         if self.around and Path(os.path.abspath(self.around)).is_relative_to(own):
@@ -178,7 +187,7 @@ class Packages:
         return None
 
     def _named_places(self, name: str) -> Iterator[tuple[str, str | None]]:
-        """What each given path and each entry of ROS's variables has of a name, with its option or variable."""
+        """The option or variable of each place that the user or ROS names, and the package there, if any."""
         for path in self.paths:
             yield "--package-path", self._below(path, name)
         for prefix in _split("AMENT_PREFIX_PATH"):
@@ -187,8 +196,8 @@ class Packages:
             yield "ROS_PACKAGE_PATH", self._beneath(root, name)
 
     def _hidden(self, name: str, used: str) -> str:
-        """A note on the folder of this name that contains the file or the working directory, where an option or
-        variable names another one; empty where there is none.
+        """A note on the user's own folder of this name where an option or variable names another one. It is
+        empty where there is no such folder.
 
         Only a name that somebody typed (`around` is None) is searched beneath the working directory too: a
         description names dozens of ROS's packages, and a search visits thousands of folders.
@@ -216,6 +225,21 @@ class Packages:
                 return found
         beside = (os.path.join(folder, name) for folder in (place, *place.parents))
         return next(filter(os.path.isdir, beside), None) if ships else None
+
+    def _same_named_folder(self, name: str) -> str | None:
+        """A folder of a name that no package has: it contains the file or the working directory, or is in
+        one of the folders that are searched."""
+        if not _can_be_a_name(name):
+            return None
+        for place, workspaces in self._places():
+            own = _containing(place, name)
+            if own is not None:
+                return own
+            inside = (os.path.join(folder, name) for folder in (str(place), *workspaces))
+            found = next(filter(os.path.isdir, inside), None)
+            if found is not None:
+                return found
+        return None
 
     def _beneath(self, root: str, name: str) -> str | None:
         direct = os.path.join(root, name)
@@ -262,6 +286,20 @@ class Packages:
         return known
 
 
+def _can_be_a_name(name: str) -> bool:
+    return bool(name) and "/" not in name and "\\" not in name and name not in (".", "..")
+
+
+def _why_not(name: str, folder: str) -> str:
+    """Why a folder is not the package of a name, and what to do."""
+    if not os.path.isfile(os.path.join(folder, "package.xml")):
+        return f"the folder {folder} has no package.xml: add one"
+    own = package_name(folder)
+    if own != name:
+        return f"the package.xml of the folder {folder} has the name '{own}': correct one of the two names"
+    return f"the folder {folder} is not searched: {_NAME_IT}"
+
+
 def _folder_of(path: str) -> Path:
     """A folder itself, or the folder of a file."""
     folder = Path(os.path.abspath(path))
@@ -269,8 +307,8 @@ def _folder_of(path: str) -> Path:
 
 
 def _is_same_package(used: str, own: str) -> bool:
-    """Whether a package is a folder, lies in it (a repository named like its package), or is installed by links
-    to it (colcon --symlink-install)."""
+    """Whether a package is a folder, lies in it (a repository named like its package), or is installed by
+    links to it (colcon --symlink-install)."""
     if Path(used).resolve().is_relative_to(Path(own).resolve()):
         return True
     manifest = Path(own, "package.xml")

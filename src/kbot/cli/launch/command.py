@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -180,21 +181,47 @@ def _find(named: list[str], packages: Packages) -> str:
         raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
     package = named[0]
     if len(named) == 1:
-        if Path(named[0]).is_dir():
-            raise KbotError(f"{named[0]} is a folder: {_in_folder(Path(named[0]))}")
-        if Path(named[0]).exists() or not re.fullmatch(r"\w+", named[0]):
-            return named[0]
-        raise KbotError(f"{named[0]} is no file: {_as_package(package, packages)}")
+        if Path(package).is_dir():
+            raise KbotError(f"{package} is a folder. {_in_folder(Path(package))}")
+        if Path(package).exists() or not re.fullmatch(r"\w+", package):
+            return package
+        raise KbotError(_as_package(package, packages))
     name = named[1]
-    folder = _package_folder(package, packages)
+    if _is_path(package):
+        return _file_in(Path(package), f"the folder {package}", name)
+    try:
+        folder = _package_folder(package, packages)
+    except PackageNotFound as error:
+        if error.folder is None:
+            raise
+        file = _file_in(Path(error.folder), f"the folder {package}", name)
+        raise KbotError(f"{error.hint}, or give the launch file by its path: kbot launch {file}") from None
+    return _file_in(folder, f"the package '{package}'", name)
+
+
+def _is_path(word: str) -> bool:
+    """Whether a PACKAGE is written as a path to a folder, as shells complete it: `robot/`, `./robot`."""
+    if not (word in (".", "..") or "/" in word or os.sep in word):
+        return False
+    if not Path(word).is_dir():
+        raise KbotError(f"{word} is not a folder")
+    return True
+
+
+def _file_in(folder: Path, shown: str, name: str) -> str:
+    """The one file of a name, or of a path, in a folder."""
     found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
     if not found:
         others = _launch_files(folder)
-        hint = did_you_mean(name, others) or f"there are {', '.join(others) or 'none'}"
-        raise KbotError(f"the package '{package}' has no {name}: {hint}")
+        near = did_you_mean(name, others)
+        raise KbotError(f"{shown} has no launch file {name}{f': {near}' if near else f'. {_it_has(others)}'}")
     if len(found) > 1:
-        raise KbotError(f"the package '{package}' has several {name}: {', '.join(map(str, found))}")
+        raise KbotError(f"{shown} has several {name}: {', '.join(map(str, found))}")
     return str(found[0])
+
+
+def _it_has(names: list[str]) -> str:
+    return f"It has: {', '.join(names)}" if names else "It has no launch files."
 
 
 def _package_folder(word: str, packages: Packages) -> Path:
@@ -210,19 +237,22 @@ def _in_folder(folder: Path) -> str:
     """What to write where a folder was named."""
     files = sorted(str(file) for file in folder.rglob("*") if _is_launch_file(file))
     if not files:
-        return "there is no launch file in it"
-    return f"write kbot launch FILE, one of {', '.join(files[:_NAMED])}{', ...' if files[_NAMED:] else ''}"
+        return "It has no launch files."
+    shown = ", ".join(files[:_NAMED]) + (", ..." if files[_NAMED:] else "")
+    return f"Write kbot launch FILE. Its launch files: {shown}"
 
 
-def _as_package(package: str, packages: Packages) -> str:
+def _as_package(word: str, packages: Packages) -> str:
     """What to write where a package was named without one of its launch files."""
     try:
-        names = _launch_files(_package_folder(package, packages))
+        names = _launch_files(_package_folder(word, packages))
     except PackageNotFound as error:
-        return error.nearest or "a launch file is expected, or a PACKAGE and a FILE of it"
+        if error.nearest:
+            return f"{word} is not a file or package: {error.nearest}"
+        return f"{word} is not a file or package. Write kbot launch FILE, or kbot launch PACKAGE FILE."
     if not names:
-        return f"it is a package without launch files; one is named as kbot launch {package} FILE"
-    return f"it is a package; write kbot launch {package} FILE, one of {', '.join(names)}"
+        return f"{word} is a package. It has no launch files."
+    return f"{word} is a package. Write kbot launch {word} FILE. Its launch files: {', '.join(names)}"
 
 
 def _launch_files(folder: Path) -> list[str]:
