@@ -224,3 +224,21 @@ def test_an_address_of_windows_names_a_drive() -> None:
     assert from_file_uri("/C:/robot/a.stl", windows=True) == "C:/robot/a.stl"
     assert from_file_uri("/C:/robot/a.stl", windows=False) == "/C:/robot/a.stl"
     assert from_file_uri("/robot/a.stl", windows=True) == "/robot/a.stl"
+
+
+def test_a_missing_file_is_named_where_it_is_beneath_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("mine/urdf", ".hidden"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "robot.xacro").write_text("<robot/>")
+    (tmp_path / "mine/round").symlink_to(tmp_path)
+    with pytest.raises(DescriptionError) as error:
+        read_source("robot.xacro")
+    assert error.value.diagnostics[0].hint == f"there is {Path('mine/urdf/robot.xacro')}"
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot/robot.xacro").write_text("<robot/>")
+    with pytest.raises(DescriptionError) as error:  # which of the two is meant is not known
+        read_source("robot.xacro")
+    assert error.value.diagnostics[0].hint == ""
