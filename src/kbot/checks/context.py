@@ -64,6 +64,13 @@ class Context:
             raise LookupError("a rule asked for a document without needing one")
         return self.document
 
+    def value_in_use(self, definition: Element) -> str | None:
+        """The value of a `<xacro:property>` at the top level: the caller's where the property is overridden,
+        else the written one. None for a property without a value, such as a block."""
+        written = definition.attributes.get("value")
+        name = definition.attributes.get("name", "")
+        return written if written is None else str(self.expansion.overridden.get(name, written))
+
     def says(self, code: str, origin: Origin) -> bool:
         """Whether findings of a code are wanted at a place: what it says there need not be said by others."""
         return self.config.wants(code, origin.span.file)

@@ -86,7 +86,7 @@ def command(
         root_dir=root_dir,
         log=_log(level) if level > 2 else None,
     )
-    if expansion.ok and properties.keys() - expansion.overridden:
+    if expansion.ok and properties.keys() - expansion.overridden.keys():
         raise DescriptionError(_not_overridden(properties, expansion))
     report(d for d in expansion.diagnostics if d.is_error or level > 0)
     if not expansion.ok:

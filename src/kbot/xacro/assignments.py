@@ -71,7 +71,7 @@ def resolve_names(
         return Assignments(values)
     after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)
     overridden = {name: value for name, value in undeclared.items() if name in after.overridden}
-    unknown = [name for name in undeclared if name not in after.declared | after.overridden]
+    unknown = [name for name in undeclared if name not in {*after.declared, *after.overridden}]
     return Assignments(
         values,
         overridden,

@@ -118,7 +118,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
         expander.macros,
         run.defaults,
         frozenset(run.declared),
-        frozenset(expander.overridden),
+        {name: expander.overrides[name] for name in expander.overridden},
     )
 
 

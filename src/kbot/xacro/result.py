@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope
     from kbot.xacro.source_map import SourceMap
+    from kbot.xacro.values import Value
 
 
 class Expansion:
@@ -39,7 +40,7 @@ class Expansion:
         macros: MacroTable | None = None,
         defaults: Mapping[str, Binding] | None = None,
         declared: frozenset[str] = frozenset(),
-        overridden: frozenset[str] = frozenset(),
+        overridden: Mapping[str, Value] | None = None,
     ) -> None:
         self.path = path
         self.document = document
@@ -52,8 +53,8 @@ class Expansion:
         """Where the default of each argument is written."""
         self.declared = declared
         """The names of the arguments."""
-        self.overridden = overridden
-        """The names of the properties whose value the caller overrode."""
+        self.overridden: Mapping[str, Value] = overridden or {}
+        """The properties whose value the caller overrode, with the caller's values."""
         self._before: list[Text] = source.before if source else []
         self._after: list[Text] = source.after if source else []
 

@@ -83,12 +83,12 @@ def _joint_places(pair: Pair) -> tuple[Related, ...]:
 
 
 def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
-    """Properties of a name whose value is a plain number, set whatever the arguments are."""
+    """Properties of a name whose value is a plain number, which no argument changes."""
     for file in context.sources:
         for element in file.root.elements():
             if element.tag != "xacro:property":
                 continue
-            own, value = element.attributes.get("name", ""), element.attributes.get("value", "")
+            own, value = element.attributes.get("name", ""), context.value_in_use(element) or ""
             if name.fullmatch(own) and NUMBER.fullmatch(value.strip()) and float(value) > 0.0:
                 yield own, float(value), element.origin
 

@@ -2,6 +2,9 @@
 
 Texts are taken over as they are written, so that what is computed from a property stays so. Where a macro
 made the inertial, its call is edited and never its body.
+
+While a property is overridden, no fix writes numbers: they would be those of the caller's robot, and not of
+the file's.
 """
 
 from __future__ import annotations
@@ -53,6 +56,8 @@ def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
     """A fix that turns an inertial as the link's first shape is turned."""
     shapes: tuple[Collision | Visual, ...] = (*link.collisions, *link.visuals)
     title = "turn the inertial with its geometry"
+    if context.expansion.overridden:
+        return None
     made = _macro_call(context, inertial)
     if made is not None and (made.macro.rpy or made.macro.block):
         rpy = _angles(context, shapes[0], made.scope)
@@ -113,7 +118,8 @@ def _shape_of(link: Link) -> Collision | Visual | None:
 
 
 def _sizes(context: Context, shape: Collision | Visual, scope: Call | None) -> tuple[Kind, list[str]] | None:
-    """A shape's sizes, as they are written where the same names hold, else as numbers."""
+    """A shape's sizes, as they are written where the same names hold, else as numbers where these are the
+    file's own."""
     kind: Kind
     match shape.geometry:
         case Box(size=(x, y, z)):
@@ -126,11 +132,11 @@ def _sizes(context: Context, shape: Collision | Visual, scope: Call | None) -> t
             return None
     numbers = [f"{value:.10g}" for value in values]
     element = context.element_at(shape.geometry.origin)
-    if element is None or shape.geometry.origin.call != scope:
-        return kind, numbers
-    spans = element.attribute_spans()
+    spans = element.attribute_spans() if element is not None and shape.geometry.origin.call == scope else {}
     texts = [word for name in names if name in spans for word in _WORDS.findall(spans[name][1].text)]
-    return kind, texts if len(texts) == len(numbers) else numbers
+    if len(texts) == len(numbers):
+        return kind, texts
+    return None if context.expansion.overridden else (kind, numbers)
 
 
 def _angles(context: Context, shape: Collision | Visual, scope: Call | None) -> str:
@@ -170,6 +176,8 @@ def _as_call(context: Context, inertial: Inertial, shape: Collision | Visual) ->
         return None
     rpy = _angles(context, shape, scope) if any(shape.pose.rpy) and macro.kind != "sphere" else ""
     xyz = _numbers(inertial.pose.xyz) if any(inertial.pose.xyz) else ""
+    if xyz and context.expansion.overridden:
+        return None
     given = {macro.mass: weight[1].text, **dict(zip(macro.sizes, sizes[1], strict=True))}
     end = "/>"
     if macro.block:
@@ -186,7 +194,7 @@ def _as_numbers(context: Context, link: Link, inertial: Inertial) -> Fix | None:
     """The tensor of a solid of the link's shape, where six plain numbers stand now."""
     solid = context.bodies[link.name].solid
     element = context.element_at(inertial.inertia_origin)
-    if solid is None or element is None:
+    if solid is None or element is None or context.expansion.overridden:
         return None
     turn = transpose(rotation(inertial.pose.rpy))
     tensor = scale_matrix(tensor_in(turn, solid.unit_tensor), inertial.mass)

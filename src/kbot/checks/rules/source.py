@@ -33,12 +33,13 @@ def redefined_after_use(context: Context) -> Found:
         first: dict[str, tuple[int, Element]] = {}
         last_use: dict[str, int] = {}
         for number, (element, words) in enumerate(file.top):
-            name, value = element.attributes.get("name", ""), element.attributes.get("value")
-            defines = element.tag == "xacro:property" and value is not None
+            name = element.attributes.get("name", "")
+            value = context.value_in_use(element) if element.tag == "xacro:property" else None
+            defines = value is not None
             defined, before = first.get(name, (0, None)) if defines else (0, None)
             if (
                 before is not None
-                and before.attributes["value"] != value
+                and context.value_in_use(before) != value
                 and last_use.get(name, 0) > defined
                 and name not in words
             ):
