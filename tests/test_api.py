@@ -77,7 +77,7 @@ def test_wheels_that_a_plugin_reckons_otherwise_are_a_warning(tmp_path):
 
 def test_a_keyword_that_is_not_an_argument_overrides_a_property_with_a_warning(bot):
     with pytest.warns(
-        kbot.DescriptionWarning, match=r"^property height is 5.5 instead of 2 \(.*bot.xacro:5\)"
+        kbot.DescriptionWarning, match=r"^the property height is set to 5.5; .*bot.xacro:5 has 2$"
     ):
         robot = kbot.load(bot, height=5.5, reach=3)
     assert robot.pose("arm").translation == pytest.approx([3, 0, 5.5])

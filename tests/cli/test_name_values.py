@@ -41,7 +41,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def note(file: Path) -> str:
-    return f"note: property wheel_radius is 0.06 instead of 0.035 ({file}:2)\n"
+    return f"note: the property wheel_radius is set to 0.06; {file}:2 has 0.035\n"
 
 
 def test_a_simulation_is_that_of_a_file_with_the_typed_value(mine: Path, capsys: Captured) -> None:
@@ -142,7 +142,7 @@ def test_expand_ignores_an_undeclared_name_and_overrides_by_set(mine: Path, caps
     captured = capsys.readouterr()
     assert captured.out == plain
     assert "declares no argument 'wheel_radius' [X206]" in captured.err
-    assert "kbot expand --set wheel_radius=VALUE" in captured.err
+    assert "kbot expand --set wheel_radius=0.06 overrides it" in captured.err
     assert run(["expand", str(mine), "--set", "wheel_radius=0.06", "length:=0.3"]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""
@@ -161,6 +161,7 @@ def test_expand_ignores_an_undeclared_name_and_overrides_by_set(mine: Path, caps
             "no top-level property 'length'; the nearest names are length (arg",
         ),
         (["wheel_radius"], "--set takes NAME=VALUE, not 'wheel_radius'"),
+        (["wheel_radius:=1"], "--set takes NAME=VALUE: write wheel_radius=1"),
         (["=1"], "--set takes NAME=VALUE, not '=1'"),
     ],
 )
@@ -168,6 +169,26 @@ def test_set_rejects_an_unknown_name(mine: Path, words: list[str], error: str, c
     assert run(["expand", str(mine), "--set", *words, "-o", "out.urdf"]) == 2
     assert error in capsys.readouterr().err
     assert not Path("out.urdf").exists()
+
+
+def test_expand_names_the_property_that_a_slip_means(mine: Path, capsys: Captured) -> None:
+    assert run(["expand", str(mine), "wheel_raduis:=0.05"]) == 0
+    err = capsys.readouterr().err
+    assert "did you mean the property wheel_radius? Override it with --set wheel_radius=0.05" in err
+
+
+@pytest.mark.parametrize("verb", ["sim", "check", "info"])
+def test_other_verbs_name_the_form_that_replaces_set(mine: Path, verb: str, capsys: Captured) -> None:
+    assert run([verb, str(mine), "--set", "wheel_radius=0.05"]) == 2
+    assert "Write name:=value, for example wheel_radius:=0.05." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["sim", "check", "info"])
+def test_a_text_for_a_number_is_one_error(mine: Path, verb: str, capsys: Captured) -> None:
+    assert run([verb, str(mine), "wheel_radius:=0,05"]) == 2
+    err = capsys.readouterr().err
+    assert "the value given for wheel_radius, '0,05', is not a number" in err
+    assert err.count("error:") == 1
 
 
 def test_the_source_map_of_an_override_names_the_property_s_own_line(mine: Path) -> None:

@@ -32,7 +32,7 @@ def test_an_argument_is_an_argument_and_a_property_is_overridden(tmp_path: Path)
     )
     given = resolve_names(file, {"radius": "0.06", "height": "2"}).require()
     assert given.properties == {"radius": "0.06"}
-    assert given.notes == (f"property radius is 0.06 instead of 0.035 ({file}:2)",)
+    assert given.notes == (f"the property radius is set to 0.06; {file}:2 has 0.035",)
     assert expanded(file, given) == [{"r": "0.12", "h": "2"}]
     assert expand(file, given.arguments, properties=given.properties).diagnostics == ()
 
@@ -52,20 +52,23 @@ def test_an_argument_that_is_declared_after_a_property_of_its_name_is_an_argumen
 @pytest.mark.parametrize(
     ("lines", "note"),
     [
-        (['<xacro:property name="p" value="1"/>', '<xacro:property name="p" value="2"/>'], "2 (r.xacro:3)"),
-        (['<xacro:property name="p" default="1"/>'], "1 (r.xacro:2)"),
-        (['<xacro:property name="p" value="1"/>', '<xacro:property name="p" default="2"/>'], "1 (r.xacro:2)"),
-        (['<xacro:property name="p" value="${1 + 2}" lazy_eval="false"/>'], "3 (r.xacro:2)"),
-        (['<xacro:property name="p" value="${1 + 2}"/>'], "3 (r.xacro:2)"),
-        (['<xacro:property name="p" value="${[1]}"/>'], "${[1]} (r.xacro:2)"),
-        (['<xacro:if value="true"><xacro:property name="p" value="1"/></xacro:if>'], "1 (r.xacro:2)"),
-        (['<xacro:include filename="part.xacro"/>'], "5 (part.xacro:2)"),
+        (['<xacro:property name="p" value="1"/>', '<xacro:property name="p" value="2"/>'], "r.xacro:3 has 2"),
+        (['<xacro:property name="p" default="1"/>'], "r.xacro:2 has 1"),
+        (
+            ['<xacro:property name="p" value="1"/>', '<xacro:property name="p" default="2"/>'],
+            "r.xacro:2 has 1",
+        ),
+        (['<xacro:property name="p" value="${1 + 2}" lazy_eval="false"/>'], "r.xacro:2 has 3"),
+        (['<xacro:property name="p" value="${1 + 2}"/>'], "r.xacro:2 has 3"),
+        (['<xacro:property name="p" value="${[1]}"/>'], "r.xacro:2 has ${[1]}"),
+        (['<xacro:if value="true"><xacro:property name="p" value="1"/></xacro:if>'], "r.xacro:2 has 1"),
+        (['<xacro:include filename="part.xacro"/>'], "part.xacro:2 has 5"),
         (
             [
                 '<xacro:macro name="m"><xacro:property name="p" value="1" scope="global"/></xacro:macro>',
                 "<xacro:m/>",
             ],
-            "1 (r.xacro:2)",
+            "r.xacro:2 has 1",
         ),
     ],
 )
@@ -76,7 +79,7 @@ def test_every_top_level_definition_is_overridden(
     write(tmp_path / "part.xacro", '<xacro:property name="p" value="5"/>')
     file = write(Path("r.xacro"), *lines, '<a p="${p + 1}"/>')
     given = resolve_names(file, {"p": "8"}).require()
-    assert given.notes == (f"property p is 8 instead of {note}",)
+    assert given.notes == (f"the property p is set to 8; {note}",)
     assert expanded(file, given) == [{"p": "9"}]
 
 
@@ -88,7 +91,7 @@ def test_a_value_that_a_property_has_in_between_is_overridden_too(tmp_path: Path
     )
     given = resolve_names(file, {"p": "8", "q": "9"}).require()
     assert expanded(file, given) == [{"p": "8"}, {"p": "8"}, {"p": "9"}]
-    assert given.notes[1] == "property q is 9"
+    assert given.notes[1] == "the property q is set to 9"
 
 
 def test_properties_of_macros_and_namespaces_and_blocks_are_not_of_the_top_level(tmp_path: Path) -> None:
@@ -139,6 +142,25 @@ def test_any_other_name_is_an_error_with_the_nearest_names(tmp_path: Path) -> No
     )
     with pytest.raises(DescriptionError, match="the file declares no arguments and no properties"):
         resolve_names(write(file, "<a/>"), {"a": "1"}).require()
+
+
+@pytest.mark.parametrize("value", ["0,05", "", "abc", "${0.05}"])
+def test_a_text_for_a_property_that_is_a_number_is_one_error(tmp_path: Path, value: str) -> None:
+    file = write(
+        tmp_path / "r.xacro", '<xacro:property name="p" value="0.035"/>', '<a p="${p + 1}" q="${2.0 * p}"/>'
+    )
+    with pytest.raises(DescriptionError) as raised:
+        resolve_names(file, {"p": value})
+    assert (
+        str(raised.value) == f"{file}:2:33: error: the value given for p, '{value}', is not a number [X206]"
+    )
+    assert raised.value.diagnostics[0].hint == "the file has 0.035; write a number with a decimal point"
+
+
+@pytest.mark.parametrize("value", ["left", "true", " 2 ", "1e-3"])
+def test_a_number_may_become_a_word_that_causes_no_error(tmp_path: Path, value: str) -> None:
+    file = write(tmp_path / "r.xacro", '<xacro:property name="p" value="1"/>', '<a p="${p}_wheel"/>')
+    assert resolve_names(file, {"p": value}).properties == {"p": value}
 
 
 def test_a_file_with_errors_makes_no_name_unknown(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     "expand",
     epilog=examples(
         "kbot expand robot.xacro -o robot.urdf",
-        "kbot expand robot.xacro wheel_radius:=0.04 --plain",
+        "kbot expand robot.xacro name:=value --plain            set an argument",
         "kbot expand robot.xacro --set wheel_radius=0.04        override a property",
         "kbot expand robot.xacro --source-map robot.map.json -o robot.urdf",
     ),
@@ -119,6 +119,8 @@ def robot_path(file: str) -> str:
 
 def _override(text: str) -> tuple[str, str]:
     name, mark, value = text.partition("=")
+    if name.strip().endswith(":"):
+        fail(f"--set takes NAME=VALUE: write {name.strip()[:-1]}={value}")
     if not mark or not name.strip():
         fail(f"--set takes NAME=VALUE, not '{text}'")
     return name.strip(), value

@@ -105,7 +105,8 @@ def _print_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
         "kbot                                       drive KBot in the browser",
         "kbot view robot.xacro                      look at a robot while you edit it",
         "kbot check robot.xacro                     what is wrong, and at which line",
-        "kbot expand robot.xacro wheel_radius:=0.04 -o robot.urdf",
+        "kbot expand robot.xacro name:=value -o robot.urdf          with the value of an argument",
+        "kbot expand robot.xacro --set wheel_radius=0.04            with the value of a property",
         "kbot launch my_robot display.launch        what roslaunch would do, without ROS",
     ),
 )

@@ -54,6 +54,8 @@ def report_error(error: Exception) -> None:
     if isinstance(error, click.ClickException):
         text = error.format_message()
         context = error.ctx if isinstance(error, click.UsageError) else None
+        if isinstance(error, click.NoSuchOption) and error.option_name == "--set" and _takes_values(context):
+            text = "No such option '--set'. Write name:=value, for example wheel_radius:=0.05."
         if context is not None:
             text += f"\nTry '{context.command_path} --help'."
     elif isinstance(error, OSError):
@@ -62,6 +64,12 @@ def report_error(error: Exception) -> None:
         text = str(error)
     sys.stderr.write(f"{head} {text}\n")
     sys.stderr.flush()
+
+
+def _takes_values(context: click.Context | None) -> bool:
+    """Whether a verb takes `name:=value` words."""
+    params = context.command.params if context is not None else ()
+    return any(":=" in (param.metavar or "") for param in params)
 
 
 def is_unusable(diagnostic: Diagnostic) -> bool:

@@ -12,6 +12,7 @@ from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Source, Span
 from kbot.xacro.binding import LAZY
 from kbot.xacro.engine import expand
+from kbot.xacro.values import literal
 
 if TYPE_CHECKING:
     from kbot.xacro.binding import Binding
@@ -60,6 +61,9 @@ def resolve_names(
     `properties` are overridden in any case. `arguments` are those that a configuration gives: a typed value
     replaces one, and what they select may declare the typed names. A file with errors makes no name unknown:
     the error may hide what declares it.
+
+    Raises:
+        DescriptionError: a property that is a number in the file is given a text that it cannot be.
     """
     if not values:
         return Assignments()
@@ -71,6 +75,7 @@ def resolve_names(
         return Assignments(values)
     after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)
     overridden = {name: value for name, value in undeclared.items() if name in after.overridden}
+    _require_numbers(overridden, before, after)
     unknown = [name for name in undeclared if name not in {*after.declared, *after.overridden}]
     return Assignments(
         values,
@@ -80,14 +85,33 @@ def resolve_names(
     )
 
 
+def _require_numbers(overridden: Mapping[str, str], before: Expansion, after: Expansion) -> None:
+    """Reject texts for properties that are numbers in the file: each use would be an error of its own.
+
+    A word is accepted while it causes no error: an `id` of 1 in the names of links may become `left`.
+    """
+    causes_errors = before.ok and not after.ok
+    errors = []
+    for name, value in overridden.items():
+        binding = _property(name, before)
+        if binding is None or binding.state == LAZY or not isinstance(binding.value, int | float):
+            continue
+        if isinstance(literal(value), str) and (causes_errors or not value.isidentifier()):
+            message = f"the value given for {name}, '{value}', is not a number"
+            hint = f"the file has {_shown(binding)}; write a number with a decimal point"
+            errors.append(Diagnostic("X206", Severity.ERROR, message, binding.origin, hint))
+    if errors:
+        raise DescriptionError(errors)
+
+
 def _note(name: str, value: str, before: Expansion, after: Expansion) -> str:
     """The new value of a property, its old one and the line of that, which a removed property lacks."""
     binding = _property(name, before)
     if binding is not None and binding.origin is not None:
-        return f"property {name} is {value} instead of {_shown(binding)} ({_line(binding.origin)})"
+        return f"the property {name} is set to {value}; {_line(binding.origin)} has {_shown(binding)}"
     binding = _property(name, after)
     place = f" ({_line(binding.origin)})" if binding is not None and binding.origin is not None else ""
-    return f"property {name} is {value}{place}"
+    return f"the property {name} is set to {value}{place}"
 
 
 def _property(name: str, expansion: Expansion) -> Binding | None:

@@ -8,7 +8,7 @@ import os
 from kbot.text.depth import room_for
 from kbot.text.errors import DescriptionError, reading
 from kbot.text.span import Origin, Source, Span
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import did_you_mean, nearest
 from kbot.text.xml import Document, Element
 from kbot.xacro import files, templates
 from kbot.xacro.expander import Expander
@@ -132,19 +132,27 @@ def _walk(document: Document, expander: Expander, scope: Scope) -> Element:
 
 def _warn_of_unknown(expander: Expander, scope: Scope) -> None:
     run = expander.run
-    for name in run.given:
+    for name, value in run.given.items():
         if name in run.declared or name in expander.overridden:
             continue
         if name in scope.values:
-            hint = f"'{name}' is a property: kbot expand --set {name}=VALUE overrides it"
+            hint = f"'{name}' is a property: kbot expand --set {name}={value} overrides it"
         else:
-            hint = did_you_mean(name, run.declared) or (
-                f"the arguments are {', '.join(sorted(run.declared))}" if run.declared else "it declares none"
-            )
+            hint = did_you_mean(name, run.declared) or _near_property(name, value, scope)
+        if not hint:
+            listed = ", ".join(sorted(run.declared))
+            hint = f"the arguments are {listed}" if listed else "the description declares no arguments"
         run.warn_at("X206", f"the description declares no argument '{name}'", None, hint)
     for name in expander.overrides:
         if name not in expander.overridden:
             run.warn_at("X207", f"the description defines no property '{name}' at its top level", None)
+
+
+def _near_property(name: str, value: str, scope: Scope) -> str:
+    """How to override the property that a misspelled name means; empty where none is meant."""
+    written = ("value", "default")  # not a block, nor a name that an expression assigns
+    near = nearest(name, [n for n, binding in scope.values.items() if binding.attribute in written], count=1)
+    return f"did you mean the property {near[0]}? Override it with --set {near[0]}={value}" if near else ""
 
 
 def _stopped(fault: LimitFault, name: str) -> Diagnostic:
