@@ -237,6 +237,9 @@ def test_a_missing_file_is_named_where_it_is_beneath_the_working_directory(
     with pytest.raises(DescriptionError) as error:
         read_source("robot.xacro")
     assert error.value.diagnostics[0].hint == f"there is {Path('mine/urdf/robot.xacro')}"
+    with pytest.raises(DescriptionError) as error:  # an include, of which a file may have hundreds
+        read_source("robot.xacro", from_pipe=False)
+    assert error.value.diagnostics[0].hint == ""
     (tmp_path / "robot").mkdir()
     (tmp_path / "robot/robot.xacro").write_text("<robot/>")
     with pytest.raises(DescriptionError) as error:  # which of the two is meant is not known

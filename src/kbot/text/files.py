@@ -22,8 +22,7 @@ _DRIVE = re.compile(r"/[A-Za-z]:[/\\]")
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
 
 _MOST_FOLDERS = 1000
-"""Folders that are searched for a missing file, which takes about 20 ms, 200 ms on a cold disk: a home folder has
-far more."""
+"""Folders that are searched for a missing file, which takes 20 to 200 ms: a home folder has far more."""
 
 _unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039 - nobody writes into it
 
@@ -71,7 +70,7 @@ def read_source(
         found = find_file(name)
         if found is not None and not os.path.isdir(found):
             return read_source(found, max_bytes, from_pipe=from_pipe)
-        raise _unreadable(name, "F001", *_missing(name)) from None
+        raise _unreadable(name, "F001", *_missing(name, search=from_pipe)) from None
     except IsADirectoryError:
         raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None
     except (OSError, ValueError) as error:
@@ -146,8 +145,9 @@ def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = 
         raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
 
 
-def _missing(name: str) -> tuple[str, str]:
-    """What is said of a file that is not there, and the hint."""
+def _missing(name: str, search: bool) -> tuple[str, str]:
+    """The message and hint for a missing file. An included file is not searched for (`search`): a description
+    may include hundreds of missing files, and each search takes time."""
     folder, last = os.path.split(name)
     siblings: list[str] = []
     with suppress(OSError):  # what is in /proc may disappear meanwhile, and some of its links name nothing
@@ -155,7 +155,7 @@ def _missing(name: str) -> tuple[str, str]:
             return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
         siblings = os.listdir(folder or ".")
     hint = str(did_you_mean(last, siblings))
-    if not hint and not folder and last:
+    if search and last and not folder and not hint:
         found = _beneath(last)
         hint = f"there is {found[0]}" if len(found) == 1 else ""
     return f"{name} does not exist", hint
