@@ -122,7 +122,7 @@ def test_a_name_may_need_the_arguments_of_the_configuration(
     )
     assert run(["check", word, "arm_length:=2"]) == 0
     captured = capsys.readouterr()
-    assert (captured.out, captured.err.count("arm_length is 2 instead of 1")) == ("", 1)
+    assert (captured.out, captured.err.count("arm_length is set to 2")) == ("", 1)
     assert run(["check", word, "arm_width:=2"]) == 2
     assert run(["check", word, "arm:=false", "arm_length:=2"]) == 2
     assert "[X206]" in capsys.readouterr().err
