@@ -99,7 +99,7 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
         ({"m.yaml": "a: 1\n"}, "'image' is missing"),
         ({"m.yaml": "a: [\n"}, "not YAML"),
         ({"m.yaml": "a: !!int ''\n"}, "not YAML: a value is not of its tag's kind"),
-        ({"m.yaml": "a: " + "[" * 5000}, "not YAML: it is nested too deeply"),
+        ({"m.yaml": "a: " + "[" * 5000}, "not YAML: it is nested more than 100 levels deep"),
         (
             {"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"},
             "a length from 0.0001 to 1000 m, not -1",
