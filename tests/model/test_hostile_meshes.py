@@ -136,7 +136,7 @@ def test_an_accessor_without_a_buffer_is_bounded(tmp_path: Path, extension: str)
         {"componentType": 5126, "count": 1_000_000_000, "type": "VEC3"},
         {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
     ]
-    with pytest.raises(KbotError, match="accessors without a buffer, of 1000000000 values"):
+    with pytest.raises(KbotError, match=r"it has \d+ vertices and corners of triangles, more than"):
         load(tmp_path, extension, FORMATS[extension](POINTS, (0, 1, 2), accessors=claim))
 
 
@@ -200,6 +200,63 @@ def test_a_file_that_is_huge_is_not_read(tmp_path: Path) -> None:
         load_mesh(str(tmp_path / "a.stl"))
 
 
+PLY_TEXT = ply(POINTS, (0, 1, 2)).partition(b"end_header")[0].replace(b"binary_little_endian", b"ascii")
+HIDDEN = PLY_TEXT.replace(b"\nelement", b"\ncomment " + b"a" * 70_000 + b"\nelement", 1) + b"end_header\n"
+PRIMITIVE = {"attributes": {"POSITION": 0}, "indices": 1}
+EXPENSIVE = {
+    "bytes of a glTF description": ("gltf", b'{"a":[' + b"{}," * 7_000_000 + b"0]}", "bytes"),
+    "lines of a PLY": ("ply", PLY_TEXT + b"end_header\n" + b"\n" * 600_000, "lines of text"),
+    "faces of a PLY": ("ply", ply(POINTS, (0, 1, 2), faces=1_000_001), "1000001 elements 'face'"),
+    "faces of an OBJ": ("obj", b"v 0 0 0" + b"\nf 1 1 1" * 1_000_001, "1000001 faces"),
+    "triangles of an STL": ("stl", bytes(80) + struct.pack("<I", 1_000_001) + bytes(50_000_050), "bytes"),
+    "nodes of a COLLADA file": (
+        "dae",
+        COLLADA.encode().replace(b"<scene>", b'<node><instance_node url="#n"/></node>' * 10_000 + b"<scene>"),
+        "20001 nodes",
+    ),
+    "indices of a COLLADA file": (
+        "dae",
+        COLLADA.encode().replace(b"<p>", b"<p>" + b"0 " * 5_000_000),
+        "words",
+    ),
+    "copies of an accessor": (
+        "glb",
+        glb(
+            POINTS,
+            (0, 1, 2),
+            meshes=[{"primitives": [PRIMITIVE] * 3}],
+            accessors=[
+                {"bufferView": 0, "componentType": 5126, "count": 2_000_001, "type": "VEC3"},
+                {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
+            ],
+        ),
+        "6000012 vertices and corners",
+    ),
+}
+
+
+def test_a_header_cannot_hide_its_counts(tmp_path: Path) -> None:
+    with pytest.raises(KbotError, match="its header does not end within 65536 bytes"):
+        load(tmp_path, "ply", HIDDEN)
+
+
+@pytest.mark.parametrize("what", EXPENSIVE)
+def test_an_expensive_mesh_is_an_error_before_it_is_loaded(
+    tmp_path: Path, what: str, measured_kbot: Callable[..., Any]
+) -> None:
+    extension, content, message = EXPENSIVE[what]
+    (tmp_path / f"a.{extension}").write_bytes(content)
+    geometry = f'<geometry><mesh filename="a.{extension}"/></geometry>'
+    (tmp_path / "a.urdf").write_text(
+        f'<robot name="a"><link name="base_link"><visual>{geometry}</visual></link></robot>'
+    )
+    result = measured_kbot("check", "a.urdf")
+    assert result.status == 1
+    assert re.search(rf"{message}.*, more than \d+\. Simplify the mesh", result.out)
+    assert result.cpu_s < 3
+    assert result.peak_bytes < 400e6
+
+
 @pytest.mark.parametrize(
     "uri", ["/etc/passwd", "../../../../etc/passwd", "http://127.0.0.1:9/a", "/dev/zero"]
 )
@@ -211,7 +268,7 @@ def test_buffers_of_elsewhere_are_not_read(tmp_path: Path, uri: str) -> None:
 def test_files_that_a_mesh_names_are_bounded_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.model._mesh_files.MOST_BYTES", 10 << 10)
+    monkeypatch.setattr("kbot.model._mesh_files.MOST_NAMED_BYTES", 10 << 10)
     (tmp_path / "big.bin").write_bytes(bytes(1 << 10))
     buffers = [{"byteLength": 1 << 10, "uri": "big.bin"} for _ in range(11)]
     content = json.dumps(description(POINTS, (0, 1, 2), None, buffers=buffers)[0]).encode()

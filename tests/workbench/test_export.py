@@ -5,7 +5,9 @@ import json
 import re
 import struct
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -282,3 +284,21 @@ def test_shapes_without_volume_are_drawn_as_far_as_they_are_seen(tmp_path: Path,
     assert (covered > 0.05) == (shape in ("a triangle", "a sheet"))
     assert trimesh.load(io.BytesIO(glb(robot)), file_type="glb").geometry
     assert svg(robot_alone(robot), look, "odd").endswith("</svg>\n")
+
+
+@pytest.mark.parametrize("kind", ["png", "glb", "svg"])
+def test_too_many_triangles_of_all_visuals_are_an_error(
+    kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    """250,001 triangles in a mesh that two visuals show."""
+    triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
+    (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", 250_001) + triangle * 250_001)
+    visual = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
+    (tmp_path / "a.urdf").write_text(f'<robot name="a"><link name="base">{visual * 2}</link></robot>')
+    result = measured_kbot("export", "a.urdf", "--to", kind)
+    assert result.status == 2
+    message = "the visuals of the robot have more than 500000 triangles. The link 'base' exceeds the limit"
+    assert message in result.err
+    assert result.cpu_s < 5
+    assert result.peak_bytes < 400e6
+    assert not list(tmp_path.glob(f"a.{kind}"))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from trimesh.resolvers import Resolver
 
-from kbot.model._mesh_limits import MOST_BYTES
+from kbot.model._mesh_limits import MOST_NAMED_BYTES
+from kbot.text.files import read_bytes
 
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 """What it says of textures that it does not find would go to stderr otherwise, with tracebacks."""
@@ -29,7 +31,7 @@ class PackageFiles(Resolver):
             if (folder / "package.xml").is_file() or (folder / "model.config").is_file()
         )
         self._root = next(marked, self._folder.parent)
-        self._left = MOST_BYTES
+        self._left = MOST_NAMED_BYTES
 
     def get(self, name: str) -> bytes:
         """The bytes of a file.
@@ -40,9 +42,11 @@ class PackageFiles(Resolver):
         written = name.strip().removeprefix("file://").replace("\\", "/")
         for candidate in (written, written.lstrip("/"), written.rpartition("/")[2]):
             path = (self._folder / candidate).resolve()
-            if path.is_relative_to(self._root) and path.is_file() and path.stat().st_size <= self._left:
-                self._left -= path.stat().st_size  # a file may name another one many times
-                return path.read_bytes()
+            if path.is_relative_to(self._root):
+                with suppress(OSError):
+                    data = read_bytes(path, self._left, from_pipe=False)
+                    self._left -= len(data)  # a file may name another one many times
+                    return data
         raise FileNotFoundError(name)
 
     def keys(self) -> Iterator[str]:

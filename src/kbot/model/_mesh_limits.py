@@ -2,21 +2,49 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 import struct
+from collections.abc import Iterator
 from functools import cache
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree as ET
 from zipfile import is_zipfile
 
-MOST_BYTES = 256 * 1024 * 1024
-"""Of a mesh file, and of all files that it names."""
-MOST_CORNERS = 12_000_000
-"""Vertices, and corners of triangles: an STL of two million triangles takes 0.5 GB while it is read."""
+from kbot.text.files import read_bytes
+
+MB = 1_000_000
+MOST_JSON_BYTES = 20 * MB
+"""Of a glTF description: `{"":0}` repeated takes 32 MB of memory per MB."""
+# Every limit keeps `info`, `check` and `export` below 10 s of CPU time and 1 GB of memory. The figures were
+# measured with the most expensive content found for the format, on a busy machine with slow cores.
+MOST_BYTES = {
+    "stl": 50 * MB + 84,  # a binary file of a million triangles: 0.4 GB; as text 0.5 GB and 3 s
+    "obj": 24 * MB,  # triangles mixed with quads take 0.32 s per MB; one face of all vertices 32 MB per MB
+    "dae": 32 * MB,  # MOST_WORDS limits what is expensive in it
+    "ply": 64 * MB,  # a binary file of a million triangles has 19 MB without normals and colours
+    "glb": 64 * MB,  # MOST_JSON_BYTES and MOST_CORNERS limit what is expensive in it
+    "gltf": MOST_JSON_BYTES,
+}
+MOST_NAMED_BYTES = 64 * MB
+"""All files together that a mesh file names: buffers and textures, which are kept beside the result."""
+MOST_TRIANGLES = 1_000_000
+"""Real robot meshes have fewer; the loader takes 0.4 GB for an STL of so many."""
+MOST_CORNERS = 6 * MOST_TRIANGLES
+"""Vertices, and corners of triangles: an STL has three of each for a triangle."""
+MOST_TEXT_BYTES = 24 * MB
+MOST_LINES = 500_000
+"""Both of a PLY as text: the loader makes an array of each line, and takes 1 GB and 6 s for a million."""
+MOST_HEADER_BYTES = 1 << 16
+"""Where a PLY file's counts must be; headers have less than 2 kB."""
+MOST_WORDS = 5_000_000
+"""Spaces, line breaks and tags of a COLLADA file: three indices make a triangle, which takes 500 bytes."""
 MOST_PLACEMENTS = 10_000
 """Nodes of a scene and geometries in it; the loader takes up to 0.2 ms for each."""
+MOST_ACCESSORS = 40_000
+"""Of a glTF file: four for each primitive."""
 MOST_MASKED = 300_000_000
 """Materials times vertices of an OBJ: the loader looks at all vertices for each material, at 10 ns each."""
 MOST_TEXELS = 64_000_000
@@ -34,29 +62,56 @@ def check_costs(path: str, extension: str) -> None:
         TooLarge: it would cost more than a mesh may.
         ValueError: it is broken, or uses what no mesh needs.
     """
-    size = Path(path).stat().st_size
-    if size > MOST_BYTES:
-        raise TooLarge(f"it has {size} bytes, more than {MOST_BYTES}")
-    if extension in ("gltf", "glb"):
-        _check_gltf(_json_of(Path(path)))
-    elif extension in _CHECKS:
-        _CHECKS[extension](Path(path).read_bytes())
+    data = _read(path, MOST_BYTES[extension])
+    _CHECKS[extension](data)
 
 
-def _check_count(count: int, what: str) -> None:
-    if count > MOST_PLACEMENTS:
-        raise TooLarge(f"it has {count} {what}, more than {MOST_PLACEMENTS}")
+def _read(path: str, limit: int) -> bytes:
+    try:
+        return read_bytes(path, limit)
+    except OSError as error:
+        if error.errno != errno.EFBIG:
+            raise
+        raise _too_large(Path(path).stat().st_size, "bytes", limit) from None
+
+
+def _too_large(count: int, what: str, limit: int) -> TooLarge:
+    return TooLarge(f"it has {count} {what}, more than {limit}. Simplify the mesh")
+
+
+def _check_count(count: int, what: str, limit: int = MOST_PLACEMENTS) -> None:
+    if count > limit:
+        raise _too_large(count, what, limit)
 
 
 def _check_stl(data: bytes) -> None:
     _check_count(data.count(b"endsolid"), "solids")
+    # as text, each vertex costs 180 bytes, also where it lacks coordinates
+    _check_count(data.lower().count(b"vertex"), "vertices", 3 * MOST_TRIANGLES)
+
+
+def _check_ply(data: bytes) -> None:
+    """The counts in the header, and the size of what follows as text."""
+    end = re.search(rb"(?<!\S)end_header(?!\S)", data[:MOST_HEADER_BYTES])
+    if end is None:
+        raise ValueError(f"its header does not end within {MOST_HEADER_BYTES} bytes")
+    lines = data[: end.start()].split(b"\n")
+    for words in map(bytes.split, lines):
+        if len(words) == 3 and b"element" in words[0]:
+            limit = MOST_TRIANGLES if words[1] == b"face" else 3 * MOST_TRIANGLES
+            _check_count(int(words[2]), f"elements '{words[1].decode()}'", limit)
+    if b"ascii" in lines[1].lower():  # where the loader looks for it
+        _check_count(len(data), "bytes of text", MOST_TEXT_BYTES)
+        _check_count(len(data.decode().splitlines()), "lines of text", MOST_LINES)
 
 
 def _check_obj(data: bytes) -> None:
+    _check_count(data.count(b"\nf "), "faces", MOST_TRIANGLES)
+    _check_count(data.count(b"\nv "), "vertices", 3 * MOST_TRIANGLES)
     materials = len(set(re.findall(rb"^[ \t]*usemtl\b(.*)", data, re.MULTILINE)))
     _check_count(materials, "materials")
     if materials * data.count(b"\nv ") > MOST_MASKED:
-        raise TooLarge(f"it has {materials} materials, too many for so many vertices")
+        raise TooLarge(f"it has {materials} materials, too many for so many vertices. Merge the materials")
 
 
 def _check_collada(data: bytes) -> None:
@@ -66,7 +121,9 @@ def _check_collada(data: bytes) -> None:
     if b"<!ENTITY" in text:
         raise ValueError("it declares XML entities")
     _check_count(len(re.findall(rb"<(\w+:)?(polylist|polygons|lines|tri)", text)), "primitives")
+    _check_count(sum(map(text.count, (b" ", b"\t", b"\n", b"\r", b"<"))), "words", MOST_WORDS)
     if b"instance_node" in text:
+        _check_count(len(re.findall(rb"<(?:\w+:)?(?:instance_)?node\b", text)), "nodes")
         _check_count(_placements(ET.fromstring(data)), "nodes")
 
 
@@ -93,32 +150,39 @@ def _tag(element: ET.Element) -> str:
     return str(element.tag).rpartition("}")[2]
 
 
-def _json_of(file: Path) -> object:
-    """The description in a glTF file; None where a binary one is broken, which the loader reports."""
-    if file.suffix.lower() == ".gltf":
-        return json.loads(file.read_bytes())
-    with file.open("rb") as stream:
-        head = stream.read(20)
-        if len(head) < 20:
-            return None
-        (length,) = struct.unpack_from("<I", head, 12)
-        return json.loads(stream.read(length)) if length <= file.stat().st_size else None
+def _check_glb(data: bytes) -> None:
+    """The description of a binary glTF file; the loader reports a broken one."""
+    if len(data) >= 20:
+        (length,) = struct.unpack_from("<I", data, 12)
+        _check_gltf(data[20 : 20 + length])
 
 
-def _check_gltf(content: object) -> None:
-    """An accessor without a buffer is made of zeros, as many as it claims; a node places a whole mesh."""
-    claimed, placed = 0, 0
+def _check_gltf(data: bytes) -> None:
+    """An accessor without a buffer is made of zeros, as many as it claims; a node places a whole mesh, and
+    each primitive copies its accessors."""
+    _check_count(len(data), "bytes of JSON", MOST_JSON_BYTES)
+    content = json.loads(data)
+    placed = 0
     meshes = [len(_dicts(mesh, "primitives")) for mesh in _dicts(content, "meshes")]
     for node in _dicts(content, "nodes"):
         mesh = node.get("mesh")
         placed += 1 + (meshes[mesh] if isinstance(mesh, int) and 0 <= mesh < len(meshes) else 0)
     _check_count(placed + sum(meshes), "nodes and primitives")
-    for accessor in _dicts(content, "accessors"):
-        count = accessor.get("count")
-        if "bufferView" not in accessor and isinstance(count, int):
-            claimed += abs(count)
-    if claimed > MOST_CORNERS:
-        raise TooLarge(f"it has accessors without a buffer, of {claimed} values")
+    accessors = _dicts(content, "accessors")
+    _check_count(len(accessors), "accessors", MOST_ACCESSORS)
+    counts = [abs(count) if isinstance(count := accessor.get("count"), int) else 0 for accessor in accessors]
+    made = [count for count, accessor in zip(counts, accessors, strict=True) if "bufferView" not in accessor]
+    made += (counts[index] for index in _used(content) if 0 <= index < len(counts))
+    _check_count(sum(made), "vertices and corners of triangles", MOST_CORNERS)
+
+
+def _used(content: object) -> Iterator[int]:
+    """The accessors of the primitives' vertices and corners."""
+    for mesh in _dicts(content, "meshes"):
+        for primitive in _dicts(mesh, "primitives"):
+            attributes = primitive.get("attributes")
+            position = attributes.get("POSITION") if isinstance(attributes, dict) else None
+            yield from (i for i in (position, primitive.get("indices")) if isinstance(i, int))
 
 
 def _dicts(holder: object, name: str) -> list[dict[str, object]]:
@@ -127,4 +191,11 @@ def _dicts(holder: object, name: str) -> list[dict[str, object]]:
     return [item for item in found if isinstance(item, dict)] if isinstance(found, list) else []
 
 
-_CHECKS = {"stl": _check_stl, "obj": _check_obj, "dae": _check_collada}
+_CHECKS = {
+    "stl": _check_stl,
+    "obj": _check_obj,
+    "dae": _check_collada,
+    "ply": _check_ply,
+    "gltf": _check_gltf,
+    "glb": _check_glb,
+}

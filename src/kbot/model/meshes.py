@@ -138,7 +138,7 @@ def _load(path: str) -> MeshData:
 
 
 def _check(path: str, part: MeshPart) -> None:
-    """The one look at what a loader of any format made. Raises KbotError: it is not a mesh."""
+    """Check the result of every loader. Raises KbotError: it is not a mesh."""
     size = np.abs(part.vertices).max(initial=0.0)
     if not np.isfinite(size):
         raise KbotError(f"the mesh {path} has a vertex that is not finite")
@@ -168,7 +168,9 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
             continue
         corners += len(mesh.vertices) + 3 * len(faces)  # also of a mesh that is placed many times
         if corners > MOST_CORNERS:
-            raise TooLarge(f"it has more than {MOST_CORNERS} vertices and corners of triangles")
+            raise TooLarge(
+                f"it has more than {MOST_CORNERS} vertices and corners of triangles. Simplify the mesh"
+            )
         vertices = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         triangles = np.asarray(faces, dtype=np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0.0:
@@ -180,8 +182,8 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
 
 
 def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimesh has no types
-    """The picture of the material and where it lies, where the file gives both; none of more than so many
-    pixels, which a file of a few bytes may claim."""
+    """The picture of the material and where it lies, where the file gives both. None if it has more than
+    `texels` pixels, which a file of a few bytes may claim."""
     material = getattr(mesh.visual, "material", None)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     uv = getattr(mesh.visual, "uv", None)

@@ -78,7 +78,8 @@ def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, 
     hit = np.isfinite(distances)
     blocks = (look.height, finer, look.width, finer)
     covered = hit.reshape(blocks).mean(axis=(1, 3))
-    summed = (drawn / 255.0 * hit[..., None]).reshape(*blocks, 3).mean(axis=(1, 3))
+    # the product stays in bytes, which take an eighth of the memory of doubles
+    summed = (drawn * hit[..., None]).reshape(*blocks, 3).mean(axis=(1, 3)) / 255.0
     colours = summed / np.where(covered > 0.0, covered, 1.0)[..., None]
     return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
 
