@@ -24,7 +24,10 @@ HASHED: tuple[Any, ...] = (dict, set, frozenset, VIEWS[0], VIEWS[2])
 """Containers that find their items by a hash."""
 
 _SHORT = 64
-"""Characters of a text, and bits of a whole number, that every operation may handle without a charge."""
+"""Characters of a text that is read, and bits of a whole number, that every operation may handle without a
+charge."""
+_SHORT_MADE = 16
+"""Characters of a text that is made without a charge: at four bytes each, they take as much as its header."""
 _DEEPEST = 200
 """Levels of nested containers. Python's own C code recurses once per level, without a check for tuples."""
 _OWN_HASH = (1 << 61) - 1
@@ -83,7 +86,7 @@ class Budget:
                 self.charge(bits >> 9)
         elif isinstance(value, str | bytes):
             size = len(value)
-            if size > _SHORT:
+            if size > _SHORT_MADE:
                 self.length(size)
                 self.charge(size >> 4)
         elif isinstance(value, SIZED) and not isinstance(value, range):
@@ -96,10 +99,15 @@ class Budget:
     def joined(self, parts: Sequence[str]) -> str:
         """The parts one after the other, their length checked before the text is made."""
         total = sum(map(len, parts))
-        if total > _SHORT:
+        if total > _SHORT_MADE:
             self.length(total)
             self.charge(total >> 4)
         return "".join(parts)
+
+    def spread(self, value: Value) -> None:
+        """Charge making a list of a text: each character becomes a text of up to 80 bytes."""
+        if isinstance(value, str):
+            self.charge(len(value))
 
     # --- work --------------------------------------------------------------------------------
 
@@ -180,11 +188,14 @@ class Budget:
         before it, at about 20 ns each. Python chooses the hashes of texts at random in each process,
         and those of small numbers are all different.
         """
-        chosen = count = 0
+        chosen = count = compared = 0
         for key in keys:
             count += 1
             kind = type(key)
-            if kind is str or kind is bytes or kind is bool or key is None:
+            if kind is str or kind is bytes:
+                compared += len(key) >> 6  # an equal key may be another object
+                continue
+            if kind is bool or key is None:
                 continue
             if kind is int or kind is float:
                 # an old container may hold keys that have the hash of this one
@@ -194,4 +205,4 @@ class Budget:
             else:
                 self.weigh(key)
                 chosen += size + count
-        self.charge((count >> 2) + (chosen >> 5))
+        self.charge((count >> 2) + (chosen >> 5) + compared)

@@ -116,7 +116,7 @@ class Template:
             evaluators = [_evaluator(piece) for piece in pieces(text)]
         self._evaluators = evaluators
         self._single = evaluators[0] if len(evaluators) == 1 else None
-        self._steps = len(text) >> 3 if len(text) > _SHORT else 0
+        self._steps = len(text) >> 2 if len(text) > _SHORT else 0  # as in `steps_of`
 
     def value(self, scope: Names) -> Value:
         """The value: of its own type where the text is one expression, a text otherwise.

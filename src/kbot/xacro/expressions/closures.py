@@ -155,6 +155,7 @@ def items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
             if starred:
                 value = closure(env)
                 env.budget.measure(value)
+                env.budget.spread(value)
                 values.extend(value)
                 env.budget.checked(values)
             else:

@@ -40,7 +40,9 @@ def lambda_closure(node: ast.Lambda) -> Closure:
     arguments, body = node.args, _closure(node.body)
     positional = [a.arg for a in (*arguments.posonlyargs, *arguments.args)]
     defaults = [_closure(default) for default in arguments.defaults]
-    steps = 2 + steps_of(node.body)
+    last = {name: index for index, name in enumerate(positional)}
+    # an entry of the function's variables takes at most 64 bytes
+    steps = 2 + len(positional) + steps_of(node.body)
     rest = arguments.vararg.arg if arguments.vararg else None
     if arguments.kwonlyargs or arguments.kwarg:
         raise InvalidExpression("a lambda function takes plain parameters here", node.col_offset)
@@ -57,7 +59,7 @@ def lambda_closure(node: ast.Lambda) -> Closure:
             elif len(values) > len(positional):
                 raise TypeError(f"the function takes {len(positional)} arguments, {len(values)} were given")
             for name, value in named.items():
-                if name not in positional[len(values) :]:
+                if last.get(name, -1) < len(values):
                     raise TypeError(f"the function got an unexpected argument '{name}'")
                 variables[name] = value
             missing = [name for name in positional if name not in variables]
@@ -94,6 +96,7 @@ def _target(node: ast.expr) -> Binder:
 
     def bind_names(frame: Frame, value: Value) -> None:
         frame.budget.measure(value)
+        frame.budget.spread(value)
         values = list(value)
         if len(values) != len(binders):
             raise ValueError(f"{len(values)} values to unpack into {len(binders)} names")

@@ -45,6 +45,13 @@ def _listed(args: list[Value]) -> None:
 # --- any type --------------------------------------------------------------------------------
 
 
+def filled(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
+    """It puts all items that it is given into a list or tuple."""
+    measured(budget, owner, args, named)
+    for arg in args:
+        budget.spread(arg)
+
+
 def free(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     """It takes the same time whatever it is given."""
 
@@ -103,15 +110,27 @@ def _iterator(function: Callable[..., Iterator[Value]]) -> Cost:
 def _ordered(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     """`sorted`, `min`, `max`, `list.sort`: an item is compared as often as its number has binary digits."""
     _listed(args)
-    if "key" in named:
-        named["key"] = guarded(budget, named["key"])
+    longest = max((len(value) for value in (owner, *args) if isinstance(value, (str, *SIZED))), default=0)
+    more = longest.bit_length() >> 3
+
+    def weigh(value: Value) -> None:
+        before = budget.steps
+        budget.weigh(value)
+        if more:
+            budget.charge((before - budget.steps) * more)
+
+    if callable(named.get("key")):
+        key = guarded(budget, named["key"])
+
+        def weighed_key(item: Value) -> Value:
+            result = key(item)
+            weigh(result)
+            return result
+
+        named["key"] = weighed_key
     for value in (owner, *args):
-        if isinstance(value, SIZED):
-            before = budget.steps
-            budget.weigh(value)
-            budget.charge((before - budget.steps) * (len(value).bit_length() >> 3))
-        else:
-            budget.weigh(value)
+        budget.spread(value)
+        weigh(value)
 
 
 def _sum(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
@@ -378,7 +397,8 @@ def _each(cost: Cost, *names: str) -> dict[str, Cost]:
 
 FUNCTIONS: dict[Any, Cost] = {
     **dict.fromkeys((len, bool, slice), free),
-    **dict.fromkeys((abs, all, any, complex, divmod, float, int, list, ord, tuple), measured),
+    **dict.fromkeys((abs, all, any, complex, divmod, float, int, ord), measured),
+    **dict.fromkeys((list, tuple), filled),
     **dict.fromkeys((hash, has_attribute, isinstance, issubclass, repr), weighed),
     **{function: _iterator(function) for function in (map, filter, zip, enumerate, reversed)},
     **dict.fromkeys((sorted, min, max), _ordered),
@@ -432,6 +452,7 @@ METHODS: dict[type, dict[str, Cost]] = {
         **_each(weighed, "count", "index", "remove"),
         **_each(_mutated, "insert", "pop"),
         "append": free,
+        "extend": filled,
         "sort": _ordered,
     },
     tuple: _each(weighed, "count", "index"),

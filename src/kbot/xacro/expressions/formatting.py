@@ -47,7 +47,9 @@ def _size(budget: Budget, value: Value, factor: int) -> int:
 def _widths(budget: Budget, pattern: str, stars: Sequence[int] = ()) -> int:
     """The sum of all widths and precisions in a pattern; a `*` takes its number from the values."""
     size, star = 0, max(map(abs, stars), default=0)
-    for width in _WIDTH.findall(pattern):
+    for match in _WIDTH.finditer(pattern):
+        width = match[0]
+        budget.charge(1)
         budget.length(len(width))
         size += star if width == "*" else int(width) if len(width) < 10 else budget.limits.length + 1
     return size
@@ -100,6 +102,7 @@ def format_text(budget: Budget, pattern: str, args: Sequence[Value], named: dict
             return text
 
     budget.measure(pattern)
+    budget.charge(pattern.count("{") + pattern.count("}"))  # the formatter handles them one by one
     return Formatter().vformat(pattern, args, named)
 
 

@@ -132,6 +132,6 @@ def item(budget: Budget, owner: Value, index: Value) -> Value:
     """`owner[index]`."""
     if isinstance(owner, type):
         raise TypeError(f"type '{owner.__name__}' is not subscriptable here")
-    if type(index) is not str and isinstance(owner, dict):
+    if (type(index) is not str or len(index) > 64) and isinstance(owner, dict):
         budget.keys(len(owner), (index,))
     return owner[index]

@@ -89,7 +89,8 @@ def contains(budget: Budget, a: Value, b: Value) -> bool:
 
 def compare(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
     def bounded(budget: Budget, a: Value, b: Value) -> Value:
-        if type(a) is str and type(b) is str:
+        kind = type(a)
+        if (kind is str or kind is bytes) and type(b) is kind:
             if len(a) > 64 and len(b) > 64:
                 budget.charge(min(len(a), len(b)) >> 6)
         elif isinstance(a, SIZED) and isinstance(b, SIZED):

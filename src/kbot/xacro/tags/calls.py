@@ -17,6 +17,9 @@ from kbot.xacro.tags.properties import compute
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value
 
+_PARAMETER_STEPS = 4
+"""What binding a parameter takes: about 250 bytes."""
+
 
 def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
     """Remember a macro."""
@@ -64,6 +67,7 @@ def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> N
     if macro.problem is not None:
         raise Fault("X131", "", problem=macro.problem)
     run.copied += macro.size
+    run.budget.charge(_PARAMETER_STEPS * len(macro.parameters))
     run.macro_depth += 1
     if run.macro_depth > run.limits.macro_calls:
         raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself without end")
