@@ -107,10 +107,13 @@ def _iterator(function: Callable[..., Iterator[Value]]) -> Cost:
     return cost
 
 
+_LONG: tuple[Any, ...] = (str, *SIZED)
+
+
 def _ordered(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     """`sorted`, `min`, `max`, `list.sort`: an item is compared as often as its number has binary digits."""
     _listed(args)
-    longest = max((len(value) for value in (owner, *args) if isinstance(value, (str, *SIZED))), default=0)
+    longest = max((len(value) for value in (owner, *args) if isinstance(value, _LONG)), default=0)
     more = longest.bit_length() >> 3
 
     def weigh(value: Value) -> None:
