@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import xacro
+from kbot.cli import start
 from kbot.cli.main import run
 
 TEXT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -145,3 +146,20 @@ def test_into_a_pipe_by_its_name(robot: Path) -> None:
     command = [sys.executable, "-m", "kbot", "expand", str(robot), "-o", "/dev/stdout"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout == xacro.process_file(str(robot)).toprettyxml(indent="  ")
+
+
+def test_an_expansion_with_errors_is_made_once(
+    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What `kbot.cli.start` has expanded in vain is reported, not expanded again."""
+
+    def expanded_again(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    robot.write_text(TEXT.replace("${s}", "${unknown}"))
+    monkeypatch.setattr(sys, "argv", ["kbot", "expand", str(robot)])
+    monkeypatch.setattr("kbot.cli.expand.expand", expanded_again)
+    with pytest.raises(SystemExit) as stop:
+        start.main()
+    assert stop.value.code == 2
+    assert capsys.readouterr().err.count("error: ") == 1

@@ -140,7 +140,7 @@ def test_ctrl_c_and_exit_statuses_pass(
 ) -> None:
     monkeypatch.setattr("kbot.cli.main.run", fails(KeyboardInterrupt()))
     assert kbot("rule") == 130
-    monkeypatch.setattr("kbot.cli.main.run", lambda words: 7)
+    monkeypatch.setattr("kbot.cli.main.run", lambda *_: 7)
     assert kbot("rule") == 7
     assert not crashes.exists()
 

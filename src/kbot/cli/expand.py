@@ -15,6 +15,7 @@ from kbot.cli.output import fail, keep_sources, report
 from kbot.cli.xacro_command import xacro_arguments
 from kbot.text.errors import DescriptionError
 from kbot.text.files import write_text
+from kbot.text.notes import note
 from kbot.xacro import Packages, expand
 from kbot.xacro.run import Log
 from kbot.xacro.scope import Scope
@@ -78,14 +79,20 @@ def command(
     file, arguments = one_file(words)
     properties = dict(_override(text) for text in overrides)
     level = 0 if quiet else verbosity if verbosity is not None else 1 + verbose
-    expansion = expand(
-        robot_path(file),
-        xacro_arguments(arguments),
-        properties=properties,
-        packages=Packages(package_path),
-        root_dir=root_dir,
-        log=_log(level) if level > 2 else None,
-    )
+    expanded = click.get_current_context().obj
+    if expanded is not None:  # `kbot.cli.start` has done the work, and had something to report
+        expansion, notes = expanded
+        for text in notes:
+            note(text)
+    else:
+        expansion = expand(
+            robot_path(file),
+            xacro_arguments(arguments),
+            properties=properties,
+            packages=Packages(package_path),
+            root_dir=root_dir,
+            log=_log(level) if level > 2 else None,
+        )
     if expansion.ok and properties.keys() - expansion.overridden.keys():
         raise DescriptionError(_not_overridden(properties, expansion))
     report(d for d in expansion.diagnostics if d.is_error or level > 0)

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,6 +21,9 @@ from kbot.text.crash import report_thread_error
 from kbot.text.errors import KbotError
 from kbot.text.notes import notes_sent_to
 from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from kbot.xacro.result import Expansion
 
 DEMO = ("sim", "kbot")
 
@@ -121,18 +125,21 @@ def group() -> None:
     """
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit status."""
+def main(words: Sequence[str] | None = None, expanded: tuple[Expansion, Sequence[str]] | None = None) -> None:
+    """Run the command line and leave with its exit status.
+
+    `expanded` is what `kbot.cli.start` has expanded for `kbot expand`, and its notes.
+    """
     threading.excepthook = report_thread_error
-    sys.exit(run(sys.argv[1:] if words is None else words))
+    sys.exit(run(sys.argv[1:] if words is None else words, expanded))
 
 
-def run(words: Sequence[str]) -> int:
+def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None = None) -> int:
     """Run the command line; its exit status. A verb may return one, or call `ctx.exit`."""
     if "_KBOT_COMPLETE" in os.environ:
         group.main(list(words), prog_name="kbot")
     try:
-        with notes_sent_to(_print_note), group.make_context("kbot", list(words)) as context:
+        with notes_sent_to(_print_note), group.make_context("kbot", list(words), obj=expanded) as context:
             status = group.invoke(context)
         sys.stdout.flush()
     except click.exceptions.Exit as stop:

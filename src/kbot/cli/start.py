@@ -14,6 +14,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from kbot.xacro.result import Expansion
+
 
 def main() -> None:
     """Run the command line and leave with its exit status; an unforeseen error is one line and status 2."""
@@ -35,11 +37,12 @@ def _main() -> None:
     _open_what_is_closed()
     _print_utf_8()
     words = sys.argv[1:]
-    if words[:1] == ["expand"] and _expand_plainly(words[1:]):
+    expanded = _expand_plainly(words[1:]) if words[:1] == ["expand"] else None
+    if expanded is not None and _is_printed(*expanded):
         return
     from kbot.cli.main import main as full
 
-    full()
+    full(expanded=expanded)
 
 
 def _comes_from_ctrl_c(error: BaseException) -> bool:
@@ -71,11 +74,11 @@ def _print_utf_8() -> None:
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
-def _expand_plainly(words: Sequence[str]) -> bool:
-    """Write the expansion of `FILE [name:=value …]` to stdout, if nothing else is to be done or reported."""
+def _expand_plainly(words: Sequence[str]) -> tuple[Expansion, list[str]] | None:
+    """The expansion of `FILE [name:=value …]` and its notes; None if there is more to do, or an error."""
     files = [word for word in words if ":=" not in word]
     if len(files) != 1 or files[0] == "kbot" or "=" in files[0] or files[0].startswith(("-", "/dev/")):
-        return False  # what comes from a pipe can be read once only
+        return None  # what comes from a pipe can be read once only
     from kbot.cli.xacro_command import xacro_arguments
     from kbot.text.errors import KbotError
     from kbot.text.notes import notes_sent_to
@@ -86,9 +89,13 @@ def _expand_plainly(words: Sequence[str]) -> bool:
     try:
         given = dict(word.split(":=", 1) for word in words if ":=" in word)
         with notes_sent_to(notes.append):
-            expansion = expand(files[0], xacro_arguments(given))
+            return expand(files[0], xacro_arguments(given)), notes
     except KbotError:
-        return False
+        return None
+
+
+def _is_printed(expansion: Expansion, notes: Sequence[str]) -> bool:
+    """Print an expansion if there is nothing to report; `kbot.cli.expand` takes over any other."""
     if not expansion.ok or expansion.diagnostics or notes or sys.platform == "win32":
         return False
     try:
