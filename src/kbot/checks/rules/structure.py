@@ -28,6 +28,8 @@ def unknown_tag(context: Context) -> Found:
 
     Fix: safe: renamed where the tag is a slip of one known tag that is not there already.
     """
+    # a set, because a search among the children for each unknown element would take the square of their number
+    present = {(id(parent), element.tag) for parent, element in context.urdf}
     for parent, element in context.urdf:
         tag, known = element.tag, CHILDREN[parent.tag]
         if tag in known or tag in TOLERATED.get(parent.tag, ()):
@@ -46,7 +48,7 @@ def unknown_tag(context: Context) -> Found:
                 "move it there",
             )
             continue
-        fits = meant.sure if parent.find(meant.sure) is None or meant.sure in _MANY else ""
+        fits = meant.sure if (id(parent), meant.sure) not in present or meant.sure in _MANY else ""
         either = " or ".join(f"<{n}>" for n in near)
         yield Finding(
             element.origin,
