@@ -126,5 +126,16 @@ def test_a_full_disk_is_one_message(robot: str) -> None:
     assert done.stderr.splitlines() == ["error: No space left on device"]
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.mark.parametrize("words", ["expand nope.xacro", "sim kbot --nope", "bag info nope"])
+def test_an_error_is_exit_status_2_even_if_stderr_is_full(words: str, tmp_path: Path) -> None:
+    environment = os.environ | {"XDG_STATE_HOME": str(tmp_path)}
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "kbot", *words.split()]
+        done = subprocess.run(command, stderr=full, check=False, env=environment)
+    assert done.returncode == 2
+    assert not list(tmp_path.iterdir()), "bad input needs no crash file"
+
+
 def test_python_m_kbot_is_the_command() -> None:
     assert kbot("--version").stdout == f"kbot {version('kbot')}\n"

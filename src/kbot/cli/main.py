@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -147,7 +148,8 @@ def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None =
     except BrokenPipeError:
         return _reader_gone()
     except (click.ClickException, KbotError, OSError) as error:
-        report_error(error)
+        with suppress(OSError):  # stderr may be full: the status still reports the error
+            report_error(error)
         return 2
     except (KeyboardInterrupt, click.Abort):
         click.echo(err=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from kbot.text.errors import READING
@@ -37,13 +38,18 @@ def internal_error(error: BaseException, during: str = "") -> str:
 
 
 def report_internal_error(error: BaseException, during: str = "") -> None:
-    """Print that line to stderr; the traceback too where the environment has KBOT_DEBUG, as in tests."""
-    if os.environ.get("KBOT_DEBUG"):
-        import traceback
+    """Print that line to stderr; the traceback too where the environment has KBOT_DEBUG, as in tests.
 
-        traceback.print_exception(error)
-    sys.stderr.write(f"error: {internal_error(error, during)}\n")
-    sys.stderr.flush()
+    The crash file is written even if stderr is full or closed.
+    """
+    line = f"error: {internal_error(error, during)}\n"
+    with suppress(OSError, ValueError):  # ValueError: the stream is closed
+        if os.environ.get("KBOT_DEBUG"):
+            import traceback
+
+            traceback.print_exception(error)
+        sys.stderr.write(line)
+        sys.stderr.flush()
 
 
 def report_thread_error(failed: threading.ExceptHookArgs) -> None:
