@@ -112,7 +112,7 @@ def test_the_work_grows_no_faster_than_the_file(what: str, tmp_path: Path) -> No
 def test_many_unknown_elements_of_one_element_take_linear_time(
     tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
-    """Takes 2 s. A search among the children for each of them took more than 10 s, without a call to count."""
+    """Takes 2 s. A search among the children for each of them took more than 10 s."""
     inner = "".join(f"<lnk{number}/>" for number in range(50_000))
     (tmp_path / "robot.urdf").write_text(f'<robot name="x"><link name="a">{inner}</link></robot>')
     result = measured_kbot("check", "robot.urdf")

@@ -59,3 +59,71 @@ def test_as_many_levels_as_allowed_are_read() -> None:
     check_nesting("[" * MOST_LEVELS + "]" * MOST_LEVELS)
     with pytest.raises(yaml.YAMLError, match="line 1, column 101"):
         check_nesting("[" * (MOST_LEVELS + 1) + "]" * (MOST_LEVELS + 1))
+
+
+ALIASES = "a0: &a0\n- let: {name: a, value: b}\n" + "".join(
+    f"a{i}: &a{i}\n" + f"- group: *a{i - 1}\n" * 9 for i in range(1, 20)
+)
+"""Twenty lists that stand for 9**19 values."""
+LARGE = 2**61 - 1
+"""Its multiples have one hash."""
+
+
+@pytest.mark.parametrize("reader", [name for name in READERS if "word" not in name])
+@pytest.mark.parametrize("text", [f"{ALIASES}launch: *a19\n", "launch: &a [group: *a]", "launch: &a {a: *a}"])
+def test_aliases_that_stand_for_very_many_values_are_refused(reader: str, text: str) -> None:
+    with pytest.raises((yaml.YAMLError, ValueError, BadYaml, KbotError), match="too many values"):
+        READERS[reader](text)
+
+
+def test_aliases_that_nest_too_deeply_are_refused() -> None:
+    text = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200))
+    with pytest.raises(yaml.YAMLError, match="its aliases"):
+        load_yaml(text)
+
+
+def test_a_document_of_too_many_values_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kbot.text.yaml_text.MOST_VALUES", 20)
+    assert load_yaml(f"[{'1, ' * 18}1]") == [1] * 19
+    with pytest.raises(yaml.YAMLError, match="more than 20 values"):
+        load_yaml("[" + "1, " * 30 + "]")
+    with pytest.raises(yaml.YAMLError, match="more than 20 values"):
+        check_nesting("[" + "1, " * 60 + "]")
+
+
+def test_keys_that_can_have_one_hash_are_refused() -> None:
+    assert len(load_yaml("".join(f"{k * LARGE}: 1\n" for k in range(100)))) == 100
+    merged = "a: &a {" + ", ".join(f"{k * LARGE}: 1" for k in range(200)) + "}\n"
+    for text in (merged, f"{merged}b: {{<<: *a}}\n"):
+        with pytest.raises(yaml.YAMLError, match="over 18 digits as keys"):
+            load_yaml(text)
+
+
+XACRO_REFUSES = {
+    "aliases of one long list": (
+        "a: &a [" + "1," * 60_000 + "1]\nb: [" + "*a," * 60_000 + "*a]\n",
+        "holds too much data",
+    ),
+    "keys that can have one hash": (
+        "".join(f"{k * LARGE}: 1\n" for k in range(1, 200)),
+        "over 18 digits as keys",
+    ),
+    "such keys in escapes of characters": (
+        "%TAG ! tag:yaml.org,2002:in\n---\n{"
+        + ",".join(f'!t "\\x3{str(k * LARGE)[0]}{str(k * LARGE)[1:]}": 1' for k in range(1, 200))
+        + "}\n",
+        "over 18 digits as keys",
+    ),
+    "a long number to the base of 60": ("a: " + "1:" * 200_000 + "1", "a number is too large"),
+    "a large number to the base of 60": ("a: " + "1:" * 200_000 + "1.5", "h.yaml is not valid YAML"),
+    "a number without digits": ("a: !!int ''", "h.yaml is not valid YAML"),
+}
+
+
+@pytest.mark.parametrize("what", XACRO_REFUSES)
+def test_xacro_refuses_yaml_that_takes_too_much(what: str, tmp_path: Path) -> None:
+    text, error = XACRO_REFUSES[what]
+    (tmp_path / "h.yaml").write_text(text)
+    robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="${xacro.load_yaml('h.yaml')}"/>"""
+    with pytest.raises(DescriptionError, match=error):
+        expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()

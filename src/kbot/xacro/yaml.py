@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from kbot.xacro.faults import Fault, LimitFault
+from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, wrap
 
 TYPE_CHECKING = False
@@ -25,16 +25,13 @@ UNITS = {
     "!inches": 0.0254,
 }
 _MAX_NODES = 500_000
-_LONG_NUMBER = re.compile(r"(?<![.\w])[0-9][0-9a-fA-FxX_:]{14,}(?![.\w])")
-_MOST_LONG_NUMBERS = 1000
-"""Whole numbers of 2**61 and more can be chosen so that all have one hash: as keys, each of a million would
-be compared with all before it. Real files hold none."""
 _NODE_STEPS = 8
 """What a node takes by the library's own loader; one can be two characters long."""
 _RESOLVED_STEPS = 64
 """What the library's own rules take for a scalar."""
 
-_cache: dict[str, tuple[str, Any]] = {}
+_cache: dict[str, tuple[str, Any, int]] = {}
+"""Of each file its text, its data and the number of values in it."""
 
 
 def clear_cache() -> None:
@@ -50,27 +47,28 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     """
     import yaml
 
+    from kbot.text.yaml_text import NOT_MADE
+
     budget.charge(len(source.text))  # also for data that is known: it is copied
     known = _cache.get(source.path)
     if known is not None and known[0] == source.text:
+        budget.charge(known[2])
         return wrap(_copied(known[1]))
-    is_long = len(source.text) > 15 * _MOST_LONG_NUMBERS
-    if is_long and sum(1 for _ in _LONG_NUMBER.finditer(source.text)) > _MOST_LONG_NUMBERS:
-        message = f"{source.path} holds more than {_MOST_LONG_NUMBERS:,} whole numbers of over 15 digits"
-        raise LimitFault("X190", message, "write them in quotes, as text")
     try:
         try:
             data = _plain_data(source.text, evaluate, budget)
         except _NotPlain:
             data = _any_data(source.text, evaluate, budget)
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+    except (yaml.YAMLError, *NOT_MADE, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
         reason = getattr(error, "problem", None) or str(error)
         raise Fault("X116", f"{source.path}{where} is not valid YAML: {reason}") from None
-    if not _is_tree(data):
+    size = _size(data)
+    if size is None:
         raise Fault("X190", f"{source.path} holds too much data, or data within itself")
-    _cache[source.path] = (source.text, data)
+    budget.charge(size)
+    _cache[source.path] = (source.text, data, size)
     return wrap(_copied(data))
 
 
@@ -100,7 +98,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
 def _build(
     next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value], budget: Budget
 ) -> Value:
-    from kbot.text.yaml_text import MOST_LEVELS
+    from kbot.text.yaml_text import MOST_LEVELS, OWN_HASH
 
     documents: list[Any] = []
     current: Any = documents
@@ -135,6 +133,8 @@ def _build(
             continue
         if type(current) is dict:
             if not waiting:
+                if type(value) is int and abs(value) >= OWN_HASH:
+                    raise _NotPlain  # `_any_data` counts such keys
                 key, waiting = value, True
                 continue
             current[key] = value
@@ -184,24 +184,18 @@ def _resolved(text: str) -> Value:
     """A plain scalar's value by all the rules of YAML 1.1."""
     import yaml
 
-    if text in ("<<", "="):
+    from kbot.text.yaml_text import LONGEST
+
+    if text in ("<<", "=") or len(text) > LONGEST or "\n" in text or "#" in text or ": " in text:
         raise _NotPlain
-    return (
-        yaml.safe_load(f"- {text}")[0]
-        if "\n" not in text and "#" not in text and ": " not in text
-        else _not_plain()
-    )
-
-
-def _not_plain() -> Value:
-    raise _NotPlain
+    return yaml.safe_load(f"- {text}")[0]
 
 
 def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Value:
     """The data of any YAML text, by the library's own loader."""
     import yaml
 
-    from kbot.text.yaml_text import check_nesting
+    from kbot.text.yaml_text import LONGEST, TOO_LARGE, check_keys, check_nesting
 
     budget.charge(len(text) // 2 * _NODE_STEPS)
     check_nesting(text)
@@ -211,7 +205,18 @@ def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Va
         base.flatten_mapping(loader, node)
         budget.charge(len(node.value))  # merged keys can double with each mapping
 
-    loader_class: Any = type("UnitLoader", (base,), {"flatten_mapping": flatten})
+    def construct_mapping(loader: Value, node: Value, deep: bool = False) -> Value:
+        check_keys(loader, node, deep)
+        return base.construct_mapping(loader, node, deep)
+
+    def construct_int(loader: Value, node: Value) -> int:
+        if len(node.value) > LONGEST:
+            raise yaml.constructor.ConstructorError(None, None, TOO_LARGE, node.start_mark)
+        return int(base.construct_yaml_int(loader, node))
+
+    methods = {"flatten_mapping": flatten, "construct_mapping": construct_mapping}
+    loader_class: Any = type("UnitLoader", (base,), methods)
+    loader_class.add_constructor("tag:yaml.org,2002:int", construct_int)
 
     def constructor(factor: float) -> Callable[[Any, Any], float]:
         return lambda loader, node: float(evaluate(loader.construct_scalar(node))) * factor
@@ -225,23 +230,21 @@ def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Va
         loader.dispose()
 
 
-def _is_tree(data: Value) -> bool:
-    """Whether the data, aliases counted as often as they show, is of a size to work with."""
-    left, level = _MAX_NODES, [data]
+def _size(data: Value) -> int | None:
+    """The number of values, aliases counted as often as they show; None if too many to work with."""
+    size, level = 1, [data]
     for _ in range(100):
         following: list[Any] = []
         for item in level:
-            if isinstance(item, dict):
-                following += item.values()
-            elif isinstance(item, list | tuple | set):
-                following += item
-        left -= len(following)
+            if isinstance(item, dict | list | tuple | set):
+                size += len(item)
+                if size > _MAX_NODES:  # before they are listed: each of many may be long
+                    return None
+                following += item.values() if isinstance(item, dict) else item
         if not following:
-            return True
-        if left < 0:
-            return False
+            return size
         level = following
-    return False
+    return None
 
 
 def _copied(data: Value) -> Value:

@@ -28,7 +28,7 @@ def unknown_tag(context: Context) -> Found:
 
     Fix: safe: renamed where the tag is a slip of one known tag that is not there already.
     """
-    # a set, because a search among the children for each unknown element would take the square of their number
+    # a set: a search among the children for each unknown element takes the square of their number
     present = {(id(parent), element.tag) for parent, element in context.urdf}
     for parent, element in context.urdf:
         tag, known = element.tag, CHILDREN[parent.tag]

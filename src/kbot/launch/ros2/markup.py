@@ -15,7 +15,7 @@ from kbot.launch.ros2.substitutions import CommandLine
 from kbot.launch.values import load_yaml
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import check_nesting
+from kbot.text.yaml_text import safe_loader
 
 _LISTS = {"arg", "let", "param", "remap", "env", "keep"}
 
@@ -41,8 +41,7 @@ def read_yaml(source: Source, reporter: Reporter) -> list[object]:
     import yaml
 
     try:
-        check_nesting(source.text)
-        node = yaml.compose(source.text, yaml.SafeLoader)
+        node = yaml.compose(source.text, safe_loader())
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)  # a character that is not allowed has none
         offset = source.offset(mark.line + 1, mark.column + 1) if mark else 0
