@@ -135,9 +135,9 @@ HOSTILE = [
     "[t := (), u := (), [(t := (t, t), u := (u, u)) for i in python.range(40)], python.sorted([0, 1], key=lambda i: t if i else u)]",
     "[t := (), u := (), [(t := (t, t), u := (u, u)) for i in python.range(40)], max([0, 1], key=lambda i: t if i else u)]",
     "[t := (), u := (), [(t := (t, t), u := (u, u)) for i in python.range(40)], [1, 0].sort(key=lambda i: t if i else u)]",
-    "[x == y for x in [('a' * 1000000).encode()] for y in [('a' * 999999 + 'a').encode()] for i in python.range(10**6)]",
-    "[d[y] for d in [dict([('a' * 1000000, 1)])] for y in ['a' * 999999 + 'a'] for i in python.range(10**6)]",
-    "[y in s for s in [python.set(['a' * 1000000])] for y in ['a' * 999999 + 'a'] for i in python.range(10**6)]",
+    "[x == y for x in [('a' * 100000).encode()] for y in [('a' * 99999 + 'a').encode()] for i in python.range(1000)]",
+    "[d[y] for d in [dict([('a' * 100000, 1)])] for y in ['a' * 99999 + 'a'] for i in python.range(1000)]",
+    "[y in s for s in [python.set(['a' * 100000])] for y in ['a' * 99999 + 'a'] for i in python.range(1000)]",
     # functions with many parameters
     f"[f() for f in [lambda {','.join(f'a{i}=1' for i in range(2000))}: 0] for i in python.range(10**5)]",
     f"[f(**d) for f in [lambda {','.join(f'a{i}' for i in range(2500))}: 0] for d in [dict([('a' + str(i), 1) for i in python.range(2500)])] for i in python.range(1000)]",
@@ -146,7 +146,7 @@ HOSTILE = [
     "[python.tuple(t) for t in ['\u2028' * 100000] for i in python.range(8)]",
     "[python.sorted(t) for t in ['\u2028' * 100000] for i in python.range(8)]",
     "[[*t] for t in ['\u2028' * 100000] for i in python.range(8)]",
-    "[x.extend(t) for x in [[]] for t in ['\u2028' * 100000] for i in python.range(8)]",
+    "[x.extend(t) for x in [[]] for t in ['\u2028' * 100000] for i in python.range(3)]",
     "[t + t for t in ['\U0001f600' * 32] for i in python.range(100000)]",
     # patterns with many numbers or braces
     "len(('0 ' * 450000) % ())",
