@@ -281,3 +281,20 @@ def test_a_text_that_doubles_time_and_again_is_bounded(folder: Path) -> None:
     plan = plan_of(folder, f"<arg name='a0' default='x'/>{doubled}")
     assert [d.code for d in plan.diagnostics] == ["L015"]
     assert max(len(argument.value or "") for argument in plan.arguments.values()) == 1 << 21
+
+
+@pytest.mark.parametrize(
+    ("tag", "size"),
+    [
+        ('<param name="p{}" textfile="$(dirname)/big.yaml"/>', 8_000_000),
+        ('<param name="p{}" binfile="$(dirname)/big.yaml"/>', 8_000_000),
+        ('<param name="p{}" type="yaml" textfile="$(dirname)/big.yaml"/>', 400_000),
+        ('<rosparam file="$(dirname)/big.yaml"/>', 400_000),
+    ],
+)
+def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
+    (folder / "big.yaml").write_text("a: " + "x" * size)
+    tags = "".join(tag.format(number) for number in range(10))
+    diagnostic = only(plan_of(folder, tags))
+    assert diagnostic.code == "L070"
+    assert "big.yaml is too large, with all files read before it" in diagnostic.message

@@ -472,3 +472,10 @@ def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     plan = read(folder / "a.launch.xml", '<launch><include file="$(dirname)/0.launch.xml"/></launch>')
     assert {d.code for d in plan.diagnostics} == {"L070"}
     assert len(plan.files) == 100
+
+
+def test_parameter_files_are_bounded_together(folder: Path) -> None:
+    (folder / "p.yaml").write_text("n:\n  ros__parameters:\n    a: " + "x" * 400_000)
+    node = '<node pkg="p" exec="e" name="n"><param from="$(dirname)/p.yaml"/></node>'
+    plan = read(folder / "l.launch.xml", f"<launch>{node * 10}</launch>")
+    assert {d.code for d in plan.diagnostics} == {"L070"}

@@ -7,6 +7,7 @@ from typing import Any
 
 from kbot.launch import commands, names
 from kbot.launch.faults import Fault
+from kbot.launch.includes import charge_text, charge_yaml
 from kbot.launch.placed_yaml import Keys, load_placed_yaml
 from kbot.launch.plan import Description, Param
 from kbot.launch.ros1.attributes import Attributes, TagReporter
@@ -76,14 +77,20 @@ class Parameters:
         self, source: str, found: Attributes, type_: str, origin: Origin
     ) -> tuple[Any, Description | None]:
         text = found[source]
+        budget = self.reporter.budget
         match source:
             case "value":
                 return convert(text.strip(), type_), None
             case "textfile":
                 content = read_source(text).text
+                charge_text(budget, text, content)
+                if type_ == "yaml":
+                    charge_yaml(budget, text, content)
                 return convert(content, type_), commands.description_of(text, content)
             case "binfile":
-                return _bytes(text), None
+                data = _bytes(text)
+                charge_text(budget, text, data)
+                return data, None
         packages, note = self.reporter.packages, self.reporter.finding
         output, description = commands.run(text, packages, origin, note, self.allow_commands)
         return convert(output, type_), description
@@ -136,10 +143,14 @@ class Parameters:
             if text is None:
                 return
         try:
+            charge_yaml(reporter.budget, file or context.file, text or "")
             if source is not None and source.text == text:
                 data, places = load_placed_yaml(source)
             else:
                 data = load_yaml(text or "")
+        except Fault as fault:
+            reporter.fault(fault, origin)
+            return
         except ValueError as error:
             where = f" in {file}" if file else ""
             reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)

@@ -8,6 +8,7 @@ from typing import Any
 
 from kbot.launch import names
 from kbot.launch.faults import Fault
+from kbot.launch.includes import charge_yaml
 from kbot.launch.placed_yaml import BadYaml, Keys, load_placed_yaml
 from kbot.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
 from kbot.launch.ros2.context import Context
@@ -61,8 +62,10 @@ def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Plac
 
     Raises:
         DescriptionError: L033, it is no parameter file; or it cannot be read.
+        Fault: L070, it is too large, with all files read before it.
     """
     source = read_source(path)
+    charge_yaml(context.budget, path, source.text)
     data, places = _read(source)
 
     def place(keys: Keys) -> Origin | None:
