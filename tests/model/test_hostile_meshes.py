@@ -299,3 +299,18 @@ def test_a_texture_is_bounded(tmp_path: Path, size: int, drawn: int) -> None:
     content = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n"
     (part,) = load(tmp_path, "obj", content.encode()).parts
     assert (part.texture.image.size if part.texture else (0, 0)) == (drawn, drawn)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("m.dae", "<COLLADA/>"),
+        ("m.obj", "v 0 0 0\nf 99999999999999999999999 1 2\n"),
+    ],
+)
+def test_the_error_of_a_damaged_file_has_no_words_of_python(name: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(KbotError) as refused:
+        load_mesh(str(tmp_path / name))
+    kind = name[2:].upper()
+    assert str(refused.value).endswith(f"{name} cannot be read: the file is damaged or not a {kind} file")

@@ -129,7 +129,10 @@ def _load(path: str) -> MeshData:
     except ImportError:  # what trimesh would guess an encoding with
         raise KbotError(f"the mesh {path} cannot be read: it is no .{extension} file") from None
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
-        raise KbotError(f"the mesh {path} cannot be read: {error}") from None
+        # other types of error are faults of the loader and say nothing about the file
+        is_clear = isinstance(error, ValueError | OSError | IndexError) and str(error)
+        why = error if is_clear else f"the file is damaged or not a {extension.upper()} file"
+        raise KbotError(f"the mesh {path} cannot be read: {why}") from None
     if not parts:
         raise KbotError(f"the mesh {path} has no triangle")
     for part in parts:
