@@ -133,6 +133,8 @@ def test_rosapi_refuses_what_it_has_not(bridge: RosbridgeBridge, raw: ClientConn
         ("/other", {}, "no service /other"),
         ("/rosapi/get_param", {"name": "/use_sim_tme"}, "did you mean"),
         ("/rosapi/topics", [1], "by name"),
+        ("/rosapi/set_param", {"name": "x", "value": "[" * 5_000}, "the value of x is not JSON"),
+        ("/rosapi/set_param", {"name": "x", "value": "[" * 100_000}, "is nested too deeply"),
     ):
         raw.send(json.dumps({"op": "call_service", "service": service, "args": arguments, "id": "1"}))
         answer = hear(raw, "service_response")

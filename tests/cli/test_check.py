@@ -180,6 +180,18 @@ def test_a_baseline_overwrites_nothing_but_baselines(robot: Path) -> None:
     assert status("robot.xacro", "--write-baseline", "known.json") == 0
 
 
+@pytest.mark.parametrize(
+    "text", ["null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', ""]
+)
+def test_a_file_that_is_not_a_baseline_is_refused(robot: Path, text: str) -> None:
+    Path("odd.json").write_text(text)
+    with pytest.raises(KbotError) as refused:
+        run("robot.xacro", "--baseline", "odd.json")
+    assert str(refused.value) == (
+        "odd.json is not a baseline of kbot check: write one with --write-baseline to another file"
+    )
+
+
 def test_a_baseline_hides_what_it_knows(robot: Path) -> None:
     assert status("robot.xacro", "--write-baseline", "known.json") == 0
     assert status("robot.xacro", "--baseline", "known.json") == 0

@@ -14,8 +14,10 @@ from pathlib import Path
 
 from kbot.text import Diagnostic, KbotError, write_text
 from kbot.text.files import read_text
+from kbot.text.json_text import parse_json
 
 _VERSION = 1
+_HOW = ": write one with --write-baseline to another file"
 Key = tuple[str, str, str]
 
 
@@ -71,10 +73,12 @@ def _known(path: str) -> Counter[Key]:
         raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it")
     text = read_text(path)
     try:
-        data = json.loads(text)
+        data = parse_json(text)
         if data["version"] != _VERSION:
-            raise ValueError(f"its version is {data['version']}, not {_VERSION}")
+            raise KbotError(
+                f"{path} has the version {data['version']!r:.60} of a baseline, not {_VERSION}{_HOW}"
+            )
         rows = data["findings"]
         return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
-        raise KbotError(f"{path} is not a baseline of kbot: {error}") from None
+    except (ValueError, KeyError, TypeError, OverflowError):
+        raise KbotError(f"{path} is not a baseline of kbot check{_HOW}") from None

@@ -14,6 +14,7 @@ from typing import Any
 
 from kbot.model.robot import Robot
 from kbot.text import Element, Origin
+from kbot.text.json_text import parse_json
 
 _TAG = "controllers"
 
@@ -100,6 +101,6 @@ def _controller(element: Element) -> SpawnedController:
 
 def _value(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
     try:
-        return json.loads(text)
+        return parse_json(text)
     except ValueError:
         return text

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, Protocol
 
 from kbot.record.entry import Entry
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 
 NOTES_TOPIC = "/kbot/recording"
 """Where formats without metadata of their own carry it, as JSON in a String."""
@@ -132,8 +132,8 @@ def read_note(entry: Entry) -> tuple[str, dict[str, str]]:
 def read_fields(entry: Entry) -> dict[str, Any]:
     """What is in a message of KBot's own, as JSON in a String. Raises KbotError: it is none of KBot's."""
     try:
-        found = json.loads(read_text(entry))
-    except (ValueError, RecursionError):
+        found = parse_json(read_text(entry))
+    except ValueError:
         found = None
     if not isinstance(found, dict):
         raise KbotError(f"{entry.place} holds nothing that KBot wrote")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.wire import Feed, Packet
 from kbot.xacro import Packages
 
@@ -99,18 +99,24 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
     if facts["first_step"] != "0":
         raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be done again")
     robot = load_robot_text(text, f"{path}.urdf", packages=packages).require()
+    try:
+        seed, timestep = int(facts["seed"]), float(facts["timestep"])
+        start = PlanarPose(*parse_json(facts.get("start", "[0, 0, 0]")))
+        naming = Naming(*parse_json(facts.get("naming", "[]")))
+        transforms = from_json(facts.get(TRANSFORMS, "[]"))
+    except (LookupError, TypeError, ValueError):
+        raise KbotError(f"{path} cannot be run again: the facts of its run are damaged") from None
     simulation = Simulation(
         robot,
         facts["world"],
-        int(facts["seed"]),
-        timestep=float(facts["timestep"]),
+        seed,
+        timestep=timestep,
         contacts=facts["contacts"],
-        start=PlanarPose(*json.loads(facts.get("start", "[0, 0, 0]"))),
-        naming=Naming(*json.loads(facts.get("naming", "[]"))),
+        start=start,
+        naming=naming,
     )
     if facts.get(NODES) == STATE_PUBLISHER:
         StatePublishers(simulation)
-    transforms = from_json(facts.get(TRANSFORMS, "[]"))
     if transforms:
         publish_static_transforms(simulation.bus, simulation.clock, transforms)
     return simulation

@@ -15,6 +15,7 @@ from websockets.frames import CloseCode
 from websockets.sync.client import connect
 
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 
 LARGEST = 1 << 26
 OPEN_SECONDS = 5.0
@@ -158,7 +159,7 @@ class GraphClient:
         """None where nothing came until then."""
         try:
             left = None if end is None else max(0.0, end - time.monotonic())
-            said: Values = json.loads(self._socket.recv(left))
+            said: Values = parse_json(self._socket.recv(left))
         except TimeoutError:
             return None
         except (OSError, WebSocketException) as error:

@@ -14,6 +14,7 @@ from textwrap import shorten
 from urllib.parse import urlsplit
 
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 
 LOOK_SECONDS = 0.3
 SHOWN = 48
@@ -59,7 +60,7 @@ def running() -> list[Presence]:
     found = []
     for path in sorted(_folder().glob("*.json"), key=_age):
         try:
-            presence = Presence(**json.loads(path.read_text()))
+            presence = Presence(**parse_json(path.read_text()))
         except (OSError, ValueError, TypeError):
             continue  # it is being written, or is no such file
         if _is_alive(presence):

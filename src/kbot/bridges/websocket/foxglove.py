@@ -18,6 +18,7 @@ from kbot.bridges.websocket.server import Data, Wire
 from kbot.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
 from kbot.messages.bus import absolute
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
 from kbot.wire import Packet, decode_cdr, known_type, ros2_definition
 from kbot.wire.plain import from_plain
@@ -171,7 +172,7 @@ class _Talk(JsonTalk):
             message = decode_cdr(data[5:], kind)
         else:
             try:
-                message = from_plain(json.loads(data[5:]), kind)
+                message = from_plain(parse_json(data[5:]), kind)
             except (ValueError, RecursionError):
                 raise KbotError(f"{topic}: that is no JSON") from None
         self._bridge.link.send(topic, message)

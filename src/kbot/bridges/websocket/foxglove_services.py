@@ -12,6 +12,7 @@ from kbot.bridges.services import Service
 from kbot.bridges.websocket.server import Wire
 from kbot.bridges.websocket.topic_server import TopicServer
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.wire import decode_cdr, encode_cdr, ros2_definition
 from kbot.wire.plain import from_plain, to_plain
 
@@ -56,7 +57,7 @@ class FoxgloveServices:
             if encoding == "cdr":
                 request = decode_cdr(body, kind.request, kind.request_name)
             elif encoding == "json":
-                request = from_plain(json.loads(body), kind.request)
+                request = from_plain(parse_json(body), kind.request)
             else:
                 raise KbotError(f"services are called in cdr or json, not {encoding[:20]!r}")
             self._server.link.call(self._services[number].name, request).add_done_callback(tell)

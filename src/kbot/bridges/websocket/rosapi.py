@@ -10,6 +10,7 @@ from kbot.bridges.link import Link
 from kbot.messages.bus import absolute
 from kbot.messages.types import Time
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
 
 NODE = "/kbot"
@@ -75,10 +76,10 @@ def _set_param(link: Link, arguments: Values) -> Values:
     """The value is JSON, as rosapi has it."""
     name = str(arguments.get("name", ""))
     try:
-        value = json.loads(str(arguments.get("value")))
+        value = parse_json(str(arguments.get("value")))
         link.set_parameter(absolute(name), value)
     except ValueError:
-        raise KbotError(f"the value of {name} is to be JSON") from None
+        raise KbotError(f"the value of {name} is not JSON, or is nested too deeply") from None
     return {}
 
 

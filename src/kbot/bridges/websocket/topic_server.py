@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.bridges.link import Link
 from kbot.bridges.websocket.server import Data, Talk, WebSocketBridge, Wire
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 
 LOOPBACK = "127.0.0.1"
 MOST_SUBSCRIPTIONS = 1000
@@ -60,8 +60,8 @@ class JsonTalk:
     def hear(self, data: Data) -> None:
         """Raises KbotError: it is not of the protocol, or cannot be done."""
         try:
-            request = json.loads(data)
-        except (ValueError, RecursionError):
+            request = parse_json(data)
+        except ValueError:
             raise KbotError("that is no JSON") from None
         if not isinstance(request, dict):
             raise KbotError("a request is an object with an 'op'")

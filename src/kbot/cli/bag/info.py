@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from kbot.text.json_text import parse_json
 
 if TYPE_CHECKING:
     from kbot.record.reader import Summary
@@ -93,7 +94,7 @@ def _run(values: Mapping[str, str], *, is_part: bool) -> Iterator[tuple[str, str
 def _list(values: Mapping[str, str], key: str, length: int) -> list[str]:
     """What is written as JSON; of that length, and empty texts where it is not there."""
     try:
-        found = json.loads(values.get(key, "[]"))
+        found = parse_json(values.get(key, "[]"))
     except ValueError:
         found = []
     found = [str(item) for item in found] if isinstance(found, list) else []

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from kbot.launch.node_arguments import number, read_options
 from kbot.launch.plan import Node
 from kbot.text import Diagnostic, Severity
+from kbot.text.json_text import parse_json
 
 _NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
 _FLAGS: Mapping[str, int] = {f"--{name}": 1 for name in (*_NAMES, "frame-id", "child-frame-id")}
@@ -31,8 +32,9 @@ def to_json(transforms: Iterable[StaticTransform]) -> str:
 
 
 def from_json(text: str) -> list[StaticTransform]:
+    """Raises LookupError, TypeError or ValueError: the text is not that of `to_json`."""
     return [
-        StaticTransform(t["parent"], t["child"], tuple(t["xyz"]), tuple(t["xyzw"])) for t in json.loads(text)
+        StaticTransform(t["parent"], t["child"], tuple(t["xyz"]), tuple(t["xyzw"])) for t in parse_json(text)
     ]
 
 

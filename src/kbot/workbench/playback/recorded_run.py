@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 import weakref
@@ -16,6 +15,7 @@ from kbot.record.entry import Entry
 from kbot.record.index import open_index
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.wire import decode_cdr, known_type
 
 STRING, TF, JOINT_STATE = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState"
@@ -72,7 +72,7 @@ class RecordedRun:
     def start(self) -> Transform:
         """Where the robot stood in the world when its odometry was at zero."""
         try:
-            x, y, yaw = map(float, json.loads(self.facts["start"]))
+            x, y, yaw = map(float, parse_json(self.facts["start"]))
         except (KeyError, ValueError, TypeError):
             return Transform.identity()
         return Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw))
@@ -133,7 +133,7 @@ class RecordedRun:
     def _namespace(self, described: str) -> str:
         """Of the robot on show, as `/a`, empty for the root: as it was noted, or where its description is."""
         try:
-            _, namespace, _ = json.loads(self.facts["naming"])
+            _, namespace, _ = parse_json(self.facts["naming"])
         except (KeyError, ValueError, TypeError):
             return described.removesuffix(f"/{DESCRIPTION}")
         return f"/{namespace}" if namespace else ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import read_fields
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
+from kbot.text.json_text import parse_json
 from kbot.workbench.playback.recorded_run import TF, RecordedRun
 from kbot.workbench.playback.told import Told
 from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
@@ -128,7 +128,7 @@ def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
 def _name(run: RecordedRun, robot: Robot) -> str:
     """What the robot was called in the simulation."""
     try:
-        name, *_ = json.loads(run.facts["naming"])
+        name, *_ = parse_json(run.facts["naming"])
     except (KeyError, ValueError, TypeError):
         name = ""
     return str(name) or robot.name

@@ -16,6 +16,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import read_text
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.scene.foreign_frames import read_transform
 from kbot.world import World, load_world
@@ -62,7 +63,7 @@ class RecordedWorld:
         if self._built is None or text == self._text:
             return
         try:
-            self.present = self._after(self._built, json.loads(text))
+            self.present = self._after(self._built, parse_json(text))
         except (ValueError, LookupError, TypeError) as error:
             raise KbotError(f"what {self._run.path} says of its world cannot be read: {error}") from None
         self._text = text
@@ -107,14 +108,14 @@ class RecordedWorld:
 @lru_cache(KEPT)
 def _thing(change: str) -> Body:
     """What was spawned, as the journal has it; read once, for each message tells of all before it too."""
-    told = json.loads(change)
+    told = parse_json(change)
     pose = Transform.from_xyz_rpy((told["x"], told["y"], told["z"]), (0.0, 0.0, told["yaw"]))
     return thing(told["kind"], told["name"], pose, told["size"] and tuple(told["size"]))
 
 
 @lru_cache(KEPT)
 def _model(change: str) -> tuple[Body, ...]:
-    told = json.loads(change)
+    told = parse_json(change)
     reach = Reach() if told.get("is_confined") else None
     return model_of_sdf(told["sdf"], told["name"], Transform(told["matrix"]), reach)[0]
 

@@ -9,6 +9,7 @@ import typing
 from typing import Annotated, Any, Literal
 
 from kbot.text import KbotError
+from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
 from kbot.workbench.protocol import FromPage, Length, Range
 
@@ -36,8 +37,8 @@ def decode(data: str | bytes) -> FromPage:
     if len(data) > MAX_MESSAGE:
         raise BadMessage(f"a message of {len(data)} characters: at most {MAX_MESSAGE} are read")
     try:
-        value = json.loads(data)
-    except (ValueError, RecursionError):
+        value = parse_json(data)
+    except ValueError:
         raise BadMessage("a message that is not JSON") from None
     if not isinstance(value, dict):
         raise BadMessage("a message that is not a JSON object")
