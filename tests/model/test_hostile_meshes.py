@@ -305,7 +305,6 @@ def test_a_texture_is_bounded(tmp_path: Path, size: int, drawn: int) -> None:
     ("name", "text"),
     [
         ("m.dae", "<COLLADA/>"),
-        ("m.obj", "v 0 0 0\nf 99999999999999999999999 1 2\n"),
     ],
 )
 def test_the_error_of_a_damaged_file_has_no_words_of_python(name: str, text: str, tmp_path: Path) -> None:
