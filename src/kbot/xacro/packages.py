@@ -77,6 +77,8 @@ class Packages:
         """Names that only KBot's own packages have."""
         self._missing: dict[str, tuple[Sequence[str], Sequence[str], str | None]] = {}
         self._crawled: dict[str, dict[str, str]] = {}
+        self._enclosing: dict[str, dict[str, str]] = {}
+        """The folders that are or contain a folder, by their names and their packages' names."""
 
     def beside(self, file: str) -> Packages:
         """These packages, searched around `file` too; itself when it has a place already."""
@@ -203,10 +205,10 @@ class Packages:
         description names dozens of ROS's packages, and a search visits thousands of folders.
         """
         here = Path.cwd()
-        own = _containing(_folder_of(self.around), name) if self.around else None
+        own = self._containing(_folder_of(self.around), name) if self.around else None
         relation = "the folder that contains the file"
         if own is None:
-            own, relation = _containing(here, name), "the folder that contains the working directory"
+            own, relation = self._containing(here, name), "the folder that contains the working directory"
         if own is None and self.around is None:
             own, relation = self._near(here, (str(here),), name), "the folder in the working directory"
         if own is None or _is_same_package(used, own):
@@ -216,7 +218,7 @@ class Packages:
     def _near(self, place: Path, workspaces: Sequence[str], name: str) -> str | None:
         """A package around a folder and in its workspaces."""
         ships = name in _shipped_names()
-        own = _containing(place, name) if ships else None
+        own = self._containing(place, name) if ships else None
         if own is not None:  # a repository may be called like the package in it
             return self._crawl(own).get(name, own)
         for root in workspaces:
@@ -226,13 +228,26 @@ class Packages:
         beside = (os.path.join(folder, name) for folder in (place, *place.parents))
         return next(filter(os.path.isdir, beside), None) if ships else None
 
+    def _containing(self, place: Path, name: str) -> str | None:
+        """The nearest folder that is or contains a place, with this name or a package.xml of this name."""
+        names = self._enclosing.get(str(place))
+        if names is None:
+            names = self._enclosing[str(place)] = {}
+            folder, inner = str(place), ""
+            while folder != inner:
+                names.setdefault(os.path.basename(folder), folder)
+                if os.path.isfile(os.path.join(folder, "package.xml")):
+                    names.setdefault(package_name(folder), folder)
+                folder, inner = os.path.dirname(folder), folder
+        return names.get(name)
+
     def _same_named_folder(self, name: str) -> str | None:
         """A folder of a name that no package has: it contains the file or the working directory, or is in
         one of the folders that are searched."""
         if not _can_be_a_name(name):
             return None
         for place, workspaces in self._places():
-            own = _containing(place, name)
+            own = self._containing(place, name)
             if own is not None:
                 return own
             inside = (os.path.join(folder, name) for folder in (str(place), *workspaces))
@@ -307,12 +322,12 @@ def _folder_of(path: str) -> Path:
 
 
 def _is_same_package(used: str, own: str) -> bool:
-    """Whether a package is a folder, lies in it (a repository named like its package), or is installed by
-    links to it (colcon --symlink-install)."""
-    if Path(used).resolve().is_relative_to(Path(own).resolve()):
-        return True
-    manifest = Path(own, "package.xml")
-    return manifest.is_file() and manifest.resolve() == Path(used, "package.xml").resolve()
+    """Whether a package is a folder, is installed by links to it (colcon --symlink-install), or lies in it
+    (a repository named like its package)."""
+    with suppress(OSError):  # one of the two may have no package.xml
+        if os.path.samefile(os.path.join(used, "package.xml"), os.path.join(own, "package.xml")):
+            return True
+    return Path(used).resolve().is_relative_to(Path(own).resolve())
 
 
 def _split(variable: str) -> list[str]:
@@ -321,11 +336,11 @@ def _split(variable: str) -> list[str]:
 
 def _installed(prefix: str, name: str) -> str | None:
     """PREFIX/share/NAME where the ament index or a package.xml declares it, or KBot ships one of the name."""
-    share = Path(prefix) / "share"
-    folder = share / name
-    marker = share / "ament_index" / "resource_index" / "packages" / name
-    is_package = marker.is_file() or (folder / "package.xml").is_file()
-    return str(folder) if is_package or (name in _shipped_names() and folder.is_dir()) else None
+    share = os.path.join(prefix, "share")
+    folder = os.path.join(share, name)
+    markers = os.path.join(share, "ament_index/resource_index/packages", name), f"{folder}/package.xml"
+    is_package = any(map(os.path.isfile, markers))
+    return folder if is_package or (name in _shipped_names() and os.path.isdir(folder)) else None
 
 
 def package_name(folder: str) -> str:
@@ -347,14 +362,6 @@ def package_around(folder: Path) -> Path | None:
 def _shipped_names() -> frozenset[str]:
     """Names of the packages that ship with KBot."""
     return frozenset(name for name in os.listdir(SHIPPED) if not name.startswith((".", "__")))
-
-
-def _containing(place: Path, name: str) -> str | None:
-    """The nearest folder of this name, or with a package.xml of this name, that is or contains a folder."""
-    for folder in (place, *place.parents):
-        if folder.name == name or ((folder / "package.xml").is_file() and package_name(str(folder)) == name):
-            return str(folder)
-    return None
 
 
 def _package_folders(root: str) -> Iterator[str]:
