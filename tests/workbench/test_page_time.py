@@ -59,12 +59,8 @@ def is_past(page: Any) -> bool:
 
 
 def settled(page: Any) -> float:
-    """The simulated time on show, once the page shows the last moment that it asked for.
-
-    The server sends the state right after its answer, so the page has it once one more request is answered.
-    """
+    """The simulated time on show, once the page shows the last moment that it asked for."""
     until(lambda: is_past(page) and not page.evaluate("kbot.seeks"))
-    page.evaluate("fetch(location.href).then((answer) => answer.text())")
     return float(page.evaluate("kbot.time"))
 
 

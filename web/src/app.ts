@@ -170,6 +170,7 @@ export class App {
         if (this.scene.value !== null) this.scene.set({ ...this.scene.value, revision: message.revision, bodies: message.bodies });
         break;
       case "state":
+        this.travel.stateArrived();
         if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(this.travel.asNow(message));
         break;
       case "timeline":

@@ -11,7 +11,7 @@ export interface Handle {
   /** Of the robot on show, which stands where it was told to. */
   readonly revision: number;
   readonly time: number;
-  /** Whether the server has not answered yet which moment it shows. */
+  /** Whether the moment that was asked for is still to come. */
   readonly seeks: boolean;
   /** x, y, z, qx, qy, qz, qw of each link in the world, flat. */
   poses(): readonly number[];
@@ -58,7 +58,7 @@ export function handle(app: App, view: View): Handle {
       return app.state.value?.time ?? 0;
     },
     get seeks() {
-      return app.travel.awaited !== null;
+      return app.travel.seeks;
     },
     poses() {
       return app.state.value?.poses ?? [];

@@ -18,6 +18,8 @@ export class TimeTravel {
   private asked: number | null = null;
   /** The moment that was asked for last, until the server says that it is shown. */
   private wanted: number | null = null;
+  /** Whether the server has answered which moment it shows, and its state is still to come. */
+  private awaitsState = false;
   /** Whether what topics said here was of a moment that was. */
   private wasPast = false;
 
@@ -47,15 +49,28 @@ export class TimeTravel {
     return this.wanted;
   }
 
+  /** Whether a moment that was asked for, or its state, is still to come. */
+  get seeks(): boolean {
+    return this.wanted !== null || this.awaitsState;
+  }
+
+  /** A state has arrived; the server sends that of a moment after the timeline that names it. */
+  stateArrived(): void {
+    this.awaitsState = false;
+  }
+
   /** The server that is connected now shows what is; it may answer before it says so. */
   connected(): void {
     if (this.wasPast) this.topics.forget();
-    this.wasPast = false;
+    this.wasPast = this.awaitsState = false;
     this.wanted = null;
   }
 
   heard(now: Timeline): void {
-    if (this.wanted === now.asked) this.wanted = null;
+    if (this.wanted !== null && this.wanted === now.asked) {
+      this.wanted = null;
+      this.awaitsState = true;
+    }
     this.timeline.set(now);
     if (this.wasPast === now.live) this.topics.forget();
     else for (const topic of now.silent) this.topics.forget(topic);
@@ -92,7 +107,8 @@ export class TimeTravel {
     if (now === null) return;
     const from = this.wanted ?? (this.isElsewhere ? now.at : this.newest(now));
     const at = inMilliseconds(from + direction * STEP);
-    if (at < now.end) this.seek(Math.max(now.start, at));
+    // a timeline is sent less often than states, so its end may be more than a step behind
+    if (at < (now.played ? now.end : this.newest(now))) this.seek(Math.max(now.start, at));
     else if (now.played) this.seek(now.end);
     else this.goLive();
   }
