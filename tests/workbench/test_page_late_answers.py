@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from kbot.workbench.protocol import AskSeries
+from kbot.workbench.protocol import AskSeries, Timeline
 from kbot.workbench.serve import serving
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.serving.plotting import Asked, Plotting
@@ -49,6 +49,25 @@ def test_two_clicks_leave_what_is_now_running(page: Any) -> None:
     time = state_of(page.session).time
     until(lambda: page.evaluate("kbot.time") > time + 0.5)
     assert not is_past(page)
+
+
+def test_a_step_back_leaves_the_present_however_late_the_timeline_is(
+    driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = open_page(driving[0])
+    slider = page.get_by_role("slider", name="Moment on show")
+    until(lambda: float(slider.evaluate("s => s.max")) > 0.5)
+    put_time = Client.put_time
+
+    def put_answers_alone(self: Client, timeline: Timeline) -> None:
+        if timeline.asked is not None:
+            put_time(self, timeline)
+
+    monkeypatch.setattr(Client, "put_time", put_answers_alone)
+    now = page.evaluate("kbot.time")
+    until(lambda: page.evaluate("kbot.time") > now + 1.0)
+    slider.press("ArrowLeft")
+    until(lambda: is_past(page))
 
 
 def test_a_slow_answer_is_waited_for_while_time_goes_on(
