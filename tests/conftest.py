@@ -42,6 +42,15 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture
+def tmp_path(tmp_path: Path) -> Path:
+    """A folder without neighbours: KBot searches the folders beside a package for packages, and other tests
+    write packages beside `tmp_path`."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    return folder
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder of reference data: `KBOT_SHARED`, or `shared` beside the repository."""
