@@ -76,7 +76,7 @@ def test_the_passing_fixture_has_no_such_finding(rule: Rule, folder: Path) -> No
 def test_every_rule_has_its_page(rule: Rule) -> None:
     assert re.fullmatch(r"[A-Z]\d{3}", rule.code)
     assert re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", rule.name)
-    for part in ("Why:", "Example:", "Mend:", "Fix:"):
+    for part in ("Why:", "Example:", "Fix:", "Autofix:"):
         assert f"\n\n{part} " in rule.page, f"{rule.code} lacks {part}"
 
 
@@ -85,7 +85,7 @@ def findings_of(path: Path, text: str) -> tuple[Diagnostic, ...]:
 
 
 @pytest.mark.parametrize("rule", [r for r in OWN if r.fix != "none"], ids=of_rule)
-def test_a_fix_mends_and_is_idempotent(rule: Rule, folder: Path) -> None:
+def test_a_fix_removes_the_finding_and_is_idempotent(rule: Rule, folder: Path) -> None:
     path = fixture(rule, "fails", folder)
     text = path.read_text("utf-8")
     offered = [d.fix for d in findings_of(path, text) if d.code == rule.code]

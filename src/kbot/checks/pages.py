@@ -12,7 +12,7 @@ from kbot.text import Severity
 
 _SLIP = "safe, where the name is a slip of one known name: it is written."
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
-_FIXES = {
+_AUTOFIXES = {
     **dict.fromkeys(_NAMES, _SLIP),
     "X103": f"{_SLIP} Unsafe, where it is not: a property without a value is inserted, which you fill in.",
     "P001": "safe, for a root element in two pieces and for blanks before `<?xml`.",
@@ -24,9 +24,9 @@ _FIXES = {
 def _register() -> None:
     lines = Path(__file__).with_suffix(".tsv").read_text("utf-8").splitlines()
     for line in lines[1:]:
-        code, name, severity, what, why, example, mend = line.split("\t")
-        fix = _FIXES.get(code, "none.")
-        text = f"{what}\n\nWhy: {why}\n\nExample: {example}\n\nMend: {mend}\n\nFix: {fix}"
+        code, name, severity, what, why, example, fix = line.split("\t")
+        autofix = _AUTOFIXES.get(code, "none.")
+        text = f"{what}\n\nWhy: {why}\n\nExample: {example}\n\nFix: {fix}\n\nAutofix: {autofix}"
         page(code, name, text, Severity(severity))
 
 

@@ -1,7 +1,7 @@
 """What a rule is, and the register of them all.
 
 A rule is one small function: a context goes in, findings come out, nothing else happens. Its
-docstring is its page (`kbot rule CODE`): what it finds, then `Why:`, `Example:`, `Mend:`, `Fix:`.
+docstring is its page (`kbot rule CODE`): what it finds, then `Why:`, `Example:`, `Fix:`, `Autofix:`.
 """
 
 from __future__ import annotations
@@ -59,9 +59,10 @@ class Rule:
 
     @property
     def fix(self) -> Literal["safe", "unsafe", "none"]:
-        """Whether `kbot check --fix` mends it, as its page says."""
-        line = next((line for line in self.page.splitlines() if line.startswith("Fix:")), "Fix: none")
-        word = line.removeprefix("Fix:").split()[0].strip(".,;:")
+        """Whether `kbot check --fix` or `--unsafe-fixes` fixes it, as its page says."""
+        label = "Autofix:"
+        line = next((line for line in self.page.splitlines() if line.startswith(label)), f"{label} none")
+        word = line.removeprefix(label).split()[0].strip(".,;:")
         return "safe" if word == "safe" else "unsafe" if word == "unsafe" else "none"
 
     def diagnostic(self, finding: Finding) -> Diagnostic:

@@ -1,4 +1,4 @@
-"""`kbot rule`: what a code means, why it matters, how to mend it."""
+"""`kbot rule`: what a code means, why it matters, how to fix it."""
 
 from __future__ import annotations
 

@@ -32,9 +32,9 @@ def not_on_ground(context: Context) -> Found:
 
     Example: a caster of radius 0.015 on a mount made for 0.0175.
 
-    Mend: compute the mount's height from both radii: `z = wheel_z - wheel_radius + caster_radius`.
+    Fix: compute the mount's height from both radii: `z = wheel_z - wheel_radius + caster_radius`.
 
-    Fix: none.
+    Autofix: none.
     """
     ground = _ground(context)
     if ground is None:
@@ -90,9 +90,9 @@ def footprint_off_ground(context: Context) -> Found:
 
     Example: a joint from `base_footprint` to `base_link` at z = 0 where the axle is 35 mm above the ground.
 
-    Mend: put `base_link` above it by the wheels' radius and what the axle hangs below.
+    Fix: put `base_link` above it by the wheels' radius and what the axle hangs below.
 
-    Fix: none.
+    Autofix: none.
     """
     ground = _ground(context)
     frame = context.frames.get("base_footprint")
@@ -123,9 +123,9 @@ def base_off_axle(context: Context) -> Found:
 
     Example: wheels 20 mm ahead of `base_footprint`.
 
-    Mend: put `base_footprint` under the axle's middle, keeping the rest in its place.
+    Fix: put `base_footprint` under the axle's middle, keeping the rest in its place.
 
-    Fix: none.
+    Autofix: none.
     """
     if len(context.base.pairs) != 1 or context.unsure & {w.link for w in context.base.wheels}:
         return
@@ -160,9 +160,9 @@ def below_ground(context: Context) -> Found:
 
     Example: a marker cube of `base_footprint`, half of it below.
 
-    Mend: raise it by half its height.
+    Fix: raise it by half its height.
 
-    Fix: none.
+    Autofix: none.
     """
     ground = _ground(context)
     if ground is None:
@@ -197,10 +197,10 @@ def caster_scrubs(context: Context) -> Found:
 
     Example: `<joint name="caster_wheel_joint" type="continuous"> <axis xyz="0 1 0"/>` for a ball.
 
-    Mend: a swivel joint about z above the roll joint; or a fixed ball without friction
+    Fix: a swivel joint about z above the roll joint; or a fixed ball without friction
     (`<gazebo reference="caster_wheel"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>`).
 
-    Fix: none.
+    Autofix: none.
     """
     speaks_of_friction = any(
         e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions

@@ -38,9 +38,9 @@ def plugin_joint_unknown(context: Context) -> Found:
 
     Example: `<left_joint>wheel_left_jiont</left_joint>`
 
-    Mend: name a joint of this robot.
+    Fix: name a joint of this robot.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     joints = context.robot.joints
     for driver in context.drivers:
@@ -76,9 +76,9 @@ def joint_named_twice(context: Context) -> Found:
 
     Example: `<leftJoint>left_wheel_joint</leftJoint> <rightJoint>left_wheel_joint</rightJoint>`
 
-    Mend: name the joint of each wheel once, on its own side.
+    Fix: name the joint of each wheel once, on its own side.
 
-    Fix: none.
+    Autofix: none.
     """
     for driver in context.drivers:
         first: dict[str, tuple[str, Word]] = {}
@@ -105,9 +105,9 @@ def control_joint_unknown(context: Context) -> Found:
 
     Example: `<ros2_control …> <joint name="left_whele_joint"> …`
 
-    Mend: name a joint of this robot.
+    Fix: name a joint of this robot.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         if extension.tag == "ros2_control":
@@ -122,9 +122,9 @@ def gazebo_reference_unknown(context: Context) -> Found:
 
     Example: `<gazebo reference="left_whele">`
 
-    Mend: name a link or joint of this robot.
+    Fix: name a link or joint of this robot.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     robot = context.robot
     for extension in robot.extensions:
@@ -147,9 +147,9 @@ def transmission_joint_unknown(context: Context) -> Found:
 
     Example: `<transmission …> <joint name="left_whele_joint"> …`
 
-    Mend: name a joint of this robot.
+    Fix: name a joint of this robot.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         holders: Iterable[Element] = ()
@@ -170,9 +170,9 @@ def plugin_frame_unknown(context: Context) -> Found:
 
     Example: `<robot_base_frame>base_footprnt</robot_base_frame>`
 
-    Mend: name the robot's root link.
+    Fix: name the robot's root link.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
     for driver in context.drivers:
@@ -198,9 +198,9 @@ def two_publishers(context: Context) -> Found:
 
     Example: `<publishWheelTF>true</publishWheelTF>`
 
-    Mend: let one of them do it.
+    Fix: let one of them do it.
 
-    Fix: none.
+    Autofix: none.
     """
     owner: dict[str, Driver] = {}
     for driver in context.drivers:
@@ -240,9 +240,9 @@ def no_velocity_interface(context: Context) -> Found:
 
     Example: `<joint name="left_wheel_joint"> <command_interface name="position"/> …`
 
-    Mend: `<command_interface name="velocity"/>`.
+    Fix: `<command_interface name="velocity"/>`.
 
-    Fix: none.
+    Autofix: none.
     """
     wheels = {w.joint.name for w in context.base.wheels if w.joint.type is JointType.CONTINUOUS}
     for extension in context.robot.extensions:

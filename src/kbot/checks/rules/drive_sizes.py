@@ -34,9 +34,9 @@ def separation_differs(context: Context) -> Found:
 
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
 
-    Mend: compute it once, and use it for the joints and the plugin: `${base_width + 2*base_wheel_gap}`.
+    Fix: compute it once, and use it for the joints and the plugin: `${base_width + 2*base_wheel_gap}`.
 
-    Fix: none.
+    Autofix: none.
     """
     pairs = _level_pairs(context)
     if not pairs or context.unsure & {w.link for w in context.base.wheels}:
@@ -101,10 +101,10 @@ def radius_differs(context: Context) -> Found:
 
     Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
 
-    Mend: use the property that makes the wheels: `${wheel_radius}` as a radius, `${2*wheel_radius}` as a
+    Fix: use the property that makes the wheels: `${wheel_radius}` as a radius, `${2*wheel_radius}` as a
     diameter.
 
-    Fix: none.
+    Autofix: none.
     """
     wheels = [w for w in context.base.wheels if w.radius]
     if not wheels or context.unsure & {w.link for w in wheels}:

@@ -23,9 +23,9 @@ def no_collision(context: Context) -> Found:
 
     Example: `<link name="left_wheel"> <visual>…</visual> <inertial>…</inertial> </link>`
 
-    Mend: add a `<collision>`, of a simple shape.
+    Fix: add a `<collision>`, of a simple shape.
 
-    Fix: unsafe: the visual's origin and geometry are copied into a `<collision>` when they are a simple
+    Autofix: unsafe: the visual's origin and geometry are copied into a `<collision>` when they are a simple
     shape.
     """
     robot = context.robot
@@ -56,9 +56,9 @@ def size_not_positive(context: Context) -> Found:
 
     Example: `<cylinder radius="0" length="0.1"/>`
 
-    Mend: write the size in metres.
+    Fix: write the size in metres.
 
-    Fix: none.
+    Autofix: none.
     """
     for link in context.sure_links:
         for shape in link.shapes:
@@ -91,9 +91,9 @@ def undefined_material(context: Context) -> Found:
 
     Example: `<material name="bleu"/>` where `blue` is defined.
 
-    Mend: define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
+    Fix: define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     robot = context.robot
     defined = set(robot.materials)
@@ -128,9 +128,9 @@ def color_out_of_range(context: Context) -> Found:
 
     Example: `<color rgba="255 128 0 1"/>`
 
-    Mend: divide by 255: `<color rgba="1 0.5 0 1"/>`.
+    Fix: divide by 255: `<color rgba="1 0.5 0 1"/>`.
 
-    Fix: unsafe: plain numbers of 0..255 are divided by 255.
+    Autofix: unsafe: plain numbers of 0..255 are divided by 255.
     """
     for element in context.tagged("color"):
         if "rgba" not in element.attributes:
@@ -166,9 +166,9 @@ def shapes_differ(context: Context) -> Found:
 
     Example: visual `<cylinder radius="0.035" …/>`, collision `<cylinder radius="0.35" …/>`.
 
-    Mend: give both the same size, best by one property.
+    Fix: give both the same size, best by one property.
 
-    Fix: none.
+    Autofix: none.
     """
     for link in context.sure_links:
         body = context.bodies[link.name]
@@ -216,9 +216,9 @@ def collides_at_rest(context: Context) -> Found:
 
     Example: a caster's ball that reaches into the battery box.
 
-    Mend: move or shrink one of the collisions; links that are next to each other are left alone.
+    Fix: move or shrink one of the collisions; links that are next to each other are left alone.
 
-    Fix: none.
+    Autofix: none.
     """
     robot = context.robot
     plain = [

@@ -48,9 +48,9 @@ def mass_not_positive(context: Context) -> Found:
 
     Example: `<mass value="0"/>`
 
-    Mend: weigh the part; a frame that weighs nothing needs no `<inertial>` when its joint is fixed.
+    Fix: weigh the part; a frame that weighs nothing needs no `<inertial>` when its joint is fixed.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, inertial in weighed(context):
         if not math.isfinite(inertial.mass) or inertial.mass > 0.0:
@@ -74,9 +74,9 @@ def zero_tensor(context: Context) -> Found:
 
     Example: `<mass value="1"/> <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>`
 
-    Mend: use the tensor of a solid of the link's shape.
+    Fix: use the tensor of a solid of the link's shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         joint = context.robot.parent_joint.get(link.name)
@@ -100,9 +100,9 @@ def not_positive_definite(context: Context) -> Found:
 
     Example: `ixx="0.001" iyy="0.001" izz="-0.001"`, or products larger than the moments.
 
-    Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
+    Fix: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
@@ -137,9 +137,9 @@ def triangle_inequality(context: Context) -> Found:
 
     Example: `ixx="0.001" iyy="0.001" izz="0.01"`
 
-    Mend: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
+    Fix: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial):
@@ -164,9 +164,9 @@ def no_inertial(context: Context) -> Found:
 
     Example: `<link name="left_wheel"> <visual>…</visual> <collision>…</collision> </link>`
 
-    Mend: add `<inertial>` with a mass and the tensor of a solid of the link's shape.
+    Fix: add `<inertial>` with a mass and the tensor of a solid of the link's shape.
 
-    Fix: none; nobody but the author knows the mass.
+    Autofix: none; nobody but the author knows the mass.
     """
     robot = context.robot
     if not any(link.inertial for link in robot.links.values()):
@@ -196,9 +196,9 @@ def placeholder_tensor(context: Context) -> Found:
 
     Example: `<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>` on every link.
 
-    Mend: give each link the tensor of its own shape.
+    Fix: give each link the tensor of its own shape.
 
-    Fix: none.
+    Autofix: none.
     """
     groups: dict[tuple[float, ...], list[tuple[Link, Inertial]]] = defaultdict(list)
     for link, inertial in weighed(context):
@@ -244,9 +244,9 @@ def root_inertia(context: Context) -> Found:
 
     Example: `<link name="base_link"> <inertial>…</inertial> … </link>` as the first link.
 
-    Mend: add an empty link above it: `<link name="base_footprint"/>` and a fixed joint.
+    Fix: add an empty link above it: `<link name="base_footprint"/>` and a fixed joint.
 
-    Fix: none.
+    Autofix: none.
     """
     link = context.robot.links[context.robot.root]
     if link.name in context.unsure or link.inertial is None or not link.inertial.mass > 0.0:

@@ -25,9 +25,9 @@ def axis_missing(context: Context) -> Found:
 
     Example: `<joint name="left_wheel_joint" type="continuous"> <parent …/> <child …/> </joint>`
 
-    Mend: write the axis, even where it is x.
+    Fix: write the axis, even where it is x.
 
-    Fix: safe: `<axis xyz="1 0 0"/>`, which is what the joint has, is written out.
+    Autofix: safe: `<axis xyz="1 0 0"/>`, which is what the joint has, is written out.
     """
     for joint in context.sure_joints:
         if joint.axis_origin is None and joint.type not in (JointType.FIXED, JointType.FLOATING):
@@ -50,9 +50,9 @@ def axis_zero(context: Context) -> Found:
 
     Example: `<axis xyz="0 0 0"/>`
 
-    Mend: write a unit vector.
+    Fix: write a unit vector.
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         if joint.axis_origin and joint.is_movable and norm(joint.axis) < 1e-9:
@@ -70,9 +70,9 @@ def axis_not_unit(context: Context) -> Found:
 
     Example: `<axis xyz="0 1 1"/>`, which is 1.414 long.
 
-    Mend: divide by the length: `<axis xyz="0 0.70710678 0.70710678"/>`.
+    Fix: divide by the length: `<axis xyz="0 0.70710678 0.70710678"/>`.
 
-    Fix: safe: the same direction, of length 1, is written when the axis is plain numbers.
+    Autofix: safe: the same direction, of length 1, is written when the axis is plain numbers.
     """
     for joint in context.sure_joints:
         length = norm(joint.axis)
@@ -97,9 +97,9 @@ def angle_in_degrees(context: Context) -> Found:
 
     Example: `<origin xyz="0 0 0" rpy="90 0 0"/>`
 
-    Mend: write radians: `rpy="${pi/2} 0 0"`, or `${radians(90)}`.
+    Fix: write radians: `rpy="${pi/2} 0 0"`, or `${radians(90)}`.
 
-    Fix: unsafe: plain numbers are taken for degrees and written in radians.
+    Autofix: unsafe: plain numbers are taken for degrees and written in radians.
     """
     for element in context.tagged("origin"):
         if "rpy" not in element.attributes or "$" in element.attributes["rpy"]:
@@ -129,9 +129,9 @@ def mimic_missing(context: Context) -> Found:
 
     Example: `<mimic joint="left_finger_jiont"/>`
 
-    Mend: name a joint of this robot that moves.
+    Fix: name a joint of this robot that moves.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     for joint in context.sure_joints:
         if joint.mimic is None:
@@ -158,9 +158,9 @@ def mimic_ring(context: Context) -> Found:
 
     Example: joint a with `<mimic joint="b"/>`, joint b with `<mimic joint="a"/>`
 
-    Mend: let one joint lead.
+    Fix: let one joint lead.
 
-    Fix: none.
+    Autofix: none.
     """
     joints = context.robot.joints
     done: set[str] = set()
@@ -187,9 +187,9 @@ def ignored_on_fixed(context: Context) -> Found:
 
     Example: `<joint type="fixed"> … <axis xyz="0 1 0"/> <limit …/>`
 
-    Mend: remove them, or give the joint the type it was meant to have.
+    Fix: remove them, or give the joint the type it was meant to have.
 
-    Fix: unsafe: the element is removed.
+    Autofix: unsafe: the element is removed.
     """
     for joint in context.sure_joints:
         if joint.is_movable:
@@ -221,9 +221,9 @@ def negative_dynamics(context: Context) -> Found:
 
     Example: `<dynamics damping="-0.1" friction="0"/>`
 
-    Mend: remove the sign.
+    Fix: remove the sign.
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         if joint.dynamics is None:

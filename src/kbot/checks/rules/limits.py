@@ -27,10 +27,10 @@ def missing_limit(context: Context) -> Found:
 
     Example: `<joint name="arm" type="revolute"> <axis xyz="0 0 1"/> … </joint>`
 
-    Mend: add `<limit lower="-1.57" upper="1.57" effort="10" velocity="1"/>`, or make the joint
+    Fix: add `<limit lower="-1.57" upper="1.57" effort="10" velocity="1"/>`, or make the joint
     `continuous` when it may turn without end.
 
-    Fix: none; nobody but the author knows the limits.
+    Autofix: none; nobody but the author knows the limits.
     """
     for joint in context.sure_joints:
         if joint.type in _LIMITED and joint.limit is None:
@@ -49,9 +49,9 @@ def limit_reversed(context: Context) -> Found:
 
     Example: `<limit lower="1.57" upper="-1.57" effort="10" velocity="1"/>`
 
-    Mend: exchange the two.
+    Fix: exchange the two.
 
-    Fix: unsafe: the two values are exchanged, which is right unless one has a wrong sign.
+    Autofix: unsafe: the two values are exchanged, which is right unless one has a wrong sign.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -76,9 +76,9 @@ def limit_closed(context: Context) -> Found:
 
     Example: `<joint type="revolute"> … <limit effort="10" velocity="1"/> </joint>`
 
-    Mend: give lower and upper, or make the joint `fixed`, or `continuous`.
+    Fix: give lower and upper, or make the joint `fixed`, or `continuous`.
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -105,10 +105,10 @@ def no_effort(context: Context) -> Found:
 
     Example: `<limit lower="-1" upper="1" effort="0" velocity="0"/>`
 
-    Mend: write what the motor can do: its stall torque in N m and its speed in rad/s (N and m/s for a
+    Fix: write what the motor can do: its stall torque in N m and its speed in rad/s (N and m/s for a
     prismatic joint).
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -140,9 +140,9 @@ def limit_in_degrees(context: Context) -> Found:
 
     Example: `<limit lower="-90" upper="90" effort="10" velocity="1"/>`
 
-    Mend: write radians; for a joint that may turn without end use `continuous`.
+    Fix: write radians; for a joint that may turn without end use `continuous`.
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -167,9 +167,9 @@ def limit_on_continuous(context: Context) -> Found:
 
     Example: `<joint type="continuous"> … <limit lower="-1" upper="1" effort="5" velocity="2"/>`
 
-    Mend: make the joint `revolute` to have the stop; else leave lower and upper out.
+    Fix: make the joint `revolute` to have the stop; else leave lower and upper out.
 
-    Fix: unsafe: lower and upper are removed.
+    Autofix: unsafe: lower and upper are removed.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -194,10 +194,10 @@ def zero_out_of_limits(context: Context) -> Found:
 
     Example: `<limit lower="0.5" upper="1.5" effort="10" velocity="1"/>`
 
-    Mend: set the joint's frame so that 0 lies within, or give an initial position where the robot is
+    Fix: set the joint's frame so that 0 lies within, or give an initial position where the robot is
     started.
 
-    Fix: none.
+    Autofix: none.
     """
     for joint in context.sure_joints:
         limit = joint.limit

@@ -93,9 +93,9 @@ def gyration_too_large(context: Context) -> Found:
 
     Example: 0.1 kg, `ixx="0.01"` (316 mm) on a cube of 50 mm.
 
-    Mend: use the tensor of a solid of the link's shape and mass.
+    Fix: use the tensor of a solid of the link's shape and mass.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -125,9 +125,9 @@ def tensor_units(context: Context) -> Found:
 
     Example: `<mass value="0.1"/> <inertia ixx="1" iyy="1" izz="1" …/>` on a part of 5 cm: 3.2 m.
 
-    Mend: write kg m^2: 1 g mm^2 is 1e-9 kg m^2, 1 kg mm^2 is 1e-6 kg m^2.
+    Fix: write kg m^2: 1 g mm^2 is 1e-9 kg m^2, 1 kg mm^2 is 1e-6 kg m^2.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         if not sound(inertial):
@@ -155,9 +155,9 @@ def tensor_too_small(context: Context) -> Found:
 
     Example: 10 kg, `ixx="1e-6"` on a box of 30 cm, which has 0.15 kg m^2.
 
-    Mend: use the tensor of a solid of the link's shape and mass.
+    Fix: use the tensor of a solid of the link's shape and mass.
 
-    Fix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
     """
     for link, inertial in weighed(context):
         solid = context.bodies[link.name].solid
@@ -184,9 +184,9 @@ def density(context: Context) -> Found:
 
     Example: `<mass value="20"/>` on a cube of 1 mm: 2e10 kg/m^3.
 
-    Mend: weigh the part, or compute its mass from volume and material.
+    Fix: weigh the part, or compute its mass from volume and material.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, inertial in weighed(context):
         solid = context.bodies[link.name].solid

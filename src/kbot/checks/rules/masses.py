@@ -44,9 +44,9 @@ def mass_ratio(context: Context) -> Found:
 
     Example: an arm of 2000 kg on a turntable of 1 kg.
 
-    Mend: check the units; give the light link what it carries in truth.
+    Fix: check the units; give the light link what it carries in truth.
 
-    Fix: none.
+    Autofix: none.
     """
     all_below, fixed_below = weights_below(context, only_fixed=False), weights_below(context)
     top = _tops(context.robot)

@@ -35,9 +35,9 @@ def mesh_missing(context: Context) -> Found:
 
     Example: `<mesh filename="package://my_robot/meshes/bsae.stl"/>`
 
-    Mend: put the file there, mend the name, or say where the package is (`--package-path`).
+    Fix: put the file there, correct the name, or say where the package is (`--package-path`).
 
-    Fix: none.
+    Autofix: none.
     """
     said: set[str] = set()
     for link, shape, mesh in _meshes(context):
@@ -92,9 +92,9 @@ def mesh_case(context: Context) -> Found:
 
     Example: `meshes/Base.STL` where the file is `base.stl`.
 
-    Mend: write the name as the file has it.
+    Fix: write the name as the file has it.
 
-    Fix: none.
+    Autofix: none.
     """
     said: set[str] = set()
     for link, shape, mesh in _meshes(context):
@@ -126,9 +126,9 @@ def mesh_path_absolute(context: Context) -> Found:
 
     Example: `<mesh filename="file:///home/me/ws/src/robot/meshes/base.stl"/>`
 
-    Mend: `package://robot/meshes/base.stl`, or `file://$(find robot)/meshes/base.stl`.
+    Fix: `package://robot/meshes/base.stl`, or `file://$(find robot)/meshes/base.stl`.
 
-    Fix: none.
+    Autofix: none.
     """
     for element in context.tagged("mesh", "texture"):
         uri = element.attributes.get("filename", "")
@@ -152,9 +152,9 @@ def mesh_size(context: Context) -> Found:
 
     Example: `<mesh filename="package://robot/base.stl"/>` for a file in millimetres.
 
-    Mend: `scale="0.001 0.001 0.001"`.
+    Fix: `scale="0.001 0.001 0.001"`.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, shape, mesh in _meshes(context):
         facts = mesh_facts(mesh.path) if mesh.path else None
@@ -179,9 +179,9 @@ def collada_scaled_twice(context: Context) -> Found:
 
     Example: `<mesh filename="….dae" scale="0.001 0.001 0.001"/>` for a file with `<unit meter="0.001"/>`.
 
-    Mend: leave the scale out.
+    Fix: leave the scale out.
 
-    Fix: none.
+    Autofix: none.
     """
     said: set[str] = set()
     for link, _, mesh in _meshes(context):
@@ -222,9 +222,9 @@ def heavy_collision_mesh(context: Context) -> Found:
 
     Example: the visual's mesh, with all its screws, given as collision too.
 
-    Mend: a few plain shapes, or a decimated convex hull.
+    Fix: a few plain shapes, or a decimated convex hull.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, shape, mesh in _meshes(context):
         if not isinstance(shape, Collision) or not mesh.path:

@@ -23,9 +23,9 @@ def wheel_cannot_turn(context: Context) -> Found:
 
     Example: `<joint name="left_wheel_joint" type="revolute"> … <limit lower="-3.14" upper="3.14" …/>`
 
-    Mend: `type="continuous"`.
+    Fix: `type="continuous"`.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         driven = any(w.joint.name in names for w in (pair.left, pair.right) for names in [_driven(context)])
@@ -68,9 +68,9 @@ def wheel_effort_small(context: Context) -> Found:
 
     Example: 20 kg on wheels of 5 cm needs 0.85 N m; two wheels with `effort="0.1"` give 0.2.
 
-    Mend: write the motors' torque, or the robot's true mass.
+    Fix: write the motors' torque, or the robot's true mass.
 
-    Fix: none.
+    Autofix: none.
     """
     wheels = [w for pair in level_pairs(context) for w in (pair.left, pair.right)]
     efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
@@ -104,9 +104,9 @@ def wheel_mesh_collision(context: Context) -> Found:
 
     Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
 
-    Mend: a cylinder (or a sphere) of the wheel's radius; the visual may stay a mesh.
+    Fix: a cylinder (or a sphere) of the wheel's radius; the visual may stay a mesh.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         for wheel in (pair.left, pair.right):
@@ -130,10 +130,10 @@ def wheel_undriven(context: Context) -> Found:
     Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description
     without plugins.
 
-    Mend: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
+    Fix: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
     ros2_control.
 
-    Fix: none.
+    Autofix: none.
     """
     driven = _driven(context)
     for extension in context.robot.extensions:

@@ -29,10 +29,10 @@ def hardware_plugin_unknown(context: Context) -> Found:
 
     Example: `<plugin>gz_ros2_control/GazeboSimSystm</plugin>`
 
-    Mend: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
+    Fix: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
     left alone.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     packages = {name.partition("/")[0] for name in _PLUGINS}
     for plugin in _plugins(context):
@@ -52,10 +52,10 @@ def interface_unknown(context: Context) -> Found:
 
     Example: `<command_interface name="pos"/>`
 
-    Mend: `position`, `velocity` or `effort`. Hardware of one's own may have more: there a name is told only
+    Fix: `position`, `velocity` or `effort`. Hardware of one's own may have more: there a name is told only
     where it is a slip away from one of these.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     for extension in context.robot.extensions:
         if extension.tag != "ros2_control":
@@ -105,9 +105,9 @@ def controllers_unreadable(context: Context) -> Found:
 
     Example: a YAML that is indented with a tab.
 
-    Mend: mend the file. One that is not there at all is a warning.
+    Fix: correct the file. One that is not there at all is a warning.
 
-    Fix: none.
+    Autofix: none.
     """
     return _faults(context, "W132")
 
@@ -121,9 +121,9 @@ def controller_type_unknown(context: Context) -> Found:
 
     Example: `type: joint_trajectory_controller/JointTrajectoryControler`
 
-    Mend: write the type as its package declares it. Types of packages that KBot does not know are left alone.
+    Fix: write the type as its package declares it. Types of packages that KBot does not know are left alone.
 
-    Fix: none.
+    Autofix: none.
     """
     for file in context.controller_files:
         for name, kind, origin, meant in file.unknown_types():
@@ -139,8 +139,8 @@ def parameters_misnamed(context: Context) -> Found:
 
     Example: `arm_controller: {ros_parameters: {joints: [elbow]}}`
 
-    Mend: write `ros__parameters`.
+    Fix: write `ros__parameters`.
 
-    Fix: none.
+    Autofix: none.
     """
     return _faults(context, "W144")

@@ -45,10 +45,10 @@ def camera_no_optical_frame(context: Context) -> Found:
 
     Example: a camera on `camera_link` without `camera_optical_link`.
 
-    Mend: add a frame turned by `rpy="${-pi/2} 0 ${-pi/2}"` and name it in the sensor
+    Fix: add a frame turned by `rpy="${-pi/2} 0 ${-pi/2}"` and name it in the sensor
     (`<gz_frame_id>`, `<optical_frame_id>` or `<frameName>`).
 
-    Fix: none.
+    Autofix: none.
     """
     for _, link, sensor in sensors(context):
         if (
@@ -90,9 +90,9 @@ def lidar_sees_robot(context: Context) -> Found:
 
     Example: a lidar at z = 0.1 behind a mast that stands on the same plate.
 
-    Mend: raise it, narrow its angles, or set `<min>` of its range beyond the body.
+    Fix: raise it, narrow its angles, or set `<min>` of its range beyond the body.
 
-    Fix: none.
+    Autofix: none.
     """
     for _, link, sensor in sensors(context):
         if (
@@ -142,9 +142,9 @@ def sensor_frame_unknown(context: Context) -> Found:
 
     Example: `<frameName>lasr_link</frameName>`
 
-    Mend: name a link of this robot.
+    Fix: name a link of this robot.
 
-    Fix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
     for extension in context.robot.extensions:
@@ -173,10 +173,10 @@ def sensor_frame_lumped(context: Context) -> Found:
 
     Example: a gz lidar on `laser_frame`, without `<gz_frame_id>`.
 
-    Mend: `<gz_frame_id>laser_frame</gz_frame_id>` in the sensor, or
+    Fix: `<gz_frame_id>laser_frame</gz_frame_id>` in the sensor, or
     `<gazebo reference="laser_joint"> <preserveFixedJoint>true</preserveFixedJoint> </gazebo>`.
 
-    Fix: none.
+    Autofix: none.
     """
     robot = context.robot
     kept = {
@@ -215,9 +215,9 @@ def scan_angle_in_degrees(context: Context) -> Found:
 
     Example: `<min_angle>-180</min_angle>`
 
-    Mend: write radians: `<min_angle>-3.14159</min_angle>`, `<horizontal_fov>1.047</horizontal_fov>`.
+    Fix: write radians: `<min_angle>-3.14159</min_angle>`, `<horizontal_fov>1.047</horizontal_fov>`.
 
-    Fix: none.
+    Autofix: none.
     """
     for _, _, sensor in sensors(context):
         for element in sensor.descendants():

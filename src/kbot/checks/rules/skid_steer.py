@@ -25,10 +25,10 @@ def turns_short(context: Context) -> Found:
 
     Example: `wheel_separation: 0.3756` for a robot of four wheels, its axles 0.262 m apart.
 
-    Mend: set `wheel_separation_multiplier` (ros2_control), or a plugin's wheel separation times that; then
+    Fix: set `wheel_separation_multiplier` (ros2_control), or a plugin's wheel separation times that; then
     measure a turn and correct it.
 
-    Fix: none.
+    Autofix: none.
     """
     for driver in context.drivers:
         named = {word.text for words in driver.sides.values() for word in words}

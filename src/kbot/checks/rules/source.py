@@ -25,9 +25,9 @@ def redefined_after_use(context: Context) -> Found:
 
     Example: `radius` 0.035, a wheel, `radius` 0.04, another wheel.
 
-    Mend: give the second its own name.
+    Fix: give the second its own name.
 
-    Fix: none.
+    Autofix: none.
     """
     for file in context.sources:
         first: dict[str, tuple[int, Element]] = {}
@@ -64,9 +64,9 @@ def macro_without_prefix(context: Context) -> Found:
 
     Example: `<wheel prefix="left" reflect="1"/>`
 
-    Mend: `<xacro:wheel prefix="left" reflect="1"/>`.
+    Fix: `<xacro:wheel prefix="left" reflect="1"/>`.
 
-    Fix: safe: the prefix is added.
+    Autofix: safe: the prefix is added.
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:
@@ -103,9 +103,9 @@ def argument_before_default(context: Context) -> Found:
 
     Example: `<xacro:property name="r" value="$(arg radius)"/> <xacro:arg name="radius" default="0.035"/>`
 
-    Mend: put the `<xacro:arg>`s at the top.
+    Fix: put the `<xacro:arg>`s at the top.
 
-    Fix: none.
+    Autofix: none.
     """
     for problem in context.problems:
         if problem.code != "X112" or problem.origin is None:
@@ -130,9 +130,9 @@ def odd_boolean(context: Context) -> Found:
 
     Example: `<xacro:property name="has_camera" value="False "/>`
 
-    Mend: `value="false"`.
+    Fix: `value="false"`.
 
-    Fix: safe: the blank is removed, capitals are made small.
+    Autofix: safe: the blank is removed, capitals are made small.
     """
     for file in context.sources:
         for element in file.xacro:
@@ -163,9 +163,9 @@ def leftover(context: Context) -> Found:
 
     Example: `<link name="$${prefix}base"/>`
 
-    Mend: write one `$`, and give the file to xacro.
+    Fix: write one `$`, and give the file to xacro.
 
-    Fix: none.
+    Autofix: none.
     """
     errors = [d for d in context.problems if d.is_error and d.origin]
     failed = sorted({o.span.start for d in errors for o in (d.origin, *(r.origin for r in d.related)) if o})

@@ -28,9 +28,9 @@ def tips_over(context: Context) -> Found:
 
     Example: two wheels, a caster behind them, and a battery in front of the axle.
 
-    Mend: move the mass over the support, or add a caster on that side.
+    Fix: move the mass over the support, or add a caster on that side.
 
-    Fix: none.
+    Autofix: none.
     """
     ground = context.base.ground
     if ground is None or context.unsure:
@@ -138,9 +138,9 @@ def two_contacts(context: Context) -> Found:
 
     Example: two wheels on a plate, and a caster without `<collision>`.
 
-    Mend: add a caster that touches the ground, with a `<collision>`.
+    Fix: add a caster that touches the ground, with a `<collision>`.
 
-    Fix: none.
+    Autofix: none.
     """
     base = context.base
     if len(base.pairs) != 1 or any(c.touches for c in base.casters) or base.ground is None or context.unsure:

@@ -23,10 +23,10 @@ def unknown_tag(context: Context) -> Found:
 
     Example: `<link name="arm"> <viusal>…</viusal> </link>`
 
-    Mend: write the tag as URDF has it. Elements with a namespace, `<gazebo>`, `<transmission>`,
+    Fix: write the tag as URDF has it. Elements with a namespace, `<gazebo>`, `<transmission>`,
     `<ros2_control>` and what is in them are left alone.
 
-    Fix: safe: renamed where the tag is a slip of one known tag that is not there already.
+    Autofix: safe: renamed where the tag is a slip of one known tag that is not there already.
     """
     # a set: a search among the children for each unknown element takes the square of their number
     present = {(id(parent), element.tag) for parent, element in context.urdf}
@@ -70,10 +70,10 @@ def unknown_attribute(context: Context) -> Found:
 
     Example: `<axis xyz="0 1 0" rpy="0 0 0"/>`
 
-    Mend: write the attribute as URDF has it, or remove it.
+    Fix: write the attribute as URDF has it, or remove it.
 
-    Fix: safe: renamed where the name is a slip of one known attribute that is not given; `rpy` on `<axis>`
-    removed.
+    Autofix: safe: renamed where the name is a slip of one known attribute that is not given; `rpy` on
+    `<axis>` is removed.
     """
     for element in (context.root, *(child for _, child in context.urdf)):
         known = ATTRIBUTES.get(element.tag)
@@ -112,9 +112,9 @@ def bad_name(context: Context) -> Found:
 
     Example: `<link name="left wheel"/>`
 
-    Mend: letters, digits, `_`, `-`, `.` and `/` between them.
+    Fix: letters, digits, `_`, `-`, `.` and `/` between them.
 
-    Fix: none; the name is used in other files too.
+    Autofix: none; the name is used in other files too.
     """
     for element in context.root.elements():
         if element.tag not in ("link", "joint"):
@@ -138,9 +138,9 @@ def leading_slash(context: Context) -> Found:
 
     Example: `<link name="/base_link"/>`
 
-    Mend: leave the slash out, here and where the link is named.
+    Fix: leave the slash out, here and where the link is named.
 
-    Fix: none; the name is used in other places too.
+    Autofix: none; the name is used in other places too.
     """
     for element in context.root.elements("link"):
         name = element.attributes.get("name", "")
@@ -161,9 +161,9 @@ def frame_reserved(context: Context) -> Found:
 
     Example: `<link name="odom"/>`
 
-    Mend: begin the tree at `base_footprint` or `base_link`; simulators need no such link.
+    Fix: begin the tree at `base_footprint` or `base_link`; simulators need no such link.
 
-    Fix: none.
+    Autofix: none.
     """
     for element in context.root.elements("link"):
         if element.attributes.get("name") in ("odom", "map") and context.has("robot"):

@@ -42,9 +42,9 @@ def mass_outside_shape(context: Context) -> Found:
 
     Example: `<inertial> <origin xyz="0 0 0.5"/> …` on a box 0.1 high.
 
-    Mend: give the centre of mass in the link's own frame.
+    Fix: give the centre of mass in the link's own frame.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0 or _elsewhere(context, link, inertial):
@@ -102,9 +102,9 @@ def mass_in_other_frame(context: Context) -> Found:
 
     Example: a wheel whose joint is at `0 0.2 0`, with `<inertial> <origin xyz="0 0.2 0"/>`.
 
-    Mend: subtract the joint's origin: for a part that is even, `xyz="0 0 0"`.
+    Fix: subtract the joint's origin: for a part that is even, `xyz="0 0 0"`.
 
-    Fix: none.
+    Autofix: none.
     """
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
@@ -135,9 +135,9 @@ def tensor_not_turned(context: Context) -> Found:
     Example: `<inertial> <mass …/> <inertia …/> </inertial>` beside
     `<visual> <origin rpy="1.5708 0 0"/> <geometry> <cylinder …/>`.
 
-    Mend: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
+    Fix: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
 
-    Fix: unsafe: those angles are written into the inertial, or into the call of the macro that makes it.
+    Autofix: unsafe: those angles are written into the inertial, or into the call of its macro.
     """
     for link, inertial in weighed(context):
         about = about_axle(context, link, inertial)
@@ -249,9 +249,9 @@ def moments_swapped(context: Context) -> Found:
     Example: `box_inertia` called with its height and depth exchanged: izz 0.0214 where a plate of
     16 x 16 x 1 cm and 10 kg has 0.0427 kg m^2.
 
-    Mend: pass the sizes in the order that the macro wants.
+    Fix: pass the sizes in the order that the macro wants.
 
-    Fix: unsafe: two plain moments are exchanged, or two sizes in the call of the macro that makes them.
+    Autofix: unsafe: two plain moments are exchanged, or two sizes in the call of the macro that makes them.
     """
     for link, inertial in weighed(context):
         body = context.bodies[link.name]

@@ -52,9 +52,9 @@ def unused_property(context: Context) -> Found:
 
     Example: `<xacro:property name="wheel_separation" value="0.15"/>`, and nowhere `${wheel_separation}`.
 
-    Mend: use it, or remove it. Properties of included files are left alone: others may use them.
+    Fix: use it, or remove it. Properties of included files are left alone: others may use them.
 
-    Fix: unsafe: the property is removed, while nothing else is an error.
+    Autofix: unsafe: the property is removed, while nothing else is an error.
     """
     return _unused(
         context,
@@ -72,9 +72,9 @@ def unused_macro(context: Context) -> Found:
 
     Example: `<xacro:macro name="rear_wheel" …>` without `<xacro:rear_wheel …/>`.
 
-    Mend: call it, or remove it. Macros of included files are left alone: that is what libraries are.
+    Fix: call it, or remove it. Macros of included files are left alone: that is what libraries are.
 
-    Fix: unsafe: the macro is removed, while nothing else is an error.
+    Autofix: unsafe: the macro is removed, while nothing else is an error.
     """
     return _unused(context, "xacro:macro", "the macro '{}' is never called", "call it, or remove it")
 
@@ -87,9 +87,9 @@ def unused_argument(context: Context) -> Found:
 
     Example: `<xacro:arg name="use_sim" default="true"/>`, and nowhere `$(arg use_sim)`.
 
-    Mend: use it, or remove it.
+    Fix: use it, or remove it.
 
-    Fix: unsafe: the argument is removed, while nothing else is an error.
+    Autofix: unsafe: the argument is removed, while nothing else is an error.
     """
     return _unused(
         context,
@@ -108,10 +108,10 @@ def unused_parameter(context: Context) -> Found:
 
     Example: `params="m w h d"` where the body has no `${d}`.
 
-    Mend: use it, or take it out of `params` and of the calls. A macro that calls more than 500 others is
+    Fix: use it, or take it out of `params` and of the calls. A macro that calls more than 500 others is
     reported as not checked.
 
-    Fix: none.
+    Autofix: none.
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:

@@ -56,10 +56,10 @@ def wheels_exchanged(context: Context) -> Found:
 
     Example: `<xacro:wheel prefix="left" reflect="-1"/>`
 
-    Mend: where the joints' names are right, exchange the signs of the wheels' y. Where the plugin or
+    Fix: where the joints' names are right, exchange the signs of the wheels' y. Where the plugin or
     controller names them in the wrong order, exchange the names in `<leftJoint>` and `<rightJoint>`.
 
-    Fix: none.
+    Autofix: none.
     """
     said = list(_exchanged_by_drivers(context))
     yield from said
@@ -118,9 +118,9 @@ def wheel_axes_opposed(context: Context) -> Found:
 
     Example: `<axis xyz="0 ${reflect} 0"/>` in a macro called with 1 and -1.
 
-    Mend: let both axes point along +y in the base's frame.
+    Fix: let both axes point along +y in the base's frame.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         if dot(pair.left.axis, pair.right.axis) < -0.5:
@@ -151,9 +151,9 @@ def wheels_drive_backwards(context: Context) -> Found:
 
     Example: `<axis xyz="0 -1 0"/>`
 
-    Mend: `<axis xyz="0 1 0"/>`.
+    Fix: `<axis xyz="0 1 0"/>`.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         if pair.left.axis[1] < -0.5 and pair.right.axis[1] < -0.5:
@@ -176,9 +176,9 @@ def wheel_axis_askew(context: Context) -> Found:
 
     Example: a cylinder turned to lie along y on a joint with `<axis xyz="1 0 0"/>`.
 
-    Mend: make axis and cylinder agree: axis `0 1 0` and a geometry with `rpy="${pi/2} 0 0"`.
+    Fix: make axis and cylinder agree: axis `0 1 0` and a geometry with `rpy="${pi/2} 0 0"`.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         for wheel in (pair.left, pair.right):
@@ -226,9 +226,9 @@ def wheels_not_mirrored(context: Context) -> Found:
 
     Example: left wheel at `x="0.02"`, right wheel at `x="0.025"`.
 
-    Mend: make both by one macro with a sign.
+    Fix: make both by one macro with a sign.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in context.base.pairs:
         left, right = pair.left, pair.right
@@ -274,9 +274,9 @@ def wheel_in_chassis(context: Context) -> Found:
 
     Example: a chassis box 20 cm wide with wheels 15 cm apart and no wheel wells.
 
-    Mend: move the wheels out, or make the collision of several boxes.
+    Fix: move the wheels out, or make the collision of several boxes.
 
-    Fix: none.
+    Autofix: none.
     """
     for pair in level_pairs(context):
         for wheel in (pair.left, pair.right):
@@ -305,9 +305,9 @@ def not_checked(context: Context) -> Found:
 
     Example: a robot with 1001 joints, one of which is continuous or driven by a plugin.
 
-    Mend: check a description with the drive alone, for example without the arms by a `<xacro:if>`.
+    Fix: check a description with the drive alone, for example without the arms by a `<xacro:if>`.
 
-    Fix: none.
+    Autofix: none.
     """
     joints = context.robot.joints.values()
     if len(joints) <= MOST_JOINTS:
