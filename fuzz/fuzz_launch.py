@@ -16,8 +16,9 @@ with atheris.instrument_imports(include=["kbot.launch", "kbot.xacro", "kbot.text
     from kbot.launch.ros1.reader import read_launch
     from kbot.launch.ros2.reader import read_launch_2
     from kbot.text import Source
-    from kbot.text.render import render_text, to_json
     from kbot.xacro.packages import Packages
+
+from diagnostics import check_diagnostics
 
 MOST_CPU_S = 10.0
 TAGS = [
@@ -51,12 +52,7 @@ def check(name: str, text: str) -> None:
     read = read_launch if name.endswith(".launch") else read_launch_2
     plan = read(name, {"a": "1"}, Packages(), source=source)
     assert time.process_time() - start < MOST_CPU_S, text
-    for diagnostic in plan.diagnostics:
-        assert diagnostic.code, diagnostic
-        assert diagnostic.message, diagnostic
-        assert diagnostic.origin is not None, diagnostic
-        to_json(diagnostic)
-    render_text(plan.diagnostics)
+    check_diagnostics(plan.diagnostics)
 
 
 def one_input(data: bytes) -> None:

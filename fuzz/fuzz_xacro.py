@@ -14,10 +14,11 @@ import time
 import atheris
 
 with atheris.instrument_imports(include=["kbot.text", "kbot.xacro"]):
-    from kbot.text.render import render_text, to_json
     from kbot.xacro import Limits, clear_cache, expand_text
     from kbot.xacro.names import _MATH, _PYTHON
     from kbot.xacro.values import _PUBLIC
+
+from diagnostics import check_diagnostics
 
 LIMITS = Limits(
     file_bytes=100_000, nodes=3_000, steps=20_000, length=20_000, text=200_000, bits=4_096, macro_calls=60,
@@ -92,12 +93,7 @@ def check(text: str) -> None:
     start = time.process_time()
     expansion = expand_text(text, "fuzz.xacro", {"x": "1"}, limits=LIMITS)
     assert time.process_time() - start < MOST_CPU_S, text
-    for diagnostic in expansion.diagnostics:
-        assert diagnostic.code, diagnostic
-        assert diagnostic.message, diagnostic
-        assert diagnostic.origin is not None, diagnostic
-        to_json(diagnostic)
-    render_text(expansion.diagnostics)
+    check_diagnostics(expansion.diagnostics)
     if expansion.ok:
         assert expansion.text.startswith("<?xml")
     elif not expansion.diagnostics:
