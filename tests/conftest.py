@@ -51,6 +51,15 @@ def tmp_path(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.fixture
+def no_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Work in an empty folder, `elsewhere`, where no variable of ROS names packages."""
+    for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder of reference data: `KBOT_SHARED`, or `shared` beside the repository."""

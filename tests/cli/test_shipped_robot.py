@@ -10,6 +10,8 @@ import kbot
 from kbot.cli.main import run
 from kbot.xacro.packages import SHIPPED, Packages
 
+pytestmark = pytest.mark.usefixtures("no_packages")
+
 LAUNCH = "kbot_base_rviz.launch"
 NOTE = "note: using the kbot_description that ships with KBot: no folder or package kbot_description is near "
 SHARE = "get_package_share_directory('kbot_description')"
@@ -23,14 +25,6 @@ def generate_launch_description():
     return LaunchDescription([Node(package='robot_state_publisher', executable='robot_state_publisher',
         parameters=[{'robot_description': Command(['xacro ', PLACE])}])])
 """
-
-
-@pytest.fixture(autouse=True)
-def no_ros(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
-        monkeypatch.delenv(name, raising=False)
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
 
 
 @pytest.fixture

@@ -7,19 +7,13 @@ import pytest
 
 from kbot.xacro import PackageNotFound, Packages, expand
 
+pytestmark = pytest.mark.usefixtures("no_packages")
+
 
 def package(folder: Path, name: str) -> Path:
     folder.mkdir(parents=True)
     (folder / "package.xml").write_text(f"<package><name> {name} </name></package>")
     return folder
-
-
-@pytest.fixture(autouse=True)
-def no_ros(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
-        monkeypatch.delenv(name, raising=False)
-    (tmp_path / "empty").mkdir()
-    monkeypatch.chdir(tmp_path / "empty")
 
 
 def test_the_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
