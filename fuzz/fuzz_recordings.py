@@ -29,7 +29,7 @@ with atheris.instrument_imports(include=["kbot.record", "kbot.wire", "mcap", "ro
 
 limits.LARGEST_PIECE = 1 << 20
 limits._FREE = 1 << 26
-TOPICS = {"/said": String("word"), "/tf": TFMessage()}
+TOPICS = {"/chatter": String("word"), "/tf": TFMessage()}
 
 
 def files(kind: str, folder: Path) -> tuple[Path, Path]:

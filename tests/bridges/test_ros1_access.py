@@ -28,16 +28,16 @@ GOOD = {"Host": "127.0.0.1:1", "Content-Type": "text/xml", "Content-Length": str
 
 
 @pytest.fixture
-def told() -> list[str]:
-    """What the user is told."""
+def notes() -> list[str]:
+    """Messages for the user."""
     return []
 
 
 @pytest.fixture
-def master(told: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
+def master(notes: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
     """A master with a description to protect."""
     monkeypatch.setattr("kbot.bridges.ros1.rpc.LOOK_SECONDS", 0.01)  # it ends at once
-    found = Master("127.0.0.1", 0, Contacts("127.0.0.1", told.append))
+    found = Master("127.0.0.1", 0, Contacts("127.0.0.1", notes.append))
     call(found.uri, "setParam", ME, "/robot_description", "<robot/>")
     try:
         yield found
@@ -190,45 +190,45 @@ def register(uri: str, method: str, node: str) -> object:
 @pytest.mark.parametrize(
     "node", [f"http://{ELSEWHERE}:1/", "http://evil.example:1/", "http://a@127.0.0.1:1/", ""]
 )
-def test_a_node_elsewhere_cannot_register(master: Master, told: list[str], method: str, node: str) -> None:
+def test_a_node_elsewhere_cannot_register(master: Master, notes: list[str], method: str, node: str) -> None:
     for _ in range(2):
         with pytest.raises(RpcFailed, match="--bridge-host"):
             register(master.uri, method, node)
     assert call(master.uri, "getSystemState", ME) == [[], [], []]
     with pytest.raises(RpcFailed):
         call(master.uri, "lookupNode", ME, "/other")
-    assert set(told) == {told[0]}
-    assert "\n" not in told[0]
-    assert "--bridge-host" in told[0]
+    assert set(notes) == {notes[0]}
+    assert "\n" not in notes[0]
+    assert "--bridge-host" in notes[0]
 
 
 @pytest.mark.parametrize("method", REGISTRATIONS)
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", socket.gethostname()])
-def test_a_node_of_this_machine_registers(master: Master, told: list[str], method: str, host: str) -> None:
+def test_a_node_of_this_machine_registers(master: Master, notes: list[str], method: str, host: str) -> None:
     register(master.uri, method, f"http://{host}:1/")
     assert call(master.uri, "lookupNode", ME, "/other") == f"http://{host}:1/"
-    assert told == []
+    assert notes == []
 
 
-def test_with_bridge_host_a_node_elsewhere_registers(told: list[str]) -> None:
-    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", told.append, other_machines=True))
+def test_with_bridge_host_a_node_elsewhere_registers(notes: list[str]) -> None:
+    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", notes.append, other_machines=True))
     try:
         register(master.uri, "registerPublisher", f"http://{ELSEWHERE}:1/")
         assert call(master.uri, "getSystemState", ME)[0] == [["/cmd_vel", ["/other"]]]
     finally:
         master.close()
-    assert told == []
+    assert notes == []
 
 
 def test_a_publisher_elsewhere_is_not_contacted(monkeypatch: pytest.MonkeyPatch) -> None:
-    told, contacted = list[str](), list[str]()
+    notes, contacted = list[str](), list[str]()
 
     def contact(uri: str, *_: object) -> object:
         contacted.append(uri)
         raise RpcFailed("it is not there")
 
     monkeypatch.setattr(subscriber, "call", contact)
-    link = Link(told.append)
+    link = Link(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
     incoming = Incoming(link, topic, "/kbot", Contacts("127.0.0.1", link.tell))
     strangers = [f"http://{ELSEWHERE}:{port}/" for port in range(subscriber.MOST_PUBLISHERS)]
@@ -238,26 +238,26 @@ def test_a_publisher_elsewhere_is_not_contacted(monkeypatch: pytest.MonkeyPatch)
     assert incoming.peers == [own]  # however many strangers are before it
     incoming.close()
     assert set(contacted) == {own}
-    assert [text.count("--bridge-host") for text in told] == [1]
+    assert [text.count("--bridge-host") for text in notes] == [1]
 
 
 def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     """The address of a publisher's messages is checked too, not only the one of its node."""
-    told, connections = list[str](), list[str]()
+    notes, connections = list[str](), list[str]()
     connect = socket.create_connection
 
     def recorded(address: tuple[str, int], *rest: float) -> socket.socket:
         connections.append(address[0])
         return connect(address, *rest)
 
-    link = Link(told.append)
+    link = Link(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
     incoming = Incoming(link, topic, "/kbot", Contacts("127.0.0.1", link.tell))
     node = RpcServer("127.0.0.1", 0, {"requestTopic": lambda *_: (1, "", ["TCPROS", ELSEWHERE, 22])})
     monkeypatch.setattr(socket, "create_connection", recorded)
     try:
         incoming.update([f"http://127.0.0.1:{node.port}/"])
-        wait_until(lambda: any("--bridge-host" in text for text in told))
+        wait_until(lambda: any("--bridge-host" in text for text in notes))
     finally:
         incoming.close()
         node.close()

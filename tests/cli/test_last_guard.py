@@ -111,7 +111,7 @@ def test_an_error_within_a_recording_names_it(
 def test_an_error_within_a_message_names_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
     types = Types("run.mcap")
     monkeypatch.setattr(types.ros2, "deserialize_cdr", fails(ZeroDivisionError()), raising=False)
-    entry = Entry("/said", "std_msgs/msg/String", 1, b"", types)
+    entry = Entry("/chatter", "std_msgs/msg/String", 1, b"", types)
     with pytest.raises(ZeroDivisionError) as failure:
         entry.message()
     assert failure.value.__notes__ == ["while reading run.mcap"]

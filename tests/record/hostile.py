@@ -103,7 +103,7 @@ def ros1_bag(
     repeated: int = 1,
 ) -> Path:
     """A bag whose chunks are given by compression, packed data, stated size and messages by connection; the
-    index names each of them so often as is told."""
+    index names each of them as often as the caller asks."""
     magic = b"#ROSBAG V2.0\n"
 
     def header(at: int) -> bytes:
@@ -172,7 +172,7 @@ def ros2_folder(
     file = folder / "run.db3"
     with closing(sqlite3.connect(file)) as database, database:
         database.executescript(TABLES)
-        database.execute("INSERT INTO topics VALUES(1, '/said', ?, 'cdr', '')", (name,))
+        database.execute("INSERT INTO topics VALUES(1, '/chatter', ?, 'cdr', '')", (name,))
         database.execute("INSERT INTO message_definitions VALUES(1, ?, 'ros2msg', ?, '')", (name, definition))
         database.execute("INSERT INTO messages VALUES(1, 1, 1, ?)", (data,))
         database.executescript(script)

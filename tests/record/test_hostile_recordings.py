@@ -35,7 +35,7 @@ from .hostile import (
 )
 
 SEPARATOR = "=" * 80
-SAID = ros1_connection(0, "/said", "std_msgs/String", "string data")
+CHATTER = ros1_connection(0, "/chatter", "std_msgs/String", "string data")
 ENDLESS = struct.pack("<I", 0xFFFFFFFF) + bytes(100)
 """A list that states more entries than there are bytes."""
 POLYGON = "geometry_msgs/msg/Polygon"
@@ -94,7 +94,7 @@ def test_a_large_chunk_of_a_bag_is_refused(
 ) -> None:
     size = BOMB if compression == "lz4" else BOMB // 4  # to compress more takes longer than the test may
     chunk = compression, zeros(compression, size), size, {0: 1}
-    result = measured_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", SAID, chunk))
+    result = measured_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", CHATTER, chunk))
     assert result.is_refusal(), result
     assert "bomb.bag: the chunk at byte" in result.err
 
@@ -165,7 +165,7 @@ def test_a_definition_that_ros_does_not_allow_is_one_error(
     if kind == "mcap":
         path = mcap_of(tmp_path / "a.mcap", {name: definition})
     elif kind == "bag":
-        connection = ros1_connection(0, "/said", name.replace("/msg", ""), definition)
+        connection = ros1_connection(0, "/chatter", name.replace("/msg", ""), definition)
         message = ros1_message(0, 1, ROS1_WORD)
         path = ros1_bag(tmp_path / "a.bag", connection, ("none", message, len(message), {0: 1}))
     else:
@@ -263,7 +263,7 @@ def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
 def test_a_table_that_is_not_one_of_rosbag2_is_one_error(script: str, words: str, tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a", name="a/msg/T", definition="int32 a", script=script)
     if "5.5" in script:
-        assert Recording(str(folder)).summary().topics["/said"].type_name == "5.5"
+        assert Recording(str(folder)).summary().topics["/chatter"].type_name == "5.5"
         return
     refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: Recording(str(folder)).summary())
 
@@ -361,12 +361,12 @@ def test_metadata_that_is_none_is_one_error(text: str, words: str, tmp_path: Pat
 def test_what_is_compressed_is_read(mode: str, tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a", PACK["zstd"](WORD) if mode == "message" else WORD, mode=mode)
     (entry,) = Recording(str(folder)).entries()
-    assert (entry.topic, entry.type_name, entry.message().data) == ("/said", TEXT, "a")
+    assert (entry.topic, entry.type_name, entry.message().data) == ("/chatter", TEXT, "a")
     index = open_index(str(folder))
-    newest = index.newest("/said", 5)
+    newest = index.newest("/chatter", 5)
     assert newest is not None
     assert newest.message().data == "a"
-    assert (dict(index.counts), index.start, index.end) == ({"/said": 1}, 1, 1)
+    assert (dict(index.counts), index.start, index.end) == ({"/chatter": 1}, 1, 1)
     index.close()
 
 
@@ -419,16 +419,16 @@ def test_a_time_that_the_new_format_has_no_room_for_is_one_error(
 def test_an_index_that_names_a_chunk_again_and_again_is_refused(tmp_path: Path) -> None:
     message = ros1_message(0, 1, ROS1_WORD)
     chunk = "none", message, len(message), {0: 1}
-    path = ros1_bag(tmp_path / "twice.bag", SAID, chunk, repeated=2)
+    path = ros1_bag(tmp_path / "twice.bag", CHATTER, chunk, repeated=2)
     refused("its index has a chunk twice", lambda: Recording(str(path)).summary())
-    assert Recording(str(ros1_bag(tmp_path / "once.bag", SAID, chunk))).summary().count == 1
+    assert Recording(str(ros1_bag(tmp_path / "once.bag", CHATTER, chunk))).summary().count == 1
 
 
 def test_overlapping_chunks_of_a_bag_are_merged_by_time(tmp_path: Path) -> None:
     odd = b"".join(ros1_message(0, n, ROS1_WORD) for n in (9, 7, 5, 3))
     even = b"".join(ros1_message(0, n, ROS1_WORD) for n in (2, 4, 6, 8))
     chunks = [("none", data, len(data), {0: 4}) for data in (odd, even)]
-    path = ros1_bag(tmp_path / "a.bag", SAID, *chunks)
+    path = ros1_bag(tmp_path / "a.bag", CHATTER, *chunks)
     assert [entry.nanoseconds for entry in Recording(str(path)).entries()] == list(range(2, 10))
 
 

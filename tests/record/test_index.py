@@ -63,7 +63,7 @@ def test_a_file_that_counts_nothing_is_not_read_for_it(tmp_path: Path) -> None:
         writer = Writer(stream, use_statistics=False)
         writer.start()
         schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
-        channel = writer.register_channel("/said", "cdr", schema)
+        channel = writer.register_channel("/chatter", "cdr", schema)
         writer.add_message(channel, 1, b"\0\1\0\0\2\0\0\0a\0", 1)
         writer.finish()
     index = open_index(str(tmp_path / "run.mcap"))

@@ -286,7 +286,7 @@ class Link:
         """The reason why it was refused, if it was."""
         known = self.topics.get(topic)
         if known is None or not known.is_input:
-            return f"{topic} is not heard any more"
+            return f"{topic} is not subscribed to any more"
         if isinstance(message, TwistStamped) and known.message_type is Twist:
             message = message.twist
         try:
@@ -294,7 +294,7 @@ class Link:
         except KbotError as error:
             self.tell(f"{topic}: a message from outside was refused: {error}")
             return f"{topic}: {error}"
-        except Exception as error:
+        except Exception as error:  # a program's callback may raise anything
             if self._raises_errors:
                 raise
             return f"{topic}: {FAULTS.fault(f'a message on {topic}', error)}"

@@ -131,10 +131,10 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
         return Loaded(None, expansion, expansion.diagnostics, packages)
     with reading(expansion.path or ""):
         read = read_robot(expansion.document, packages)
-    told = read.diagnostics
+    diagnostics = read.diagnostics
     if any(d.is_error for d in expansion.diagnostics):
-        told = tuple(d for d in told if not _follows(d))
-    return Loaded(read.robot, expansion, expansion.diagnostics + told, packages)
+        diagnostics = tuple(d for d in diagnostics if not _follows(d))
+    return Loaded(read.robot, expansion, expansion.diagnostics + diagnostics, packages)
 
 
 def _follows(diagnostic: Diagnostic) -> bool:

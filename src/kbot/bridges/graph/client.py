@@ -1,4 +1,4 @@
-"""A running KBot asked from another process: its services called, its topics heard and spoken on."""
+"""Client of a running KBot in another process: calls services, subscribes to topics and publishes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class GraphClient:
             raise KbotError(f"no KBot answers at {address.rpartition('/')[0]}: {error}") from None
         self._calls = 0
         self._early: deque[Values] = deque()
-        """What was heard while something else was waited for."""
+        """Messages that arrived while a reply was awaited."""
 
     def __enter__(self) -> GraphClient:
         return self
@@ -51,19 +51,19 @@ class GraphClient:
         self._until_closed.close()
 
     def call(self, service: str, /, **arguments: object) -> Values:
-        """What a service answers. Raises KbotError: it says no, or the KBot is gone."""
+        """The response of a service. Raises KbotError: the call failed, or KBot has closed the connection."""
         self._calls += 1
         number = str(self._calls)
         self._send({"op": "call_service", "service": service, "args": arguments, "id": number})
         while True:
-            said = self._receive(ANSWER_SECONDS)
-            if said.get("op") == "service_response" and said.get("id") == number:
-                values: Values = said.get("values") or {}
-                if not said.get("result"):
+            message = self._receive(ANSWER_SECONDS)
+            if message.get("op") == "service_response" and message.get("id") == number:
+                values: Values = message.get("values") or {}
+                if not message.get("result"):
                     raise KbotError(str(values.get("message", f"{service} says no")))
                 return values
-            if said.get("op") == "publish":
-                self._early.append(said)
+            if message.get("op") == "publish":
+                self._early.append(message)
 
     def listen(self, *topics: str, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
         """Topic and message, as they come, for good or for so many seconds. Raises KbotError: no such topic,
@@ -76,36 +76,36 @@ class GraphClient:
         """As `listen`, of the topics that are subscribed already."""
         end = None if seconds is None else time.monotonic() + seconds
         while True:
-            said = self._early.popleft() if self._early else self._receive_until(end)
-            if said is None:
+            message = self._early.popleft() if self._early else self._receive_until(end)
+            if message is None:
                 return
-            if said.get("op") == "publish":
-                yield str(said["topic"]), said["msg"]
+            if message.get("op") == "publish":
+                yield str(message["topic"]), message["msg"]
 
     def subscribe(self, topic: str, type_name: str) -> None:
-        """Let what is said on a topic be among what `listen` gives."""
+        """Make `listen` yield the messages of a topic too."""
         self._send({"op": "subscribe", "topic": topic, "type": type_name})
 
     def publish(self, topic: str, message: Values, type_name: str = "") -> None:
-        """Say something on a topic that is heard there."""
+        """Publish on a topic."""
         if type_name:
             self._send({"op": "advertise", "topic": topic, "type": type_name})
         self._send({"op": "publish", "topic": topic, "msg": message})
 
     def say(self, topic: str, message: Values, type_name: str) -> None:
-        """Publish, and wait until it is heard. Raises KbotError: it was refused."""
+        """Publish, and wait until KBot has the message. Raises KbotError: KBot rejected it."""
         self._calls += 1
         number = str(self._calls)
         self._send({"op": "advertise", "topic": topic, "type": type_name})
         self._send({"op": "set_level", "level": "info"})
         self._send({"op": "publish", "topic": topic, "msg": message, "id": number})
         while True:
-            said = self._receive(ANSWER_SECONDS)
-            if said.get("op") == "status" and said.get("id") == number:
+            reply = self._receive(ANSWER_SECONDS)
+            if reply.get("op") == "status" and reply.get("id") == number:
                 return
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Say which type `publish` will have. Raises KbotError: nobody hears it there."""
+        """Declare the type of what `publish` sends. Raises KbotError: KBot does not subscribe to it."""
         self._send({"op": "advertise", "topic": topic, "type": type_name})
         self.settle()
 
@@ -113,11 +113,11 @@ class GraphClient:
         self._socket.close()
 
     def settle(self) -> None:
-        """Wait until all that was sent is taken. Raises KbotError: one of it was refused."""
+        """Wait until KBot has every message that was sent. Raises KbotError: KBot rejected one."""
         self.call("/rosapi/get_time")
 
     def nanoseconds(self) -> int:
-        """What time it is there."""
+        """The simulation's time."""
         now = self.call("/rosapi/get_time")["time"]
         return int(now["secs"]) * 10**9 + int(now["nsecs"])
 
@@ -128,7 +128,7 @@ class GraphClient:
         return dict(sorted(zip(found["topics"], types, strict=True)))
 
     def subscribed(self) -> set[str]:
-        """Names of the topics that are heard there."""
+        """Names of the topics that KBot subscribes to."""
         nodes = self.call("/rosapi/nodes")["nodes"]
         details = [self.call("/rosapi/node_details", node=node) for node in nodes]
         return {name for found in details for name in found["subscribing"]}
@@ -150,23 +150,23 @@ class GraphClient:
             raise _gone(error) from None
 
     def _receive(self, timeout: float) -> Values:
-        said = self._receive_until(time.monotonic() + timeout)
-        if said is None:
-            raise KbotError(f"the KBot does not answer within {timeout:g} s")
-        return said
+        message = self._receive_until(time.monotonic() + timeout)
+        if message is None:
+            raise KbotError(f"KBot does not answer within {timeout:g} s")
+        return message
 
     def _receive_until(self, end: float | None) -> Values | None:
-        """None where nothing came until then."""
+        """The next message, or None if none came until `end`."""
         try:
             left = None if end is None else max(0.0, end - time.monotonic())
-            said: Values = parse_json(self._socket.recv(left))
+            message: Values = parse_json(self._socket.recv(left))
         except TimeoutError:
             return None
         except (OSError, WebSocketException) as error:
             raise _gone(error) from None
-        if said.get("op") == "status" and said.get("level") == "error":
-            raise KbotError(str(said.get("msg")))
-        return said
+        if message.get("op") == "status" and message.get("level") == "error":
+            raise KbotError(str(message.get("msg")))
+        return message
 
 
 def _gone(error: Exception) -> KbotError:

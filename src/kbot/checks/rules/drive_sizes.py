@@ -1,4 +1,4 @@
-"""Rules that hold the wheel sizes told to plugins and controllers against the wheels themselves."""
+"""Rules that compare the wheel sizes given to plugins and controllers with the wheels themselves."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _conventions(pair: Pair) -> list[float]:
 
 @rule("D105", "separation-differs", Severity.WARNING, "drive")
 def separation_differs(context: Context) -> Found:
-    """A wheel separation, told to a plugin or controller or kept as a property, that is not the robot's own.
+    """A wheel separation, given to a plugin or controller or as a property, that is not the robot's own.
 
     Why: yaw is reckoned as (right - left) / separation. With 0.15 m for a robot of 0.174 m every turn is
     reported 16 % too large: after one turn odometry is 58 degrees off.
@@ -44,14 +44,14 @@ def separation_differs(context: Context) -> Found:
     true = pairs[0].separation
     related = _joint_places(pairs[0])
     for driver in context.drivers:
-        told, word = driver.separation, driver.separation_word
-        if told is None or word is None or told <= 0.0:
+        given, word = driver.separation, driver.separation_word
+        if given is None or word is None or given <= 0.0:
             continue
-        if len(pairs) > 1 and true <= told <= 2.5 * true:
+        if len(pairs) > 1 and true <= given <= 2.5 * true:
             continue  # a skid-steer robot is given the track it turns with, which is wider
-        if abs(told - true) > max(0.01 * true, 5e-4):
+        if abs(given - true) > max(0.01 * true, 5e-4):
             yield Finding(
-                word.origin, f"{driver.name}: " + _apart(told, true), "compute it from the joints", related
+                word.origin, f"{driver.name}: " + _apart(given, true), "compute it from the joints", related
             )
     for name, value, origin in _properties(context, _SEPARATION):
         if (
@@ -68,10 +68,10 @@ def separation_differs(context: Context) -> Found:
             )
 
 
-def _apart(told: float, true: float) -> str:
+def _apart(given: float, true: float) -> str:
     return (
-        f"the wheels are {true:.4g} m apart from middle to middle, not {told:.4g}: yaw reckoned with it is "
-        f"{(true / told - 1.0) * 100.0:+.0f} % off"
+        f"the wheels are {true:.4g} m apart from middle to middle, not {given:.4g}: yaw computed with it is "
+        f"{(true / given - 1.0) * 100.0:+.0f} % off"
     )
 
 
@@ -95,7 +95,7 @@ def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, 
 
 @rule("D106", "radius-differs", Severity.WARNING, "drive")
 def radius_differs(context: Context) -> Found:
-    """A wheel radius or diameter told to a plugin or controller that is not the wheels' own.
+    """A wheel radius or diameter given to a plugin or controller that is not the wheels' own.
 
     Why: every distance is off by the ratio: with 0.04 for 0.035 m the robot says 1.14 m when it has gone 1 m.
 
@@ -112,27 +112,27 @@ def radius_differs(context: Context) -> Found:
     radii = [w.radius for w in wheels if w.radius]
     related = tuple(Related(f"the shape of '{w.link}'", w.part.origin) for w in wheels[:1] if w.part)
     for driver in context.drivers:
-        told, word = driver.radius, driver.radius_word
-        if told is None or word is None or told <= 0.0:
+        given, word = driver.radius, driver.radius_word
+        if given is None or word is None or given <= 0.0:
             continue
-        if all(abs(told - r) > max(0.01 * r, 2e-4) for r in radii):
+        if all(abs(given - r) > max(0.01 * r, 2e-4) for r in radii):
             true = radii[0]
             yield Finding(
                 word.origin,
-                f"{driver.name}: it reckons with a wheel radius of {told:.4g} m, the wheels have "
+                f"{driver.name}: it computes with a wheel radius of {given:.4g} m, the wheels have "
                 f"{true:.4g}: distances "
-                f"are {(told / true - 1.0) * 100.0:+.0f} % off",
+                f"are {(given / true - 1.0) * 100.0:+.0f} % off",
                 f"use twice the radius that makes the wheels: {2.0 * true:.4g}"
                 if "diameter" in word.key.lower()
                 else f"use the radius that makes the wheels: {true:.4g}",
                 related,
             )
     for name, value, origin in _properties(context, _RADIUS):
-        told = value / 2.0 if "diameter" in name.lower() else value
-        if all(abs(told - r) > 0.01 * r for r in radii):
+        given = value / 2.0 if "diameter" in name.lower() else value
+        if all(abs(given - r) > 0.01 * r for r in radii):
             yield Finding(
                 origin,
-                f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {told:.4g}",
+                f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {given:.4g}",
                 "make the wheels from it",
                 related,
             )

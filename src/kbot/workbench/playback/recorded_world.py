@@ -35,7 +35,7 @@ class RecordedWorld:
     def __init__(self, run: RecordedRun) -> None:
         self._run = run
         self.note = ""
-        """Why no world is shown, in words; empty where one is, or none was told of."""
+        """Why no world is shown; empty if one is shown or none was recorded."""
         self._built: World | None = None
         named = run.facts.get("world")
         if named is not None:
@@ -80,7 +80,7 @@ class RecordedWorld:
         return self._poses.get(name)
 
     def poses(self) -> Iterator[Transform]:
-        """Of all that moves, in the order in which the page is told of it."""
+        """Poses of everything that moves, in the order of the page's scene."""
         world, others = self.present
         for body in world.bodies if world is not None else ():
             if not body.is_static:
@@ -107,17 +107,17 @@ class RecordedWorld:
 
 @lru_cache(KEPT)
 def _thing(change: str) -> Body:
-    """What was spawned, as the journal has it; read once, for each message tells of all before it too."""
-    told = parse_json(change)
-    pose = Transform.from_xyz_rpy((told["x"], told["y"], told["z"]), (0.0, 0.0, told["yaw"]))
-    return thing(told["kind"], told["name"], pose, told["size"] and tuple(told["size"]))
+    """A thing that was spawned. Cached: each message of the journal repeats all changes before it."""
+    values = parse_json(change)
+    pose = Transform.from_xyz_rpy((values["x"], values["y"], values["z"]), (0.0, 0.0, values["yaw"]))
+    return thing(values["kind"], values["name"], pose, values["size"] and tuple(values["size"]))
 
 
 @lru_cache(KEPT)
 def _model(change: str) -> tuple[Body, ...]:
-    told = parse_json(change)
-    reach = Reach() if told.get("is_confined") else None
-    return model_of_sdf(told["sdf"], told["name"], Transform(told["matrix"]), reach)[0]
+    values = parse_json(change)
+    reach = Reach() if values.get("is_confined") else None
+    return model_of_sdf(values["sdf"], values["name"], Transform(values["matrix"]), reach)[0]
 
 
 @lru_cache(KEPT)
