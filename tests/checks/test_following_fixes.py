@@ -43,7 +43,7 @@ def test_an_undefined_name_is_defined_and_not_replaced_by_a_similar_one() -> Non
 
 
 def test_the_inserted_property_asks_for_its_value() -> None:
-    text, _ = fixed(CASTER, "robot.xacro", found_in, unsafe=True)
+    text, *_ = fixed(CASTER, "robot.xacro", found_in, unsafe=True)
     head, _, rest = CASTER.partition("\n")
     assert text == f'{head}\n  <xacro:property name="caster_wheel_radius" value="${{…}}"/>\n{rest}'
     (error,) = (d for d in found_in(text) if d.is_error)
@@ -54,9 +54,9 @@ def test_the_inserted_property_asks_for_its_value() -> None:
 
 def test_two_undefined_names_are_both_defined() -> None:
     text = CASTER.replace("${caster_wheel_radius - wheel_radius}", "${caster_size + mast_height}")
-    text, applied = fixed(text, "robot.xacro", found_in, unsafe=True)
+    text, applied, _ = fixed(text, "robot.xacro", found_in, unsafe=True)
     assert len(applied) == 1  # an expression stops at the first
-    text, applied = fixed(text.replace("${…}", "1"), "robot.xacro", found_in, unsafe=True)
+    text, applied, _ = fixed(text.replace("${…}", "1"), "robot.xacro", found_in, unsafe=True)
     assert len(applied) == 1
     assert text.count("<xacro:property") == 3
 
@@ -161,7 +161,7 @@ def found_by_word(text: str) -> list[Diagnostic]:
 def test_every_fix_that_helps_is_applied_beside_those_that_do_not(size: int) -> None:
     """No note: the search ends by itself, and a note is a warning, which fails a test."""
     text = MANY_FIXES + " " * (size - len(MANY_FIXES))
-    after, applied = fixed(text, "robot.xacro", found_by_word, unsafe=False)
+    after, applied, _ = fixed(text, "robot.xacro", found_by_word, unsafe=False)
     assert after == text.replace("good", "done")
     assert len(applied) == 90
 
@@ -176,7 +176,7 @@ def test_a_search_that_fails_too_often_stops_with_a_note(monkeypatch: pytest.Mon
         return found_by_word(changed)
 
     with pytest.warns(UserWarning, match="stopped after 17 tries: run `kbot check --fix` again"):
-        after, applied = fixed(text, "robot.xacro", check, unsafe=False)
+        after, applied, _ = fixed(text, "robot.xacro", check, unsafe=False)
     assert "error" not in after
     assert 0 < len(applied) < 90
     assert after.count("done") == len(applied)

@@ -67,7 +67,7 @@ def check(text: str) -> tuple[Diagnostic, ...]:
 
 def mended(text: str) -> str:
     """The text with its fixes, unsafe ones too; mending it once more changes nothing."""
-    done, _ = fixed(text, "r.xacro", check, unsafe=True)
+    done, *_ = fixed(text, "r.xacro", check, unsafe=True)
     assert fixed(done, "r.xacro", check, unsafe=True)[0] == done
     return done
 

@@ -12,6 +12,7 @@ from kbot.checks import check_file
 from kbot.checks.config import Config
 from kbot.checks.fixes import fixed_includes
 from kbot.model.load import resolve_robot_path
+from kbot.text import Diagnostic
 
 MAIN, MACROS, CONTROL = "kbot.xacro", "kbot_macros.xacro", "kbot_control.xacro"
 WHEEL = '<xacro:cylinder_inertia m="${wheel_mass}" r="${wheel_radius}" h="${wheel_width}" rpy="${pi/2} 0 0"/>'
@@ -107,7 +108,11 @@ def test_a_macro_is_mended_where_every_call_has_the_fault(package: Path) -> None
     broken = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>')
     path.write_text(broken, "utf-8")
     main = str(package / MAIN)
-    mended = fixed_includes(main, lambda: check_file(main, config=Config()), unsafe=False)
+
+    def check_main() -> tuple[Diagnostic, ...]:
+        return check_file(main, config=Config())
+
+    mended = fixed_includes(main, check_main(), check_main, unsafe=False)
     assert [f.title for f in mended.fixes] == ["remove rpy"]
     assert list(mended.texts.values()) == [(broken, text)]
     assert path.read_text("utf-8") == broken

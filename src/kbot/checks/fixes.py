@@ -16,15 +16,18 @@ from kbot.text.notes import note
 Check = Callable[[str], Sequence[Diagnostic]]
 
 
-def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[Fix]]:
-    """The text with its fixes applied, and those that were. `check` gives the findings of a text.
+def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[Fix], Sequence[Diagnostic]]:
+    """The text with its fixes applied, those that were, and the findings left. `check` finds those of a text.
 
     Fixes that edit another file are left out.
     """
-    texts, applied, _ = _search(
-        {path: text}, lambda texts: check(texts[path]), lambda found: _usable(found, path, unsafe)
+    texts, applied, found = _search(
+        {path: text},
+        check(text),
+        lambda texts: check(texts[path]),
+        lambda found: _usable(found, path, unsafe),
     )
-    return texts[path], applied
+    return texts[path], applied, found
 
 
 _CHECKED_BYTES = 12_000_000
@@ -34,14 +37,20 @@ _BYTES_OF_A_FINDING = 150
 """A finding takes as long as so many bytes: 5,000 in a file of 104 kB add 0.2 s to a check (measured)."""
 _FEWEST_TRIES = 17
 """Failing tries in a large file: halving 2**16 fixes takes as many to find the one that does not help."""
+_BYTES_IN_ALL = 24_000_000
+"""Bytes that are checked in all: about 10 s. A very large file gets fewer tries, or none."""
+_OTHER_CHECKS = 3
+"""Checks beside the tries: before the fixes, after them for the report, and one for everything else."""
 
 
 def _search(
     texts: Mapping[str, str],
+    found: Sequence[Diagnostic],
     check: Callable[[Mapping[str, str]], Sequence[Diagnostic]],
     usable: Callable[[Sequence[Diagnostic]], Sequence[Fix]],
 ) -> tuple[Mapping[str, str], list[Fix], Sequence[Diagnostic]]:
-    """Some files' texts by path with the fixes that help applied, these fixes, and the findings left.
+    """Some files' texts by path with the fixes that help applied, these fixes, and the findings left, where
+    `found` are the findings of the texts as they are.
 
     All usable fixes are tried together. If that does not leave the texts with fewer findings and no new
     error, each half is tried, and so on down to single fixes. Those that do not help are discarded.
@@ -49,11 +58,15 @@ def _search(
     another round. When too many tries failed the search stops with a note.
     """
     applied: list[Fix] = []
-    found = check(texts)
     portions = [usable(found)]
     sources = {edit.span.file: edit.span.source for fix in portions[0] for edit in fix.edits}
     size = sum(len(source.text) for source in sources.values()) + _BYTES_OF_A_FINDING * len(found)
     most = max(_FEWEST_TRIES, _CHECKED_BYTES // (size + 1))
+    most = min(most, _BYTES_IN_ALL // (size + 1) - _OTHER_CHECKS)
+    is_listed = not any(d.code == "K004" for d in found)
+    if portions[0] and not (is_listed and most > 0):
+        note("no fix is tried: the file is too large or has too many findings; fix some by hand first")
+        return texts, [], found
     failed = 0
     while portions[0]:
         before, kept = texts, list[Fix]()
@@ -175,8 +188,11 @@ class Mended:
     left_alone: tuple[str, ...]
 
 
-def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe: bool) -> Mended:
-    """The files that `path` includes with their fixes applied. `check` gives the findings of the whole.
+def fixed_includes(
+    path: str, found: Sequence[Diagnostic], check: Callable[[], Sequence[Diagnostic]], unsafe: bool
+) -> Mended:
+    """The files that `path` includes with their fixes applied. `found` are the findings of the whole, and
+    `check` gives them anew.
 
     They are tried as those of one file are.
     """
@@ -185,7 +201,7 @@ def fixed_includes(path: str, check: Callable[[], Sequence[Diagnostic]], unsafe:
         with unsaved(texts):
             return check()
 
-    after, applied, found = _search({}, check_all, lambda found: _others(found, path, unsafe)[0])
+    after, applied, found = _search({}, found, check_all, lambda found: _others(found, path, unsafe)[0])
     before: dict[str, str] = {}
     for fix in applied:
         before.setdefault(fix.edits[0].span.file, fix.edits[0].span.source.text)

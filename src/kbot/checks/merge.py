@@ -76,6 +76,7 @@ class _Copies:
 
     def __init__(self, context: Context, groups: Iterable[list[Diagnostic]]) -> None:
         self._context = context
+        self._paths: dict[int, str] = {}
         spans = [g[0].origin.span for g in groups if g[0].origin]
         self._calls: dict[tuple[str, int], list[Call]] = {(s.file, _tag_at(s)): [] for s in spans}
         starts = {start for _, start in self._calls}
@@ -87,14 +88,23 @@ class _Copies:
 
     def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
         """Findings of one place: as they are when all its copies have them, else at their calls."""
-        by_calls = {_chain(d.origin): d for d in group if d.origin}
+        by_calls = {self._path(d.origin.call): d for d in group if d.origin}
         span = group[0].origin.span if group[0].origin else None
         calls = self._calls[span.file, _tag_at(span)] if span else []
-        others = [c for c in calls if _spans(c) not in by_calls]
+        others = [c for c in calls if self._path(c) not in by_calls]
         if not others:
             return list(by_calls.values())
         faultless = {(level, call.span) for c in others for level, call in enumerate(_macros(c))}
         return [_at_call(d, faultless, self._context) for d in by_calls.values()]
+
+    def _path(self, call: Call | None) -> str:
+        """The macro calls that lead to an element, made once for all elements that share them."""
+        path = self._paths.get(id(call))
+        if path is None:
+            spans = (c.span for c in _macros(call))
+            path = " ".join(f"{span.start}:{span.end}:{span.file}" for span in spans)
+            self._paths[id(call)] = path
+        return path
 
 
 def _tag_at(span: Span) -> int:
@@ -108,14 +118,6 @@ def _tag_at(span: Span) -> int:
 
 def _macros(call: Call | None) -> list[Call]:
     return [c for c in call.chain() if c.kind == "macro"] if call else []
-
-
-def _spans(call: Call | None) -> tuple[Span, ...]:
-    return tuple(c.span for c in _macros(call))
-
-
-def _chain(origin: Origin) -> tuple[Span, ...]:
-    return _spans(origin.call)
 
 
 def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: Context) -> Diagnostic:

@@ -14,6 +14,7 @@ from kbot.checks.registry import all_rules
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
+from kbot.text.diagnostic import bounded
 from kbot.text.errors import reading
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ def _of_description(context: Context) -> list[Diagnostic]:
 def _wanted(found: list[Diagnostic], path: str, config: Config) -> tuple[Diagnostic, ...]:
     """Those that the configuration wants, in order of place."""
     wanted = (d for d in found if config.wants(d.code, d.origin.span.file if d.origin else path))
-    return tuple(sorted(wanted, key=lambda d: _place(d, path)))
+    return bounded(sorted(wanted, key=lambda d: _place(d, path)))
 
 
 def _place(diagnostic: Diagnostic, path: str) -> tuple[bool, str, int, str]:

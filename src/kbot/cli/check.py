@@ -107,9 +107,11 @@ def command(
             found += error.diagnostics
     if values:
         jobs = _with_typed_names(jobs, values)
-    mended = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else {}
-    with unsaved(mended if diff else {}):
-        found = _same_place_once([*found, *(d for job in jobs for d in job.check())])
+    changed, findings = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else ({}, {})
+    with unsaved(changed if diff else {}):
+        for job in jobs:
+            found += findings.get(id(job)) or job.check()
+    found = _same_place_once(found)
     if fix or unsafe_fixes:
         found = [_without_tried(d, unsafe_fixes) for d in found]
     known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
@@ -203,12 +205,18 @@ def _place(word: str, packages: Packages) -> str:
     return folder
 
 
-def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
-    """Apply fixes to the jobs' own files and to those they include, or show what they would change; the
-    texts that they make, by path."""
+def _mend(
+    jobs: Sequence[_Job], unsafe: bool, diff: bool
+) -> tuple[Mapping[str, str], Mapping[int, Sequence[Diagnostic]]]:
+    """Apply fixes to the jobs' own files and to those they include, or show what they would change.
+
+    Returns the new texts by path and, if there are none, the findings by the `id` of their job: a check of a
+    large file takes seconds.
+    """
     changed: dict[str, tuple[str, str, str]] = {}
     """By real path, for one file may go by several names: the first of them, the text before and after."""
     after: dict[str, str] = {}
+    findings: dict[int, Sequence[Diagnostic]] = {}
     fixes: list[Fix] = []
     left_alone: dict[str, None] = {}
     for job in {j.path: j for j in jobs}.values():
@@ -217,9 +225,10 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
                 source = read_source(job.path)
             except DescriptionError:
                 continue
-            text, own = fixed(source.text, job.path, job.check_text, unsafe)
+            text, own, found = fixed(source.text, job.path, job.check_text, unsafe)
+            findings[id(job)] = found
             with unsaved({job.path: text}):
-                includes = fixed_includes(job.path, job.check, unsafe)
+                includes = fixed_includes(job.path, found, job.check, unsafe)
         for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
             if old != new:
                 real = os.path.realpath(path)
@@ -236,7 +245,7 @@ def _mend(jobs: Sequence[_Job], unsafe: bool, diff: bool) -> Mapping[str, str]:
         click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
     for path in left_alone:
         click.echo(f"{path}: outside the working directory, its fixes are left alone", err=True)
-    return after
+    return after, ({} if after else findings)
 
 
 def _without_tried(found: Diagnostic, unsafe: bool) -> Diagnostic:

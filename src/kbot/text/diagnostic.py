@@ -7,6 +7,14 @@ from enum import StrEnum
 
 from kbot.text.span import Origin, Span
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_MOST = 100_000
+"""Size of all diagnostics of a file, as `_size` counts it: 25,000 without macro calls. No real file has as
+many. To print them as SARIF takes 3 s and 300 MB, a third of what a hostile file may take."""
+
 
 class Severity(StrEnum):
     """How much a finding matters: an error is refused, a warning misbehaves, info may be meant."""
@@ -66,3 +74,25 @@ class Diagnostic:
     def __str__(self) -> str:
         where = f"{self.origin}: " if self.origin else ""
         return f"{where}{self.severity}: {self.message} [{self.code}]"
+
+
+def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """The diagnostics of a file in their order. If there are very many, errors are kept before others, and a
+    last one, K004, counts those that are left out."""
+    if sum(map(_size, diagnostics)) <= _MOST:
+        return tuple(diagnostics)
+    kept, size = list[int](), 0
+    for index in sorted(range(len(diagnostics)), key=lambda index: not diagnostics[index].is_error):
+        size += _size(diagnostics[index])
+        if size > _MOST:
+            break
+        kept.append(index)
+    message = f"{len(diagnostics) - len(kept)} more findings are not listed"
+    more = Diagnostic("K004", Severity.WARNING, message, None, "fix the listed ones first")
+    return (*(diagnostics[index] for index in sorted(kept)), more)
+
+
+def _size(diagnostic: Diagnostic) -> int:
+    """How many places it has, where a finding takes as long to print as four."""
+    calls = len(diagnostic.origin.stack) if diagnostic.origin else 0
+    return 4 + calls + len(diagnostic.related)

@@ -23,10 +23,12 @@ class KbotError(Exception):
 
 
 class DescriptionError(KbotError):
-    """A description that cannot be used, with all its diagnostics."""
+    """A description that cannot be used, with its diagnostics: all of them, unless there are very many."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        self.diagnostics = tuple(diagnostics)
+        from kbot.text.diagnostic import bounded  # most runs of kbot raise none
+
+        self.diagnostics = bounded(tuple(diagnostics))
         super().__init__("\n".join(str(d) for d in self.diagnostics if d.is_error))
 
 

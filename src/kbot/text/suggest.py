@@ -113,6 +113,7 @@ def _words(name: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     return "_".join(words), tuple(word for word in words if word.isdigit()), tuple(sorted(words))
 
 
+@lru_cache(maxsize=1 << 14)  # the same slip is often made many times
 def _is_a_slip(written: str, meant: str, shortest: int = 0, *, sides: bool = True) -> bool:
     """Whether one letter is missing, extra, replaced or exchanged with the next, or capitals, separators or
     the order of the words differ. A word that is edited has at least `shortest` letters.
