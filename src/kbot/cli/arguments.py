@@ -61,8 +61,20 @@ def package_path_option(function: _Function) -> _Function:
         multiple=True,
         metavar="DIR",
         type=click.Path(exists=True, file_okay=False),
-        help="Where to look for packages first: a package, or a folder of packages. May be repeated.",
+        help="Package, or folder of packages, to search first. Can be repeated.",
     )(function)
+
+
+def json_option(function: _Function) -> _Function:
+    """`--json`, as `as_json: bool`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(function)
+
+
+def output_option(*names: str, metavar: str = "OUT") -> Callable[[_Function], _Function]:
+    """`-o OUT` of a verb that prints its result otherwise, as `output: str | None`."""
+    return click.option(
+        "-o", *names, "output", metavar=metavar, show_default="stdout", help="File to write the result to."
+    )
 
 
 def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
@@ -105,26 +117,40 @@ def config_option(function: _Function) -> _Function:
         "displays",
         callback=_displays,
         metavar="FILE",
-        help="Displays as a .kbot.yaml or a .rviz file sets them; the page saves to it.",
+        help="Display configuration, .kbot.yaml or .rviz. Saving in the page writes to this file.",
     )(function)
 
 
 def page_options(function: _Function) -> _Function:
     """`--host`, `--port` and `--no-browser`, as `host: str`, `port: int | None`, `browser: bool`."""
     function = click.option(
-        "--no-browser", "browser", flag_value=False, default=True, help="Print the address; open nothing."
+        "--no-browser",
+        "browser",
+        flag_value=False,
+        default=True,
+        help="Print the address; do not open a browser.",
     )(function)
     function = click.option(
         "--port",
         type=click.IntRange(0, 65535),
         metavar="N",
-        help="Port of the page; 0 takes any free one.  [default: the first free one from 8300 on]",
+        show_default="first free port from 8300",
+        help="Port of the page. 0 selects any free port.",
     )(function)
     return click.option(
-        "--host", default="127.0.0.1", show_default=True, help="Address to serve the page on."
+        "--host",
+        default="127.0.0.1",
+        show_default=True,
+        metavar="ADDRESS",
+        help="Address to serve the page on.",
     )(function)
 
 
-def examples(*lines: str) -> str:
-    """An epilog for `click.command(epilog=…)` that shows these command lines as they stand."""
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+def examples(*lines: str | tuple[str, str]) -> str:
+    """An epilog for `click.command(epilog=…)` that shows command lines, some with a comment.
+
+    The comments start in one column, behind the longest command that has one.
+    """
+    width = max((len(line[0]) for line in lines if isinstance(line, tuple)), default=0)
+    shown = (line if isinstance(line, str) else f"{line[0]:<{width}}  # {line[1]}" for line in lines)
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in shown)

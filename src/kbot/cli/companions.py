@@ -102,40 +102,54 @@ _RECORD_OPTIONS = (
     click.option(
         "--record",
         metavar="FILE",
-        help="Record the run: .mcap, .bag for ROS 1, without suffix a folder of rosbag2.",
+        help="File to record the run to: .mcap, .bag (ROS 1), or a rosbag2 folder if FILE has no suffix.",
     ),
     click.option(
         "--record-topic",
         "record_topics",
         multiple=True,
         metavar="NAME",
-        help="Record only this topic; may be repeated.",
+        show_default="all topics",
+        help="Topic to record. Can be repeated.",
     ),
 )
 
 _BRIDGE_OPTIONS = (
-    click.option("--ros1", is_flag=True, help="Be a node of ROS 1, with a master of our own where none is."),
-    click.option("--ros2", is_flag=True, help="Be a node of ROS 2 over DDS; needs the extra ros2."),
-    click.option("--zenoh", is_flag=True, help="Be a node of ROS 2 over Zenoh; needs the extra zenoh."),
-    click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick, from port 8765 on."),
-    click.option("--rosbridge", is_flag=True, help="Serve roslibjs and roslibpy, from port 9090 on."),
+    click.option("--ros1", is_flag=True, help="Connect as a ROS 1 node; start a master if none is running."),
+    click.option(
+        "--ros2", is_flag=True, help="Connect as a ROS 2 node over DDS. Needs pip install 'kbot[ros2]'."
+    ),
+    click.option(
+        "--zenoh", is_flag=True, help="Connect as a ROS 2 node over Zenoh. Needs pip install 'kbot[zenoh]'."
+    ),
+    click.option(
+        "--foxglove",
+        is_flag=True,
+        help="Start a server for Foxglove and Lichtblick on port 8765, or the next free port.",
+    ),
+    click.option(
+        "--rosbridge",
+        is_flag=True,
+        help="Start a server for roslibjs and roslibpy on port 9090, or the next free port.",
+    ),
     click.option(
         "--bridges",
         type=click.Choice(["auto"]),
-        help="Every bridge whose peer is found: a ROS 1 master, a ROS 2, a Zenoh router; and both servers.",
+        help="Open the Foxglove and rosbridge servers, and every other bridge that finds a peer.",
     ),
     click.option(
         "--bridge-host",
         metavar="ADDRESS",
-        help="Address of this machine that other machines reach bridges at. Only with it are ROS 1 nodes of "
-        "other machines contacted.  [default: only this machine]",
+        show_default="this machine only",
+        help="Address of this machine at which other machines reach the bridges. Also lets KBot contact "
+        "ROS 1 nodes on other machines.",
     ),
     click.option(
         "--no-navigation",
         "navigation",
         flag_value=False,
         default=True,
-        help="Leave goals, plan and map to a peer such as Nav2, on bridges.",
+        help="Leave goals, plan and map to a peer such as Nav2.",
     ),
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +12,8 @@ from kbot.cli.output import fail
 from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
+    from click.types import OptionHelpExtra
+
     from kbot.kinematics import PlanarPose
 
 
@@ -22,6 +25,24 @@ class Within(click.FloatRange):
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
         return number
+
+
+class _WithoutRange(click.Option):
+    """Its help does not show the range, which holds for every value that anybody writes."""
+
+    def get_help_extra(self, ctx: click.Context) -> OptionHelpExtra:
+        extra = super().get_help_extra(ctx)
+        extra.pop("range", None)
+        return extra
+
+
+SECONDS = Within(0.0, 9.2e9)
+"""Times that 64 bits of nanoseconds hold."""
+
+
+def seconds_option(*names: str, **more: Any) -> Callable[[click.decorators.FC], click.decorators.FC]:  # noqa: ANN401 - as click has it
+    """An option that is a time of a recording, in seconds."""
+    return click.option(*names, cls=_WithoutRange, type=SECONDS, metavar="S", **more)
 
 
 def pose_of(option: str, text: str) -> PlanarPose:

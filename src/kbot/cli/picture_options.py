@@ -16,6 +16,13 @@ if TYPE_CHECKING:
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
+def size_option(default: str) -> Callable[[_Function], _Function]:
+    """`--size`, as `size: str`."""
+    return click.option(
+        "--size", default=default, show_default=True, metavar="WxH", help="Image size in pixels."
+    )
+
+
 def look_options(function: _Function) -> _Function:
     """`--size`, `--from`, `--transparent` and `--theme`, as `size`, `side`, `transparent` and `theme`."""
     for option in (
@@ -24,20 +31,19 @@ def look_options(function: _Function) -> _Function:
             type=click.Choice(["dark", "light"]),
             default="dark",
             show_default=True,
-            help="Its colours.",
+            help="Colour theme.",
         ),
-        click.option("--transparent", is_flag=True, help="the robot alone, on nothing."),
+        click.option("--transparent", is_flag=True, help="Transparent background."),
         click.option(
             "--from",
             "side",
             default="215,28",
             show_default=True,
             metavar="AZ,EL",
-            help="from where, in degrees; 0,0 is ahead of it, 90,0 its left, 0,90 above.",
+            help="Camera direction as azimuth,elevation in degrees. 0,0 looks at the front, 90,0 at the left "
+            "side, 0,90 from above.",
         ),
-        click.option(
-            "--size", default="1280x720", show_default=True, metavar="WxH", help="exactly so large."
-        ),
+        size_option("1280x720"),
     ):
         function = option(function)
     return function

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from kbot.cli.arguments import json_option
 from kbot.cli.output import fail, print_json
 from kbot.text.yaml_text import NOT_MADE
 
@@ -30,24 +31,19 @@ SHORTENED = 120
 def at_option(function: _Function) -> _Function:
     """`--at`, as `at: str`."""
     return click.option(
-        "--at", default="", metavar="NUMBER", help="Which KBot, where several run: its process's number."
+        "--at", default="", metavar="NUMBER", help="Process ID of the KBot to use, if several are running."
     )(function)
-
-
-def json_option(function: _Function) -> _Function:
-    """`--json`, as `as_json: bool`."""
-    return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(function)
 
 
 def listing_options(function: _Function) -> _Function:
     """Those of a list of names with types: `show_types: bool`, `count: bool`, `as_json: bool`, `at: str`."""
-    types = click.option("-t", "--show-types", is_flag=True, help="With the type of each.")
+    types = click.option("-t", "--show-types", is_flag=True, help="Print each name with its type.")
     return types(count_option(json_option(at_option(function))))
 
 
 def count_option(function: _Function) -> _Function:
     """`--count`, as `count: bool`."""
-    return click.option("-c", "--count", is_flag=True, help="Only how many there are.")(function)
+    return click.option("-c", "--count", is_flag=True, help="Print only the number of names.")(function)
 
 
 def print_listing(types: Mapping[str, str], show_types: bool, as_json: bool, count: bool) -> None:

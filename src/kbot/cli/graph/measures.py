@@ -25,7 +25,7 @@ Report = Callable[[], str | None]
 
 def _options(function: click.decorators.FC) -> click.decorators.FC:
     """`topic: str`, `window: int`, `count: int | None`, `at: str`."""
-    count = click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Report N times and end.")
+    count = click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print N reports and exit.")
     window = click.option(
         "-w",
         "--window",
@@ -33,7 +33,7 @@ def _options(function: click.decorators.FC) -> click.decorators.FC:
         default=1000,
         show_default=True,
         metavar="N",
-        help="Of the newest N messages.",
+        help="Number of latest messages to average over.",
     )
     return click.argument("topic")(window(count(at_option(function))))
 
@@ -41,7 +41,10 @@ def _options(function: click.decorators.FC) -> click.decorators.FC:
 @click.command("hz", epilog=examples("kbot topic hz /odom", "kbot topic hz /scan --window 50 -n 3"))
 @_options
 def hz(topic: str, window: int, count: int | None, at: str) -> None:
-    """Print how often a topic is said, by the wall's clock, once a second until Ctrl-C."""
+    """Print a topic's publishing rate every second.
+
+    The rate is measured in wall-clock time. Ctrl-C stops it.
+    """
     times: deque[float] = deque(maxlen=window)
 
     def report() -> str | None:
@@ -58,7 +61,10 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
 @click.command("bw", epilog=examples("kbot topic bw /scan", "kbot topic bw /camera/image_raw -n 3"))
 @_options
 def bw(topic: str, window: int, count: int | None, at: str) -> None:
-    """Print how many bytes a second a topic is in CDR, as ROS 2 sends it, once a second until Ctrl-C."""
+    """Print a topic's bandwidth every second.
+
+    Messages are measured in CDR, the encoding that ROS 2 sends. Ctrl-C stops it.
+    """
     from kbot.wire import encode_cdr, known_type
     from kbot.wire.plain import from_plain
 
@@ -90,7 +96,10 @@ def bw(topic: str, window: int, count: int | None, at: str) -> None:
 @click.command("delay", epilog=examples("kbot topic delay /scan"))
 @_options
 def delay(topic: str, window: int, count: int | None, at: str) -> None:
-    """Print how old a topic's stamps are when it is said, by the simulation's clock, until Ctrl-C."""
+    """Print a topic's delay every second.
+
+    The delay is the time on /clock at arrival, minus the stamp of the message. Ctrl-C stops it.
+    """
     delays: deque[float] = deque(maxlen=window)
     now = 0.0
     name = full_name(topic)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import click
 
-from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, count_option, full_name, json_option
+from kbot.cli.arguments import examples, json_option
+from kbot.cli.graph.asking import ask, at_option, count_option, full_name
 from kbot.cli.output import fail, print_json
 
 
 @click.group("node", epilog=examples("kbot node list", "kbot node info /kbot"))
 def command() -> None:
-    """Nodes of a running KBot, with the words of `ros2 node`."""
+    """List and describe the nodes of a running KBot, like `ros2 node`."""
 
 
 @command.command("list", epilog=examples("kbot node list"))
@@ -19,7 +19,7 @@ def command() -> None:
 @json_option
 @at_option
 def list_(count: bool, as_json: bool, at: str) -> None:
-    """Print the names of the nodes."""
+    """List the nodes."""
     with ask(at) as graph:
         nodes = graph.call("/rosapi/nodes")["nodes"]
     if count:
@@ -35,7 +35,7 @@ def list_(count: bool, as_json: bool, at: str) -> None:
 @json_option
 @at_option
 def info(node: str, as_json: bool, at: str) -> None:
-    """Print what a node says, hears and serves."""
+    """Print a node's subscribers, publishers and services."""
     with ask(at) as graph:
         name = full_name(node)
         nodes = graph.call("/rosapi/nodes")["nodes"]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, full_name, json_option, read_word, read_yaml, to_yaml
+from kbot.cli.arguments import examples, json_option, output_option
+from kbot.cli.graph.asking import ask, at_option, full_name, read_word, read_yaml, to_yaml
 from kbot.cli.output import fail, print_json
 from kbot.text.files import read_text, write_text
 
@@ -40,18 +40,26 @@ def _two_at_most(
     epilog=examples(
         "kbot param get /robot_description > robot.urdf",
         "kbot param set /speed 0.5",
-        "kbot param dump -o params.yaml; kbot param load params.yaml",
+        "kbot param dump -o params.yaml",
+        "kbot param load params.yaml",
     ),
 )
 def command() -> None:
-    """Parameters of a running KBot; the same as those of the ROS 1 master that it bridges to."""
+    """Read and set the parameters of a running KBot, like `ros2 param`.
+
+    If KBot is connected to a ROS 1 master, both have the same parameters.
+    """
 
 
 @command.command("list", epilog=examples("kbot param list"))
 @click.argument("node", metavar="[NODE]", default="")
 @at_option
 def list_(node: str, at: str) -> None:
-    """Print the names of the parameters; with NODE those beneath its name, and KBot's own are all."""
+    """List the parameters.
+
+    With NODE, list only the parameters in its namespace. A node of KBot, such as /kbot, has all
+    parameters.
+    """
     with ask(at) as graph:
         click.echo("\n".join(_names(graph, node)))
 
@@ -61,7 +69,12 @@ def list_(node: str, at: str) -> None:
 @json_option
 @at_option
 def get(name: tuple[str, ...], as_json: bool, at: str) -> None:
-    """Print a parameter's value: a text as it stands, else YAML."""
+    """Print a parameter's value.
+
+    Strings are printed without quotes, other values as YAML.
+
+    NODE NAME means NODE/NAME, or /NAME if only that exists.
+    """
     with ask(at) as graph:
         value = _get(graph, _found(graph, *name))
     if as_json:
@@ -74,7 +87,10 @@ def get(name: tuple[str, ...], as_json: bool, at: str) -> None:
 @_name_argument
 @at_option
 def describe(name: tuple[str, ...], at: str) -> None:
-    """Print a parameter's type."""
+    """Print a parameter's type.
+
+    NODE NAME means NODE/NAME, or /NAME if only that exists.
+    """
     with ask(at) as graph:
         full = _found(graph, *name)
         kind = _kind(_get(graph, full))
@@ -86,7 +102,10 @@ def describe(name: tuple[str, ...], at: str) -> None:
 @click.argument("value")
 @at_option
 def set_(name: tuple[str, ...], value: str, at: str) -> None:
-    """Set a parameter to a value in YAML."""
+    """Set a parameter.
+
+    VALUE is YAML. NODE NAME means NODE/NAME, or /NAME if only that exists.
+    """
     with ask(at) as graph:
         _set(graph, _found(graph, *name), read_word(value, "VALUE", "0.5 or '[a, b]'"))
 
@@ -95,7 +114,10 @@ def set_(name: tuple[str, ...], value: str, at: str) -> None:
 @_name_argument
 @at_option
 def delete(name: tuple[str, ...], at: str) -> None:
-    """Take a parameter away."""
+    """Delete a parameter.
+
+    NODE NAME means NODE/NAME, or /NAME if only that exists.
+    """
     with ask(at) as graph:
         full = _found(graph, *name)
         _get(graph, full)  # says which is meant, where there is none
@@ -104,10 +126,14 @@ def delete(name: tuple[str, ...], at: str) -> None:
 
 @command.command("dump", epilog=examples("kbot param dump -o params.yaml"))
 @click.argument("node", metavar="[NODE]", default="")
-@click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
+@output_option("--output")
 @at_option
 def dump(node: str, output: str | None, at: str) -> None:
-    """Print all parameters as YAML, as `rosparam dump` does; with NODE those beneath its name."""
+    """Print the parameters as YAML, like `rosparam dump`.
+
+    With NODE, print only the parameters in its namespace. A node of KBot, such as /kbot, has all
+    parameters.
+    """
     with ask(at) as graph:
         values = {name: _get(graph, name) for name in _names(graph, node)}
     tree: dict[str, Any] = {}
@@ -128,7 +154,10 @@ def dump(node: str, output: str | None, at: str) -> None:
 @click.argument("namespace", default="/")
 @at_option
 def load(file: str, namespace: str, at: str) -> None:
-    """Set the parameters of a YAML file, under a namespace; also one of ROS 2's, `NODE FILE`."""
+    """Set parameters from a YAML file of ROS 1 or ROS 2.
+
+    NAMESPACE is put before each name. The order of ROS 2, NODE FILE, works too.
+    """
     if not Path(file).is_file() and Path(namespace).is_file():
         file, namespace = namespace, file
     text = read_text(file)

@@ -11,7 +11,8 @@ from typing import Any
 
 import click
 
-from kbot.cli.graph.asking import json_option, to_line, to_yaml
+from kbot.cli.arguments import json_option
+from kbot.cli.graph.asking import to_line, to_yaml
 
 _KINDS = {int: "integers", float: "numbers", bool: "booleans", str: "texts", dict: "messages"}
 
@@ -61,11 +62,13 @@ def style_options(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(style=Style(as_json=as_json, csv=as_csv, **chosen), **others)
 
     options = (
-        click.option("-f", "--full-length", "full", is_flag=True, help="Print long lists and texts whole."),
-        click.option("--no-arr", is_flag=True, help="Of lists only how long they are."),
-        click.option("--no-str", is_flag=True, help="Of texts only how long they are."),
-        click.option("--flow-style", is_flag=True, help="Print each message on one line of YAML."),
-        click.option("--csv", "as_csv", is_flag=True, help="Print values alone, with commas between."),
+        click.option(
+            "-f", "--full-length", "full", is_flag=True, help="Print long lists and strings in full."
+        ),
+        click.option("--no-arr", is_flag=True, help="Print only the length of lists."),
+        click.option("--no-str", is_flag=True, help="Print only the length of strings."),
+        click.option("--flow-style", is_flag=True, help="Print each message as one line of YAML."),
+        click.option("--csv", "as_csv", is_flag=True, help="Print only the values, separated by commas."),
     )
     styled = json_option(styled)
     for option in reversed(options):

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples
+from kbot.cli.arguments import examples, json_option
 from kbot.cli.graph.asking import (
     ask,
     at_option,
     full_name,
-    json_option,
     listing_options,
     print_listing,
     print_of_type,
@@ -37,13 +36,16 @@ _OUTCOME = (*_SAYS_SO, "status_message", "message")
     ),
 )
 def command() -> None:
-    """Services of a running KBot, with the words of `ros2 service`: Gazebo's by their names."""
+    """List, describe and call services of a running KBot, like `ros2 service`.
+
+    KBot's simulation offers services of Gazebo under their usual names.
+    """
 
 
 @command.command("list", epilog=examples("kbot service list -t"))
 @listing_options
 def list_(show_types: bool, count: bool, as_json: bool, at: str) -> None:
-    """Print the names of the services."""
+    """List the services."""
     with ask(at) as graph:
         types = _types(graph, typed=show_types or as_json)
     print_listing(types, show_types, as_json, count)
@@ -53,7 +55,7 @@ def list_(show_types: bool, count: bool, as_json: bool, at: str) -> None:
 @click.argument("type_name", metavar="TYPE")
 @at_option
 def find(type_name: str, at: str) -> None:
-    """Print the services of a type."""
+    """List the services of a type."""
     with ask(at) as graph:
         print_of_type(_types(graph, typed=True), type_name)
 
@@ -70,7 +72,7 @@ def _types(graph: GraphClient, *, typed: bool) -> dict[str, str]:
 @click.argument("service")
 @at_option
 def type_(service: str, at: str) -> None:
-    """Print the type of a service, and what it is asked and answers."""
+    """Print a service's type, request and response."""
     from kbot.wire.definitions import definition
     from kbot.wire.services import service_type
 
@@ -96,7 +98,13 @@ def type_(service: str, at: str) -> None:
 @json_option
 @at_option
 def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
-    """Call a service. VALUES are YAML; what is left out is zero. Exit status 1: it says it failed."""
+    """Call a service and print its response.
+
+    VALUES are the fields of the request in YAML, as one quoted argument. Fields that you leave out are
+    zero or empty.
+
+    Exit status: 0 fine; 1 the service reports a failure; 2 the service cannot be called.
+    """
     rest = words[1:] if words and "/" in words[0] and not words[0].lstrip().startswith(("{", "[")) else words
     values = read_values(rest, "{model_name: kbot}")
     with ask(at) as graph:

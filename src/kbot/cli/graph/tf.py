@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kbot.cli.arguments import examples
-from kbot.cli.graph.asking import ask, at_option, json_option, seconds, tell_of_silence, to_line
+from kbot.cli.arguments import examples, json_option
+from kbot.cli.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
 from kbot.cli.numbers import Within
 from kbot.cli.output import fail, print_json
 
@@ -26,14 +26,17 @@ KNOWN_SECONDS = 0.5
 
 @click.group("tf", epilog=examples("kbot tf tree", "kbot tf echo odom base_link --once"))
 def command() -> None:
-    """Frames of a running KBot, as /tf and /tf_static say them."""
+    """Print the coordinate frames of a running KBot, from /tf and /tf_static."""
 
 
 @command.command("tree", epilog=examples("kbot tf tree"))
 @json_option
 @at_option
 def tree(as_json: bool, at: str) -> None:
-    """Print the frames, each under its parent, after hearing /tf for a second."""
+    """Print the tree of frames.
+
+    The tree holds the frames that are published within one second.
+    """
     frames = _Frames()
     with ask(at) as graph:
         for topic, message in graph.listen(*_offered(graph.topics()), seconds=LOOK_SECONDS):
@@ -51,12 +54,23 @@ def tree(as_json: bool, at: str) -> None:
 @command.command("echo", epilog=examples("kbot tf echo odom base_link --rate 5"))
 @click.argument("frame")
 @click.argument("child")
-@click.option("-r", "--rate", type=Within(0.01, 100.0), default=1.0, show_default=True, metavar="HZ")
-@click.option("--once", is_flag=True, help="Print it once and end.")
+@click.option(
+    "-r",
+    "--rate",
+    type=Within(0.01, 100.0),
+    default=1.0,
+    show_default=True,
+    metavar="HZ",
+    help="Printing rate in Hz (wall-clock time).",
+)
+@click.option("--once", is_flag=True, help="Print one pose and exit.")
 @json_option
 @at_option
 def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str) -> None:
-    """Print where CHILD is in FRAME, as tf2_echo does: metres, a quaternion x y z w, and roll, pitch, yaw."""
+    """Print the pose of CHILD in FRAME until Ctrl-C, like tf2_echo.
+
+    The pose is a translation in m and a rotation, as a quaternion (x, y, z, w) and as roll, pitch, yaw.
+    """
     frames = _Frames()
     with ask(at) as graph:
         due = 0.0

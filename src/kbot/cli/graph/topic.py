@@ -9,13 +9,12 @@ from typing import Any
 
 import click
 
-from kbot.cli.arguments import examples
+from kbot.cli.arguments import examples, json_option
 from kbot.cli.graph.asking import (
     ask,
     at_option,
     full_name,
     is_type,
-    json_option,
     listen,
     listing_options,
     print_listing,
@@ -39,7 +38,7 @@ from kbot.cli.output import fail, print_json
     ),
 )
 def command() -> None:
-    """Topics of a running KBot, with the words of `ros2 topic`."""
+    """List, print, measure and publish topics of a running KBot, like `ros2 topic`."""
 
 
 for _measure in (hz, bw, delay):
@@ -48,9 +47,11 @@ for _measure in (hz, bw, delay):
 
 @command.command("list", epilog=examples("kbot topic list -t"))
 @listing_options
-@click.option("-v", "--verbose", is_flag=True, help="What is said and what is heard, each with its type.")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="List published and subscribed topics separately, with types."
+)
 def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) -> None:
-    """Print the names of the topics."""
+    """List the topics."""
     with ask(at) as graph:
         topics = graph.topics()
         heard = graph.subscribed() if verbose else set()
@@ -66,7 +67,7 @@ def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) 
 @click.argument("topic")
 @at_option
 def type_(topic: str, at: str) -> None:
-    """Print the type of a topic."""
+    """Print a topic's type."""
     with ask(at) as graph:
         click.echo(graph.type_of(full_name(topic)))
 
@@ -75,18 +76,20 @@ def type_(topic: str, at: str) -> None:
 @click.argument("type_name", metavar="TYPE")
 @at_option
 def find(type_name: str, at: str) -> None:
-    """Print the topics of a type."""
+    """List the topics of a type."""
     with ask(at) as graph:
         print_of_type(graph.topics(), type_name)
 
 
 @command.command("info", epilog=examples("kbot topic info /cmd_vel"))
 @click.argument("topic")
-@click.option("-v", "--verbose", is_flag=True, help="Of each node its name, its namespace and its end.")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="Print the name, namespace and endpoint type of each node."
+)
 @json_option
 @at_option
 def info(topic: str, verbose: bool, as_json: bool, at: str) -> None:
-    """Print a topic's type, and who speaks and listens."""
+    """Print a topic's type, publishers and subscribers."""
     with ask(at) as graph:
         name = full_name(topic)
         kind = graph.type_of(name)
@@ -122,15 +125,15 @@ def _end(node: str, kind: str, end: str) -> list[str]:
 @command.command("echo", epilog=examples("kbot topic echo /odom --once", "kbot topic echo /scan -n 5 --json"))
 @click.argument("topic")
 @click.argument("type_name", metavar="[TYPE]", default="")
-@click.option("--once", is_flag=True, help="Print one message and end.")
-@click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print so many messages and end.")
-@click.option("--field", metavar="A.B", help="Print only this part; [2] takes one of a list.")
+@click.option("--once", is_flag=True, help="Print one message and exit.")
+@click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print N messages and exit.")
+@click.option("--field", metavar="A.B", help="Field to print, such as pose.pose or ranges[2].")
 @style_options
 @at_option
 def echo(
     topic: str, type_name: str, once: bool, count: int | None, field: str | None, style: Style, at: str
 ) -> None:
-    """Print messages as they come, until Ctrl-C."""
+    """Print the messages of a topic until Ctrl-C."""
     with ask(at) as graph:
         name = full_name(topic)
         if type_name:
@@ -150,13 +153,25 @@ def echo(
 )
 @click.argument("topic")
 @click.argument("words", nargs=-1, metavar="[TYPE] [VALUES]")
-@click.option("-1", "--once", is_flag=True, help="Say it once.")
-@click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Say it so many times.")
-@click.option("-r", "--rate", type=Within(0.01, 1000.0), default=1.0, show_default=True, metavar="HZ")
+@click.option("-1", "--once", is_flag=True, help="Publish one message and exit.")
+@click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Publish N messages and exit.")
+@click.option(
+    "-r",
+    "--rate",
+    type=Within(0.01, 1000.0),
+    default=1.0,
+    show_default=True,
+    metavar="HZ",
+    help="Publishing rate in Hz (wall-clock time).",
+)
 @click.option("-w", "--wait-matching-subscriptions", type=int, expose_value=False, hidden=True)
 @at_option
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
-    """Say something on a topic that is heard, until Ctrl-C. VALUES are YAML; what is left out is zero."""
+    """Publish on a topic until Ctrl-C.
+
+    KBot must subscribe to TOPIC. VALUES are the fields of the message in YAML, as one quoted argument.
+    Fields that you leave out are zero or empty.
+    """
     kind = words[0] if words and re.fullmatch(r"\w+(/msg)?/\w+", words[0]) else ""
     message = read_values(words[bool(kind) :], "{linear: {x: 0.2}}")
     with ask(at) as graph:
