@@ -54,24 +54,37 @@ class _Job:
     epilog=examples(
         "kbot check robot.xacro",
         "kbot check robot.xacro wheel_radius:=0.04 --json",
-        "kbot check my_robot_description            every entry point of a package or folder",
-        "kbot check robot.xacro --fix               mend what can be mended safely",
-        "kbot check robot.xacro --unsafe-fixes --diff",
-        "kbot check . --output-format github        annotate a pull request",
-        "kbot rule I111                             what a code means, and how to mend it",
+        ("kbot check my_robot_description", "check a package or folder"),
+        ("kbot check robot.xacro --fix", "apply the safe fixes"),
+        ("kbot check robot.xacro --unsafe-fixes --diff", "preview all fixes"),
+        ("kbot check . --output-format github", "annotate a pull request"),
+        ("kbot rule I111", "explain a finding"),
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE|PACKAGE|FOLDER... [name:=value ...]")
-@click.option("--json", "as_json", is_flag=True, help="Short for --output-format json.")
-@click.option("--output-format", type=click.Choice(_FORMATS), help="How findings are written.")
-@click.option("--select", metavar="CODES", multiple=True, help="Only these codes, or beginnings of codes.")
-@click.option("--ignore", metavar="CODES", multiple=True, help="Not these codes, or beginnings of codes.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON. Same as --output-format json.")
+@click.option(
+    "--output-format", type=click.Choice(_FORMATS), show_default="text", help="Format of the findings."
+)
+@click.option(
+    "--select",
+    metavar="CODES",
+    multiple=True,
+    help="Report only these rules. CODES are codes or prefixes of codes, separated by commas. Can be "
+    "repeated.",
+)
+@click.option(
+    "--ignore",
+    metavar="CODES",
+    multiple=True,
+    help="Do not report these rules. CODES as for --select. Can be repeated.",
+)
 @click.option("--fix", is_flag=True, help="Apply the safe fixes to the files.")
-@click.option("--unsafe-fixes", is_flag=True, help="Apply the unsafe ones too.")
-@click.option("--diff", is_flag=True, help="Show what the fixes would change, and change nothing.")
-@click.option("--baseline", metavar="FILE", help="Leave out the findings that FILE knows.")
-@click.option("--write-baseline", metavar="FILE", help="Write today's findings to FILE, and end.")
-@click.option("--statistics", is_flag=True, help="How often each rule was broken.")
+@click.option("--unsafe-fixes", is_flag=True, help="Apply the safe and the unsafe fixes to the files.")
+@click.option("--diff", is_flag=True, help="Print the fixes as a diff without changing the files.")
+@click.option("--baseline", metavar="FILE", help="Do not report the findings that are listed in FILE.")
+@click.option("--write-baseline", metavar="FILE", help="Write the current findings to FILE and exit.")
+@click.option("--statistics", is_flag=True, help="Print the number of findings per rule.")
 @package_path_option
 def command(
     words: tuple[str, ...],
@@ -87,12 +100,13 @@ def command(
     statistics: bool,
     package_path: tuple[str, ...],
 ) -> int:
-    """Say what is wrong with xacro, URDF and launch FILEs, or with all of a PACKAGE or FOLDER.
+    """Check xacro, URDF and launch files, packages and folders.
 
-    A name:=value sets an argument of the files, or else overrides their top-level property of that name.
+    name:=value sets a xacro argument of each FILE or, if it has no argument of that name, a top-level
+    property.
 
-    Exit status: 0 nothing found, or left by the fixes, 1 findings, 2 a file that cannot be read, or is not
-    well-formed.
+    Exit status: 0 no findings, or none left after the fixes; 1 findings; 2 a file cannot be read or is
+    not well-formed.
     """
     files, values = split_arguments(words)
     if not files:

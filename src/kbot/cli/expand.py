@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.arguments import examples, one_file, output_option, package_path_option
 from kbot.cli.output import fail, keep_sources, report
 from kbot.cli.xacro_command import xacro_arguments
 from kbot.text.errors import DescriptionError
@@ -29,33 +29,41 @@ if TYPE_CHECKING:
     "expand",
     epilog=examples(
         "kbot expand robot.xacro -o robot.urdf",
-        "kbot expand robot.xacro name:=value --plain            set an argument",
-        "kbot expand robot.xacro --set wheel_radius=0.04        override a property",
+        ("kbot expand robot.xacro name:=value", "set an argument"),
+        ("kbot expand robot.xacro --set wheel_radius=0.04", "override a property"),
         "kbot expand robot.xacro --source-map robot.map.json -o robot.urdf",
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
-@click.option(
-    "-o", "output", metavar="FILE", help="Write to FILE; where there are errors it is left as it is."
-)
-@click.option("--deps", is_flag=True, help="Print the files that FILE depends on, and nothing else.")
+@output_option()
+@click.option("--deps", is_flag=True, help="Print only the files that FILE depends on.")
 @click.option(
     "--set",
     "overrides",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Value that replaces a top-level property's own. May be repeated.",
+    help="Value for a top-level property, in place of its own. Can be repeated.",
 )
-@click.option("--plain", is_flag=True, help="Leave the banner out.")
-@click.option("--source-map", metavar="JSON", help="Write where everything came from.")
-@click.option("--inorder", "-i", is_flag=True, help="Process in reading order (always so; may be left out).")
-@click.option("--root-dir", metavar="DIR", default=os.curdir, help="Resolve relative paths in DIR.")
-@click.option("-q", "quiet", is_flag=True, help="No warnings.")
+@click.option("--plain", is_flag=True, help="Omit the banner comment.")
+@click.option("--source-map", metavar="JSON", help="File to write the source location of every element to.")
+@click.option("--inorder", "-i", is_flag=True, help="Accepted for compatibility with xacro; has no effect.")
 @click.option(
-    "-v", "verbose", count=True, help="Say more; twice logs properties, thrice those in macros too."
+    "--root-dir",
+    metavar="DIR",
+    default=os.curdir,
+    show_default="current folder",
+    help="Folder that relative paths start from.",
+)
+@click.option("-q", "quiet", is_flag=True, help="Print no warnings.")
+@click.option(
+    "-v", "verbose", count=True, help="Log more: -vv logs top-level properties, -vvv also those in macros."
 )
 @click.option(
-    "--verbosity", type=int, metavar="LEVEL", help="0 quiet, 1 warnings, 3 log top-level properties, 4 all."
+    "--verbosity",
+    type=int,
+    metavar="LEVEL",
+    show_default="1",
+    help="Log level: 0 no warnings, 1 warnings, 3 like -vv, 4 like -vvv.",
 )
 @package_path_option
 def command(
@@ -72,9 +80,11 @@ def command(
     verbosity: int | None,
     package_path: tuple[str, ...],
 ) -> None:
-    """Expand the xacro FILE into the URDF it stands for, on stdout or into a file.
+    """Expand a xacro file to URDF.
 
-    A name:=value is the value of an argument. As in xacro, an undeclared name has no effect.
+    name:=value sets a xacro argument of FILE. As in xacro, undeclared names are ignored, with a warning.
+
+    If there are errors, OUT is not changed.
     """
     file, arguments = one_file(words)
     properties = dict(_override(text) for text in overrides)

@@ -30,21 +30,33 @@ _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg
     "export",
     epilog=examples(
         "kbot export kbot -o kbot.png --size 1920x1080 --transparent",
-        "kbot export robot.xacro wheel_radius:=0.04 -o robot.html     one file with sliders, works offline",
-        "kbot export robot.urdf -o arm.glb --joint elbow:=1.2         for Blender and any glTF viewer",
+        ("kbot export robot.xacro -o robot.html", "page for offline use"),
+        ("kbot export arm.urdf -o arm.glb --joint elbow:=1.2", "for glTF viewers"),
+        ("kbot export robot.urdf --to tree -o tree.svg", "kinematic tree"),
         "kbot export robot.urdf --to svg -o - | rsvg-convert > robot.png",
-        "kbot export robot.urdf --to tree -o tree.svg                 as urdf_to_graphviz draws it",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
-@click.option("--to", "kind", type=click.Choice(FORMATS), help="What to make.  [default: by OUT's ending]")
-@click.option("-o", "output", metavar="OUT", help="The file; - is stdout.  [default: the robot's name here]")
+@click.option(
+    "--to",
+    "kind",
+    type=click.Choice(FORMATS),
+    show_default="by the suffix of OUT",
+    help="Output format.",
+)
+@click.option(
+    "-o",
+    "output",
+    metavar="OUT",
+    show_default="the robot's name, in the current folder",
+    help="File to write the result to; - is stdout.",
+)
 @click.option(
     "--joint",
     "joints",
     multiple=True,
     metavar="NAME:=VALUE",
-    help="Where a joint stands, in rad or m. May be repeated.",
+    help="Joint position in rad or m. Can be repeated.",
 )
 @look_options
 @package_path_option
@@ -59,12 +71,13 @@ def command(
     theme: Theme,
     package_path: tuple[str, ...],
 ) -> int:
-    """Write the robot of FILE as a picture (png), a page with sliders in one file (html), a 3D model (glb), a
-    drawing (svg) or a drawing of its kinematic tree (tree).
+    """Write a robot as a picture, web page, 3D model or drawing.
 
-    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    The formats are png (picture), html (one file with joint sliders), glb (3D model), svg (drawing) and
+    tree (SVG drawing of the kinematic tree). Missing meshes are reported and left out.
 
-    Nothing is opened, and nothing is left half-written. Meshes that are missing are told and left out.
+    name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
+    property.
     """
     file, values = one_file(words)
     wanted = kind or _by_ending(output)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option
+from kbot.cli.arguments import examples, json_option, one_file, package_path_option
 from kbot.cli.output import print_json, report
 from kbot.cli.typed_names import resolve_typed_names
 
@@ -15,13 +15,14 @@ from kbot.cli.typed_names import resolve_typed_names
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
 @package_path_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> int:
-    """Links, joints, masses, drive geometry and bounds of the robot in FILE (xacro or URDF).
+    """Print links, joints, masses, drive geometry and size of a robot.
 
-    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
+    property.
 
-    Exit status: 0 fine, 1 a mass or a size that nothing has, 2 a file that cannot be used.
+    Exit status: 0 fine; 1 a mass or a size is not positive; 2 FILE cannot be used.
     """
     from kbot.checks.first_look import MESHES, NUMBERS, first_look
     from kbot.kinematics.description import describe, describe_as_text

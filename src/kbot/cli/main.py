@@ -29,22 +29,22 @@ if TYPE_CHECKING:
 DEMO = ("sim", "kbot")
 
 VERBS = {
-    "sim": ("kbot.cli.sim.command:command", "Simulate a robot, and drive it in the browser."),
-    "view": ("kbot.cli.view:command", "Show a robot in the browser, anew with every save."),
-    "check": ("kbot.cli.check:command", "Say what is wrong with a robot, at the line it was written."),
-    "expand": ("kbot.cli.expand:command", "Expand a xacro into the URDF it stands for."),
-    "where": ("kbot.cli.where:command", "Say which lines made a link, a joint or a line of the result."),
-    "export": ("kbot.cli.export:command", "A picture, a page, a 3D model or a drawing of a robot."),
-    "info": ("kbot.cli.info:command", "Links, joints, masses, drive geometry and bounds."),
-    "launch": ("kbot.cli.launch.command:command", "Carry out a ROS launch file, without ROS."),
-    "new": ("kbot.cli.new:command", "Make a robot package to start from."),
-    "topic": ("kbot.cli.graph.topic:command", "Topics of a running KBot: list, echo, hz, bw, pub."),
-    "node": ("kbot.cli.graph.node:command", "Nodes of a running KBot: list, info."),
-    "service": ("kbot.cli.graph.service:command", "Services of a running KBot: list, type, find, call."),
-    "param": ("kbot.cli.graph.param:command", "Parameters of a running KBot: list, get, set, dump, load."),
-    "tf": ("kbot.cli.graph.tf:command", "Frames of a running KBot: tree, echo."),
-    "bag": ("kbot.cli.bag.command:command", "Look into recordings, cut and convert them, run them again."),
-    "rule": ("kbot.cli.rule:command", "What a code of kbot check means, and how to mend it."),
+    "sim": ("kbot.cli.sim.command:command", "Simulate a robot and drive it in the browser."),
+    "view": ("kbot.cli.view:command", "Show a robot in the browser and reload it when you save."),
+    "check": ("kbot.cli.check:command", "Check a robot and report each problem at its source line."),
+    "expand": ("kbot.cli.expand:command", "Expand a xacro file to URDF."),
+    "where": ("kbot.cli.where:command", "Show the source lines behind a link, a joint or a property."),
+    "export": ("kbot.cli.export:command", "Write a robot as a picture, web page, 3D model or drawing."),
+    "info": ("kbot.cli.info:command", "Print links, joints, masses, drive geometry and size."),
+    "launch": ("kbot.cli.launch.command:command", "Run a ROS 1 or ROS 2 launch file without ROS."),
+    "new": ("kbot.cli.new:command", "Create a robot package."),
+    "topic": ("kbot.cli.graph.topic:command", "List, print, measure and publish topics of a running KBot."),
+    "node": ("kbot.cli.graph.node:command", "List and describe the nodes of a running KBot."),
+    "service": ("kbot.cli.graph.service:command", "List, describe and call services of a running KBot."),
+    "param": ("kbot.cli.graph.param:command", "Read and set the parameters of a running KBot."),
+    "tf": ("kbot.cli.graph.tf:command", "Print the coordinate frames of a running KBot."),
+    "bag": ("kbot.cli.bag.command:command", "Inspect, cut, convert, play back or replay recordings."),
+    "rule": ("kbot.cli.rule:command", "Explain a rule of kbot check and how to fix its findings."),
 }
 
 
@@ -107,22 +107,30 @@ def _print_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
     cls=Verbs,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=examples(
-        "kbot                                       drive KBot in the browser",
-        "kbot view robot.xacro                      look at a robot while you edit it",
-        "kbot check robot.xacro                     what is wrong, and at which line",
-        "kbot expand robot.xacro name:=value -o robot.urdf          with the value of an argument",
-        "kbot expand robot.xacro --set wheel_radius=0.04            with the value of a property",
-        "kbot launch my_robot display.launch        what roslaunch would do, without ROS",
+        ("kbot", "drive KBot in the browser"),
+        ("kbot view robot.xacro", "show a robot while you edit it"),
+        ("kbot check robot.xacro", "report problems with their lines"),
+        ("kbot expand robot.xacro -o robot.urdf", "expand xacro to URDF"),
+        ("kbot sim robot.xacro --world maze", "drive your robot in a maze"),
+        ("kbot launch my_robot display.launch", "run a launch file without ROS"),
     ),
+    subcommand_metavar="VERB [ARGS]...",
 )
 @click.option(
-    "--version", is_flag=True, callback=_print_version, expose_value=False, is_eager=True, help="Print it."
+    "--version",
+    is_flag=True,
+    callback=_print_version,
+    expose_value=False,
+    is_eager=True,
+    help="Print the version and exit.",
 )
 def group() -> None:
-    """A robot description goes in, a robot that drives comes out.
+    """Check, show, launch and simulate robot descriptions without ROS.
 
-    Without a verb: the KBot in a simulated world, to be driven in the browser.
-    Where a FILE is asked for, the word `kbot` means the robot that ships with KBot.
+    Without a verb, kbot simulates the robot that ships with KBot, and you drive it in the browser.
+    In place of a FILE, the word `kbot` means this robot.
+
+    Run `kbot VERB --help` for the options of a verb and examples.
     """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +14,15 @@ from kbot.templates import Sizes, make_package
 _SIZES = Sizes()
 
 
+def _size(name: str, default: float, text: str) -> Callable[[click.decorators.FC], click.decorators.FC]:
+    return click.option(name, type=float, default=default, show_default=True, metavar="M", help=text)
+
+
 @click.command(
     "new",
     epilog=examples(
         "kbot new my_robot",
-        "kbot new my_robot --length 0.4 --width 0.3 --separation 0.36 --wheel-radius 0.08",
+        "kbot new my_robot --length 0.4 --width 0.3 --wheel-radius 0.08",
         "kbot new my_robot --in ~/catkin_ws/src",
     ),
 )
@@ -28,24 +33,20 @@ _SIZES = Sizes()
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     default=Path(),
     metavar="DIR",
-    help="The folder to make the package in.  [default: the current one]",
+    show_default="current folder",
+    help="Folder to create the package in.",
 )
-@click.option(
-    "--length", type=float, default=_SIZES.length, show_default=True, metavar="M", help="Of the body."
-)
-@click.option(
-    "--width", type=float, default=_SIZES.width, show_default=True, metavar="M", help="Of the body."
-)
-@click.option(
-    "--height", type=float, default=_SIZES.height, show_default=True, metavar="M", help="Of the body."
-)
-@click.option("--wheel-radius", type=float, default=_SIZES.wheel_radius, show_default=True, metavar="M")
-@click.option("--wheel-width", type=float, default=_SIZES.wheel_width, show_default=True, metavar="M")
+@_size("--length", _SIZES.length, "Body length in m.")
+@_size("--width", _SIZES.width, "Body width in m.")
+@_size("--height", _SIZES.height, "Body height in m.")
+@_size("--wheel-radius", _SIZES.wheel_radius, "Wheel radius in m.")
+@_size("--wheel-width", _SIZES.wheel_width, "Wheel width in m.")
 @click.option(
     "--separation",
     type=float,
     metavar="M",
-    help="Between the middles of the wheels.  [default: as the body and the wheels need]",
+    show_default="width + wheel-width + 0.02",
+    help="Distance between the wheel centres in m.",
 )
 def command(
     name: str,
@@ -57,10 +58,10 @@ def command(
     wheel_width: float,
     separation: float | None,
 ) -> None:
-    """Make a package NAME with a robot that drives: two wheels, a ball caster, sizes in metres.
+    """Create a package NAME with a robot that has two driven wheels and a ball caster.
 
-    What is there is never written over. The package builds with catkin and colcon; its launch files run
-    with roslaunch, ros2 launch and kbot launch.
+    The package builds with catkin and colcon. Its launch files run with roslaunch, ros2 launch and kbot
+    launch. The folder NAME must not exist yet.
     """
     sizes = Sizes.of(length, width, height, wheel_radius, wheel_width)
     folder = parent / name

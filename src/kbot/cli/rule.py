@@ -7,17 +7,17 @@ from collections.abc import Sequence
 import click
 
 from kbot.checks import Rule, all_rules, find_rule
-from kbot.cli.arguments import examples
+from kbot.cli.arguments import examples, json_option
 from kbot.cli.output import fail, print_json
 
 
 @click.command("rule", epilog=examples("kbot rule I111", "kbot rule tensor-not-turned", "kbot rule --all"))
 @click.argument("words", nargs=-1, metavar="CODE...")
-@click.option("--all", "every", is_flag=True, help="One line for each rule.")
-@click.option("--json", "as_json", is_flag=True, help="As JSON.")
-@click.option("--markdown", is_flag=True, help="As Markdown; docs/rules.md is `kbot rule --all --markdown`.")
+@click.option("--all", "every", is_flag=True, help="List all rules, one per line.")
+@json_option
+@click.option("--markdown", is_flag=True, help="Print Markdown.")
 def command(words: tuple[str, ...], every: bool, as_json: bool, markdown: bool) -> int:
-    """Print the page of a rule, by its code or its name."""
+    """Explain rules of kbot check, by code or name: what they mean, why they matter, how to fix a finding."""
     if not words and not every:
         fail("no CODE was given; --all lists every rule")
     rules = [find_rule(word) for word in words] or sorted(all_rules().values(), key=lambda r: r.code)

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
         "kbot view kbot",
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
-        "kbot view run.mcap                         a recording, played and scrubbed; .bag and rosbag2 too",
-        "kbot view robot.urdf -d robot.rviz         the displays of a configuration of rviz",
-        "kbot view robot.urdf --shot robot.png --size 800x600       a picture, and no page",
+        ("kbot view run.mcap", "play back a recording"),
+        ("kbot view robot.urdf -d robot.rviz", "use rviz's display configuration"),
+        "kbot view robot.urdf --shot robot.png --size 800x600",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
-@click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture, and serve no page.")
+@click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture to PNG and exit.")
 @look_options
 @page_options
 @config_option
@@ -55,14 +55,19 @@ def command(
     transparent: bool,
     theme: Theme,
 ) -> None:
-    """Show a robot in the browser, with sliders for its joints.
+    """Show a robot or a recording in the browser.
 
-    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
+    property.
 
-    Each save of the file, or of one that it includes, shows the new robot; a broken file keeps the
-    last good one on screen and says what is wrong, at the line. `kbot topic`, `kbot tf` and their like see
-    the joints that the sliders set. A recording is played from when the page is there (with --no-browser at
-    once), with the robot that is in it; they hear what it says, and its time on /clock. Ctrl-C ends it.
+    The page has a slider for each joint. It reloads the robot when you save FILE or a file that it
+    includes. If there are errors, the page shows them with their lines and keeps the last valid robot.
+
+    A recording (.mcap, .bag or a rosbag2 folder) is played back with the robot that it contains.
+    Playback starts when the page opens. With --no-browser, it starts immediately.
+
+    While kbot view runs, `kbot topic` and `kbot tf` can read joint states, frames and recorded topics.
+    Ctrl-C stops it.
     """
     path, values = one_file(words)
     from kbot.bridges.companion_options import CompanionOptions

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import click
 
-from kbot.cli.arguments import examples, package_path_option, split_arguments
+from kbot.cli.arguments import examples, json_option, package_path_option, split_arguments
 from kbot.cli.expand import robot_path
 from kbot.cli.output import print_json, report
 from kbot.cli.typed_names import resolve_typed_names
@@ -26,17 +26,21 @@ _PLACE = re.compile(r"(\d+)(?::(\d+))?")
 @click.command(
     "where",
     epilog=examples(
-        "kbot where kbot left_wheel              a link, joint, material, property or macro",
-        "kbot where robot.xacro 120:15           line 120, column 15 of what `kbot expand` writes",
+        "kbot where kbot left_wheel",
+        ("kbot where robot.xacro 120:15", "line 120, column 15 of the expanded file"),
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE NAME|LINE[:COLUMN] [name:=value ...]")
 @package_path_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool) -> None:
-    """Show where NAME, or the text at LINE:COLUMN of the expanded FILE, is written.
+    """Show the source lines and macro calls that produced a part of a robot.
 
-    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    NAME is a link, joint, material, property or macro. LINE[:COLUMN] is a position in the output of
+    `kbot expand FILE`.
+
+    name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
+    property.
     """
     names, values = split_arguments(words)
     if len(names) != 2:

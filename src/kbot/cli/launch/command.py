@@ -35,23 +35,30 @@ _NAMED = 10
     epilog=examples(
         "kbot launch kbot_description kbot_base_rviz.launch",
         "kbot launch robot.launch gui:=false",
-        "kbot launch robot.launch --ros1            rostopic, tf and rviz see it too",
-        "kbot launch robot.launch.py --trust        a ROS 2 launch file in Python is a program",
-        "kbot launch robot.launch --dry-run         what would run, and from which line",
-        "kbot launch robot.launch --dump-params     as roslaunch prints them",
+        ("kbot launch robot.launch --ros1", "connect to rostopic, tf and rviz"),
+        ("kbot launch robot.launch.py --trust", "run a Python launch file"),
+        ("kbot launch robot.launch --dry-run", "print what would run"),
+        ("kbot launch robot.launch --dump-params", "print the parameters as YAML"),
     ),
 )
-@click.argument("words", nargs=-1, metavar="FILE|PACKAGE FILE [arg:=value ...]")
+@click.argument("words", nargs=-1, metavar="[PACKAGE] FILE [arg:=value ...]")
 @package_path_option
-@click.option("--dry-run", is_flag=True, help="Say what would run, and end.")
-@click.option("--nodes", is_flag=True, help="Print the names of the nodes.")
-@click.option("--files", is_flag=True, help="Print the launch files that are read.")
-@click.option("--dump-params", is_flag=True, help="Print the parameters as YAML.")
-@click.option("--ros-args", is_flag=True, help="Print the arguments that the launch file takes.")
-@click.option("--args", "args_of", metavar="NODE", help="Print the command line of a node.")
-@click.option("--trust", is_flag=True, help="Run a launch file in Python (ROS 2): it is a program.")
-@click.option("--allow-commands", is_flag=True, help="Let command= run any program, not only xacro.")
-@click.option("--world", metavar="W", help="The world to simulate in, whatever the launch file says.")
+@click.option("--dry-run", is_flag=True, help="Print what would run and exit.")
+@click.option("--nodes", is_flag=True, help="Print the names of the nodes and exit.")
+@click.option("--files", is_flag=True, help="Print the launch files that are read and exit.")
+@click.option("--dump-params", is_flag=True, help="Print the parameters as YAML and exit.")
+@click.option("--ros-args", is_flag=True, help="Print the arguments of the launch file and exit.")
+@click.option("--args", "args_of", metavar="NODE", help="Print the command line of NODE and exit.")
+@click.option("--trust", is_flag=True, help="Run a Python launch file (ROS 2) without asking.")
+@click.option(
+    "--allow-commands", is_flag=True, help="Let the launch file run any command, not only xacro and cat."
+)
+@click.option(
+    "--world",
+    metavar="W",
+    show_default="that of the launch file",
+    help="World to simulate in: a built-in name, an SDF file or a map.yaml.",
+)
 @companion_options
 @page_options
 def command(
@@ -71,11 +78,13 @@ def command(
     browser: bool,
     options: CompanionOptions,
 ) -> int:
-    """Carry out a launch file of ROS 1 (XML) or ROS 2 (Python, XML, YAML) without ROS.
+    """Run a ROS 1 or ROS 2 launch file without ROS.
 
-    The robot stands in the workbench, which takes the place of rviz and of Gazebo. What a ROS
-    would stumble over is reported at its line, with the mend. Nodes of your own in Python run
-    beside it.
+    Name the launch file by its path, or by its package and file name. arg:=value sets an argument of
+    the launch file.
+
+    KBot's page and simulation replace rviz and Gazebo. Your own Python nodes run beside them. Errors
+    that ROS would raise are reported with file, line and a fix.
     """
     named, arguments = split_arguments(words)
     path = _find(named, Packages(package_path))

@@ -10,6 +10,7 @@ import click
 from kbot.cli.arguments import (
     config_option,
     examples,
+    json_option,
     one_file,
     package_path_option,
     page_options,
@@ -37,13 +38,13 @@ DURATION = 10.0
 @click.command(
     "sim",
     epilog=examples(
-        "kbot sim kbot --world boxes                drive it in the browser",
-        "kbot sim robot.xacro wheel_radius:=0.04 --headless --duration 10 --cmd-vel 0.2,0",
+        ("kbot sim kbot --world boxes", "drive in the browser"),
+        ("kbot sim kbot --record run.mcap", "record the run"),
+        ("kbot sim kbot --ros1", "connect to rostopic, tf and rviz"),
         "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
-        "kbot sim kbot --headless --script drive.py --json",
-        "kbot sim kbot --record run.mcap            then: kbot bag info run.mcap",
-        "kbot sim kbot --ros1                       rostopic, tf and rviz see it too",
+        "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
+        "kbot sim robot.xacro wheel_radius:=0.04 --headless --script drive.py --json",
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
@@ -52,43 +53,57 @@ DURATION = 10.0
     default="empty",
     show_default=True,
     metavar="W",
-    help="A built-in world, an SDF file, or a map.yaml.",
+    help="World to simulate in: a built-in name, an SDF file or a map.yaml.",
 )
-@click.option("--headless", is_flag=True, help="No page: run as fast as the machine can, and report.")
+@click.option(
+    "--headless", is_flag=True, help="Simulate without a page, as fast as possible, and print a report."
+)
 @click.option(
     "--duration",
     type=float,
     metavar="S",
-    help="Simulated seconds to run.  [default: 10; with --goto 4 times what its path needs, and 20 more]",
+    show_default="10; for --goto estimated from the path",
+    help="Time to simulate in seconds. For --goto, the time limit.",
 )
-@click.option("--cmd-vel", metavar="V,W", help="Forward m/s and turning rad/s, held all the time.")
-@click.option("--script", metavar="PY", help="Drive by the function drive(sim) of a Python file.")
-@click.option("--goto", metavar="X,Y,YAW", help="Drive there by the world's map; --duration bounds it.")
+@click.option("--cmd-vel", metavar="V,W", help="Constant speeds: forward in m/s, turning in rad/s.")
+@click.option("--script", metavar="PY", help="Python file whose function drive(sim) drives the robot.")
+@click.option("--goto", metavar="X,Y,YAW", help="Goal pose to drive to, in m, m and rad.")
 @click.option(
     "--pose",
     default="0,0,0",
     show_default=True,
     metavar="X,Y,YAW",
-    help="Where it starts: m, m, rad in the world.",
+    help="Start pose, in m, m and rad.",
 )
 @click.option(
     "--plot",
     callback=picture_file,
     metavar="PNG",
-    help="Draw the way it went, and its odometry's, from above.",
+    help="Write a plot of the true path and the odometry path to PNG.",
 )
 @click.option(
-    "--shot", callback=picture_file, metavar="PNG", help="Draw robot and world as they stand in the end."
+    "--shot",
+    callback=picture_file,
+    metavar="PNG",
+    help="Write a picture of robot and world at the end of the run to PNG.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Seed of whatever is random.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Seed of the simulation's random numbers.",
+)
 @click.option(
     "--contacts",
     type=click.Choice(["recipe", "as-written"]),
     default="recipe",
     show_default=True,
-    help="Wheels and casters that drive true, or just the shapes that are written.",
+    help="Contact model. recipe: wheels roll as spheres, casters slide freely. as-written: every shape "
+    "collides as it is described.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
+@json_option
 @companion_options
 @package_path_option
 @config_option
@@ -116,13 +131,19 @@ def command(
     displays: DisplayFile | None,
     options: CompanionOptions,
 ) -> int:
-    """Simulate the robot of FILE in a world.
+    """Simulate a robot in a world.
 
-    A name:=value sets an argument of FILE, or else overrides its top-level property of that name.
+    name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
+    property.
 
-    Without --headless it is served as a page and driven by keys. With it the run is the same every
-    time, bit for bit, and its end is reported; with a bridge it keeps to real time, until Ctrl-C where
-    no duration is given.
+    Without --headless, KBot serves a page in which you drive the robot. With --headless, two runs with
+    the same inputs give the same result, bit for bit. A headless run with a bridge runs in real time,
+    until Ctrl-C if there is no --duration.
+
+    The options --duration, --cmd-vel, --script, --goto, --plot, --shot and --json need --headless.
+
+    Exit status: 0 fine; 1 the goal was not reached or an assertion of the script failed; 2 unusable
+    input.
     """
     file, values = one_file(words)
     if not headless:
