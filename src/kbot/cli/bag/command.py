@@ -7,19 +7,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, package_path_option
+from kbot.cli.arguments import examples, json_option, output_option, package_path_option
 from kbot.cli.bag.words import Bag, Play, read_remaps
 from kbot.cli.companions import bridge_options
-from kbot.cli.numbers import Within
+from kbot.cli.numbers import Within, seconds_option
 from kbot.cli.output import fail, print_json
+from kbot.cli.picture_options import parse_size, size_option
 
 if TYPE_CHECKING:
     from kbot.bridges.companion_options import CompanionOptions
     from kbot.record.export import Table
 
 SMALLEST_PLOT = 200
-SECONDS = Within(0.0, 9.2e9)
-"""Times that 64 bits of nanoseconds hold."""
 
 
 @click.group(
@@ -28,14 +27,14 @@ SECONDS = Within(0.0, 9.2e9)
     epilog=examples(
         "kbot bag info run.mcap",
         "kbot bag cut run.mcap part.mcap --start 2 --end 5 --topic /odom",
-        "kbot bag convert run.mcap run.bag          for ROS 1; a name without suffix is a rosbag2 folder",
+        ("kbot bag convert run.mcap run.bag", "convert for ROS 1"),
+        ("kbot bag play run.mcap --ros1", "play back to rostopic and rviz"),
+        ("kbot bag replay run.mcap", "repeat the run and compare"),
         "kbot bag export run.mcap --topic /odom -o odom.csv",
-        "kbot bag play run.mcap --ros1              say it again to rviz, rostopic, Foxglove",
-        "kbot bag replay run.mcap                   drive again as recorded, and compare bit for bit",
     ),
 )
 def command() -> None:
-    """Look into recordings: .mcap, .bag of ROS 1, or folders of rosbag2."""
+    """Inspect, cut, convert, play back or replay recordings: .mcap, .bag (ROS 1) or rosbag2 folders."""
 
 
 def _recording(function: click.decorators.FC) -> click.decorators.FC:
@@ -44,15 +43,23 @@ def _recording(function: click.decorators.FC) -> click.decorators.FC:
 
 def _topics(function: click.decorators.FC) -> click.decorators.FC:
     return click.option(
-        "--topic", "topics", multiple=True, metavar="NAME", help="Only this; may be repeated."
+        "--topic",
+        "topics",
+        multiple=True,
+        metavar="NAME",
+        show_default="all topics",
+        help="Topic to include. Can be repeated.",
     )(function)
 
 
 @command.command("info", epilog=examples("kbot bag info run.mcap --json"))
 @_recording
-@click.option("--json", "as_json", is_flag=True, help="Print it as one JSON object.")
+@json_option
 def info(recording: str, as_json: bool) -> int:
-    """Say what is in a recording, and whether it is whole."""
+    """Print what a recording contains and whether it is complete.
+
+    Exit status: 0 complete; 1 incomplete or damaged.
+    """
     from kbot.cli.bag.info import bag_text
     from kbot.record import Recording
 
@@ -79,11 +86,18 @@ def info(recording: str, as_json: bool) -> int:
 @command.command("cut", epilog=examples("kbot bag cut run.mcap part.mcap --start 2 --end 5"))
 @_recording
 @click.argument("target", metavar="NEW")
-@click.option("--start", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
-@click.option("--end", type=SECONDS, metavar="S", help="Seconds of the recording's clock.")
+@seconds_option(
+    "--start", show_default="first message", help="Start of the part, in seconds of the recording's clock."
+)
+@seconds_option(
+    "--end", show_default="last message", help="End of the part, in seconds of the recording's clock."
+)
 @_topics
 def cut(recording: str, target: str, start: float | None, end: float | None, topics: tuple[str, ...]) -> None:
-    """Write a part of a recording to a new one."""
+    """Write a part of a recording to a new recording.
+
+    `kbot bag info` prints when a recording starts and ends.
+    """
     _copy(recording, target, start, end, topics)
 
 
@@ -92,7 +106,10 @@ def cut(recording: str, target: str, start: float | None, end: float | None, top
 @click.argument("target", metavar="NEW")
 @_topics
 def convert(recording: str, target: str, topics: tuple[str, ...]) -> None:
-    """Write a recording in another format: .mcap, .bag, or a folder of rosbag2 (no suffix)."""
+    """Convert a recording to another format.
+
+    The suffix of NEW selects it: .mcap, .bag (ROS 1), or none for a rosbag2 folder.
+    """
     _copy(recording, target, None, None, topics)
 
 
@@ -112,31 +129,36 @@ def _copy(
     epilog=examples(
         "kbot bag export run.mcap --topic /odom -o odom.csv",
         "kbot bag export run.mcap --topic /scan --to parquet -o scan.parquet",
-        "kbot bag export run.mcap --topic /odom --field twist.twist.linear.x -o speed.svg     a plot",
+        "kbot bag export run.mcap --topic /odom --field twist.twist.linear.x -o v.svg",
     ),
 )
 @_recording
-@click.option("--topic", required=True, metavar="NAME", help="The topic whose messages become rows.")
+@click.option("--topic", required=True, metavar="NAME", help="Topic to export.")
 @click.option(
     "--to",
     "kind",
     type=click.Choice(["csv", "parquet", "svg"]),
-    help="Kind of table, or svg for a plot; Parquet needs the extra parquet.  "
-    "[default: by FILE's ending, or csv]",
+    show_default="by the suffix of OUT, else csv",
+    help="Output format. parquet needs pip install 'kbot[parquet]'.",
 )
 @click.option(
     "--field",
     "fields",
     multiple=True,
     metavar="NAME",
-    help="Only this column; may be repeated. A plot needs it.",
+    show_default="all fields",
+    help="Field to export. Can be repeated. A plot needs at least one.",
 )
-@click.option("--size", metavar="WxH", default="1000x400", show_default=True, help="Pixels of a plot.")
-@click.option("-o", "--output", metavar="FILE", help="Where to write it.  [default: print it]")
+@size_option("1000x400")
+@output_option("--output")
 def export(
     recording: str, topic: str, kind: str | None, fields: tuple[str, ...], size: str, output: str | None
 ) -> None:
-    """Write a topic as a table, one row a message, `time` in seconds first; or as a plot against time."""
+    """Write a topic as a table or as a plot over time.
+
+    A table (csv, parquet) has one row per message. Its first column is the time in seconds. A plot (svg)
+    has one curve per field.
+    """
     from kbot.record.export import Table
     from kbot.record.writer import spare_recording, spare_recordings
     from kbot.text.files import write_bytes, write_text
@@ -162,7 +184,6 @@ def export(
 
 
 def _plot(table: Table, size: str) -> str:
-    from kbot.cli.picture_options import parse_size
     from kbot.workbench.export.plot import Curve, plot_svg
 
     width, height = parse_size(size)
@@ -177,31 +198,29 @@ def _plot(table: Table, size: str) -> str:
     cls=Play,
     epilog=examples(
         "kbot bag play run.mcap --foxglove",
+        ("kbot bag play run.mcap", "then: kbot topic echo /odom"),
+        ("kbot bag play robot.bag camera.bag --ros1", "several recordings as one"),
         "kbot bag play run.bag --bridges auto -r 2 -s 10 -u 5 --loop",
-        "kbot bag play run.bag --ros1 --pause --topics /scan /tf --remap /scan:=/base_scan",
-        "kbot bag play robot.bag camera.bag --ros1  several, as one",
-        "kbot bag play run.mcap                     then: kbot topic echo /odom",
+        "kbot bag play run.bag --ros1 --topics /scan /tf --remap /scan:=/base_scan",
     ),
 )
 @click.argument("recordings", metavar="FILE...", nargs=-1, required=True)
-@click.option(
+@seconds_option(
     "-s",
     "--start",
     "--start-offset",
     "start",
-    type=SECONDS,
     default=0.0,
-    metavar="S",
-    help="Begin S seconds after its first message.",
+    show_default=True,
+    help="Seconds to skip at the start.",
 )
-@click.option(
+@seconds_option(
     "-u",
     "--duration",
     "--playback-duration",
     "seconds",
-    type=SECONDS,
-    metavar="S",
-    help="Say S seconds of it.  [default: all]",
+    show_default="to the end",
+    help="Seconds of the recording to play back.",
 )
 @click.option(
     "-r",
@@ -210,21 +229,21 @@ def _plot(table: Table, size: str) -> str:
     default=1.0,
     show_default=True,
     metavar="X",
-    help="So many times as fast.",
+    help="Speed of the playback, as a factor.",
 )
-@click.option(
-    "-d", "--delay", type=SECONDS, default=0.0, metavar="S", help="Wait S seconds before it begins."
+@seconds_option(
+    "-d", "--delay", default=0.0, show_default=True, help="Seconds to wait before the playback starts."
 )
-@click.option("-l", "--loop", is_flag=True, help="Begin anew at the end, until Ctrl-C.")
-@click.option(
-    "-p", "--pause", "--start-paused", "paused", is_flag=True, help="Begin paused: Space lets it go on."
-)
-@click.option(
-    "--clock", "tells_time", is_flag=True, help="As it always does: /clock is the recording's time."
-)
+@click.option("-l", "--loop", is_flag=True, help="Repeat the playback until Ctrl-C.")
+@click.option("-p", "--pause", "--start-paused", "paused", is_flag=True, help="Start paused.")
+@click.option("--clock", "tells_time", is_flag=True, help="Has no effect: /clock is always published.")
 @_topics
-@click.option("--exclude-topic", "left_out", multiple=True, metavar="NAME", help="Not this; may be repeated.")
-@click.option("--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Say OLD on NEW; may be repeated.")
+@click.option(
+    "--exclude-topic", "left_out", multiple=True, metavar="NAME", help="Topic to leave out. Can be repeated."
+)
+@click.option(
+    "--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Publish OLD as NEW. Can be repeated."
+)
 @bridge_options
 def play(
     recordings: tuple[str, ...],
@@ -240,11 +259,16 @@ def play(
     remaps: tuple[str, ...],
     options: CompanionOptions,
 ) -> None:
-    """Say recordings again, several as one, with /clock, to peers on bridges and to `kbot topic`.
+    """Play back recordings to connected peers, with /clock.
 
-    Options are those of `rosbag play` and `ros2 bag play`: `--topics A B` is `--topic A --topic B`, and so
-    it is with `--exclude-topics`, `--remap` and `-m`; `A:=B` remaps too. In a terminal Space pauses it and
-    goes on, and s lets a tenth of a second pass. Exit status 0: it came to its end, or Ctrl-C ended it.
+    The bridge options select the peers. `kbot topic` receives the messages with or without a bridge.
+    Several recordings are played back as one.
+
+    In a terminal, Space pauses and resumes, and s advances by 0.1 s. Ctrl-C stops the playback with exit
+    status 0.
+
+    The options of `rosbag play` and `ros2 bag play` work too: `--topics A B` and `--exclude-topics A B`
+    take several topics. `-m OLD:=NEW` and a plain `OLD:=NEW` are the same as --remap.
     """
     from kbot.cli.bag.play import play as say_again
     from kbot.record.player import Player
@@ -267,9 +291,11 @@ def play(
 @_recording
 @package_path_option
 def replay(recording: str, package_path: tuple[str, ...]) -> int:
-    """Do the run again with the recorded robot, world, seed and commands, and compare bit for bit.
+    """Repeat a recorded run and compare it bit for bit.
 
-    Exit status 0: it came out the same; 1: it did not.
+    KBot simulates the recorded robot in the recorded world, with the recorded seed and commands.
+
+    Exit status: 0 the runs are the same; 1 they differ.
     """
     from kbot.record.replay import replay as run_again
     from kbot.xacro import Packages
