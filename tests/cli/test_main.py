@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
+import click
 import pytest
 
 from kbot.cli.main import ELSEWHERE, VERBS, group, run
@@ -36,6 +38,26 @@ def test_every_verb_has_help_with_an_example(verb: str) -> None:
     done = kbot(verb, "-h")
     assert (done.returncode, done.stderr) == (0, "")
     assert f"kbot {verb} " in done.stdout.split("Examples:")[1]
+
+
+def _commands(
+    command: click.Command, context: click.Context
+) -> Iterator[tuple[click.Command, click.Context]]:
+    yield command, context
+    if isinstance(command, click.Group):
+        for name in command.list_commands(context):
+            inner = command.get_command(context, name)
+            assert inner is not None
+            yield from _commands(inner, click.Context(inner, context, name, terminal_width=80))
+
+
+def test_every_help_page_fits_80_columns_and_explains_every_option() -> None:
+    pages = list(_commands(group, click.Context(group, info_name="kbot", terminal_width=80)))
+    assert len(pages) > len(VERBS)
+    for command, context in pages:
+        assert [line for line in command.get_help(context).splitlines() if len(line) > 80] == []
+        options = [p for p in command.get_params(context) if isinstance(p, click.Option) and not p.hidden]
+        assert [option.name for option in options if not option.help] == []
 
 
 def test_help_loads_no_verb_and_no_heavy_library() -> None:
