@@ -6,7 +6,7 @@ import pytest
 
 from kbot.launch import Plan, read_launch
 from kbot.text import DescriptionError, Diagnostic
-from kbot.xacro import Packages
+from kbot.xacro import Limits, Packages
 
 
 @pytest.fixture
@@ -298,3 +298,17 @@ def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
     diagnostic = only(plan_of(folder, tags))
     assert diagnostic.code == "L070"
     assert "big.yaml is too large, with all files read before it" in diagnostic.message
+
+
+def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each takes at least 30,000 steps: the multiplications of the numbers."""
+    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    (folder / "r.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<a n="${len([n * n for n in python.range(30000)])}"/></robot>'
+    )
+    tag = '<param name="p{}" command="xacro $(dirname)/r.xacro"/>'
+    plan = plan_of(folder, "".join(map(tag.format, range(10))))
+    assert {d.code for d in plan.diagnostics} == {"L070"}
+    assert "r.xacro takes too much work to expand, with all files read before it" in only(plan).message
+    assert 0 < len(plan.params) < 10

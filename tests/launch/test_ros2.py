@@ -7,6 +7,7 @@ import pytest
 from kbot.launch import Plan, is_ros_2, read_launch_2
 from kbot.launch.staging import stage
 from kbot.text import Diagnostic
+from kbot.xacro import Limits
 
 from .ros2_files import HEAD, clean, python, read
 
@@ -478,4 +479,27 @@ def test_parameter_files_are_bounded_together(folder: Path) -> None:
     (folder / "p.yaml").write_text("n:\n  ros__parameters:\n    a: " + "x" * 400_000)
     node = '<node pkg="p" exec="e" name="n"><param from="$(dirname)/p.yaml"/></node>'
     plan = read(folder / "l.launch.xml", f"<launch>{node * 10}</launch>")
+    assert {d.code for d in plan.diagnostics} == {"L070"}
+
+
+SLOW = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<a n="${len([n * n for n in python.range(30000)])}"/></robot>"""
+
+
+def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    (folder / "slow.xacro").write_text(SLOW)
+    value = "$(command 'xacro $(dirname)/slow.xacro')"
+    node = f'<node pkg="p" exec="e" name="n"><param name="d" value="{value}"/></node>'
+    plan = read(folder / "l.launch.xml", f"<launch>{node * 10}</launch>")
+    assert {d.code for d in plan.diagnostics} == {"L070"}
+
+
+def test_expansions_by_the_module_xacro_are_bounded_together(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    (folder / "slow.xacro").write_text(SLOW)
+    before = f"import xacro\nfor _ in range(10): xacro.process_file('{folder}/slow.xacro')"
+    plan = python(folder, before=before)
     assert {d.code for d in plan.diagnostics} == {"L070"}

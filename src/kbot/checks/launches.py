@@ -9,13 +9,16 @@ from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
 from kbot.checks.gz_systems import missing_systems
 from kbot.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.launch.plan import Description
+from kbot.launch.plan import Description, Param
 from kbot.launch.staging import missing_displays
 from kbot.model import Robot
-from kbot.text import DescriptionError, Diagnostic, Related, Severity, Source, read_source
+from kbot.text import DescriptionError, Diagnostic, Origin, Related, Severity, Source, read_source
 from kbot.xacro import Packages
 
 _SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
+_STEPS_OF_ROBOTS = 1_000_000
+"""Steps of the expansions of the robots that are checked. A check takes up to three times as long, so that
+all take 3 s. The largest real robots take 20,000 to 60,000 steps."""
 _PUBLISHERS = ("joint_state_publisher", "joint_state_publisher_gui")
 
 
@@ -33,14 +36,20 @@ def check_launch(
     sources = [source]
     of_robots: list[Diagnostic] = []
     robots: list[Robot] = []
-    for description in _descriptions(plan):
+    steps = _STEPS_OF_ROBOTS
+    for description, origin in _descriptions(plan):
         try:
             entry = read_source(description.path)
         except DescriptionError as error:
             of_robots += error.diagnostics
             continue
+        if steps < 0:
+            message = f"{description.path} is not checked: the launch file has too many robots"
+            of_robots.append(Diagnostic("K003", Severity.INFO, message, origin, "check it alone"))
+            continue
         context = examine(entry, description.arguments, packages.beside(entry.path), config)
         of_robots += findings(context)
+        steps -= context.expansion.steps
         robots += [context.robot] if context.has("robot") else []
         sources += [file.source for file in context.sources]
     said = {_key(d) for d in of_robots}
@@ -49,10 +58,15 @@ def check_launch(
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 
-def _descriptions(plan: Plan) -> list[Description]:
-    """The robot files that the parameters hold, each with its arguments, once."""
-    found = [param.description for param in plan.params.values() if param.description is not None]
-    return list({(d.path, tuple(sorted(d.arguments.items()))): d for d in found}.values())
+def _descriptions(plan: Plan) -> list[tuple[Description, Origin]]:
+    """The robot files that the parameters hold, each once with the same arguments, and the place of the first
+    parameter."""
+    found: dict[tuple[str, tuple[tuple[str, str], ...]], Param] = {}
+    for param in plan.params.values():
+        if param.description is not None:
+            key = param.description.path, tuple(sorted(param.description.arguments.items()))
+            found.setdefault(key, param)
+    return [(param.description, param.origin) for param in found.values() if param.description]
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, str]:

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 from kbot.launch.faults import Fault
+from kbot.launch.includes import charge
 from kbot.launch.plan import Description
 from kbot.launch.quoting import split_words
 from kbot.launch.reporter import part_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
+from kbot.xacro.budget import Budget
+from kbot.xacro.limits import Limits
 from kbot.xacro.packages import Packages
+
+if TYPE_CHECKING:
+    from kbot.xacro import Expansion
 
 _XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
 _XACRO_VALUES = {"--verbosity", "-o"}
@@ -23,14 +30,14 @@ Note = Callable[[Diagnostic], None]
 
 
 def run(
-    command: str, packages: Packages, origin: Origin, note: Note, allowed: bool
+    command: str, packages: Packages, origin: Origin, note: Note, budget: Budget, allowed: bool
 ) -> tuple[str, Description | None]:
-    """What a command prints, and the description it expands where it is xacro.
+    """What a command prints, and the description it expands if it is xacro.
 
     Faults of the description are notes: the launch goes on, to show what can be shown of it.
 
     Raises:
-        Fault: L040 the command is not one that is stood in for, L041 it fails.
+        Fault: L040 the command is not xacro or cat, L041 it fails, L070 it takes too much work.
     """
     try:
         words = split_words(command)
@@ -40,7 +47,7 @@ def run(
         raise Fault("L041", "the command is empty")
     name = PurePath(words[0]).name
     if name in ("xacro", "xacro.py"):
-        return _xacro(words, packages, origin, note)
+        return _xacro(words, packages, origin, note, budget)
     if name == "cat" and len(words) == 2:
         text = read_source(words[1]).text
         return text, description_of(words[1], text)
@@ -56,8 +63,22 @@ def description_of(path: str, text: str) -> Description | None:
     return Description(path, {}) if is_robot else None
 
 
+def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packages: Packages) -> Expansion:
+    """Expand a description. The work counts toward what the launch file may take.
+
+    Raises:
+        Fault: L070, all descriptions and files together take too much work.
+    """
+    from kbot.xacro import expand
+
+    limits = Limits(steps=max(budget.steps, 0))
+    expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
+    charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too much work to expand")
+    return expansion
+
+
 def _xacro(
-    words: list[str], packages: Packages, origin: Origin, note: Note
+    words: list[str], packages: Packages, origin: Origin, note: Note, budget: Budget
 ) -> tuple[str, Description | None]:
     files: list[str] = []
     arguments: dict[str, str] = {}
@@ -81,10 +102,9 @@ def _xacro(
     if len(files) != 1:
         raise Fault("L041", f"xacro takes one file, not {len(files)}")
     from kbot.text.installed import find_file
-    from kbot.xacro import expand
 
     file = find_file(files[0]) or files[0]
-    expansion = expand(file, arguments, packages=packages.beside(file))
+    expansion = expand_within(budget, file, arguments, packages)
     for diagnostic in expansion.diagnostics:
         note(diagnostic)
     return expansion.text, Description(file, arguments)

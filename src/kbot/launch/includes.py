@@ -45,7 +45,7 @@ def charge_yaml(budget: Budget, path: str, text: str) -> None:
     Raises:
         Fault: L070, as `charge_file` does.
     """
-    _charge(budget, path, len(text) * _YAML_STEPS)
+    charge(budget, path, len(text) * _YAML_STEPS)
 
 
 def charge_text(budget: Budget, path: str, text: str | bytes) -> None:
@@ -54,12 +54,17 @@ def charge_text(budget: Budget, path: str, text: str | bytes) -> None:
     Raises:
         Fault: L070, as `charge_file` does.
     """
-    _charge(budget, path, len(text) >> 3)
+    charge(budget, path, len(text) >> 3)
 
 
-def _charge(budget: Budget, path: str, steps: int) -> None:
+def charge(budget: Budget, path: str, steps: int, fault: str = "is too large") -> None:
+    """Charge the work that a file takes.
+
+    Raises:
+        Fault: L070, as `charge_file` does.
+    """
     try:
         budget.charge(steps)
-    except LimitFault as error:
-        message = f"{path} is too large, with all files read before it"
-        raise Fault("L070", message, error.hint, is_limit=True) from None
+    except LimitFault:
+        message = f"{path} {fault}, with all files read before it"
+        raise Fault("L070", message, "split the launch file", is_limit=True) from None

@@ -27,6 +27,7 @@ class Expansion:
                   are errors it holds what could be expanded
     diagnostics   errors and warnings in the order they were met
     dependencies  every file that was read on the way, as it was named, in order
+    steps         the work that it took, in steps of up to a microsecond
     """
 
     def __init__(
@@ -41,11 +42,13 @@ class Expansion:
         defaults: Mapping[str, Binding] | None = None,
         declared: frozenset[str] = frozenset(),
         overridden: Mapping[str, Value] | None = None,
+        steps: int = 0,
     ) -> None:
         self.path = path
         self.document = document
         self.diagnostics = diagnostics
         self.dependencies = dependencies
+        self.steps = steps
         self.scope = scope
         """The names of the top level as they were at the end."""
         self.macros = macros

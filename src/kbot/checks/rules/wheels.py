@@ -298,14 +298,16 @@ def wheel_in_chassis(context: Context) -> Found:
 
 @rule("K003", "not-checked", Severity.INFO, "robot")
 def not_checked(context: Context) -> Found:
-    """A robot whose drive is not checked, because it has too many joints.
+    """A robot of a launch file, or the drive of a robot, that is not checked because it would take too long.
 
     Why: the drive rules (D…) compare each wheel with each other wheel, which takes too long for thousands of
-    joints. Without this finding the robot would look as if they had passed.
+    joints. A launch file may start hundreds of robots. Without this finding they would look as if they had
+    passed.
 
     Example: a robot with 1001 joints, one of which is continuous or driven by a plugin.
 
-    Fix: check a description with the drive alone, for example without the arms by a `<xacro:if>`.
+    Fix: check a description with the drive alone, for example without the arms by a `<xacro:if>`. Check
+    further robots of a launch file by their own files.
 
     Autofix: none.
     """

@@ -92,7 +92,7 @@ class Parameters:
                 charge_text(budget, text, data)
                 return data, None
         packages, note = self.reporter.packages, self.reporter.finding
-        output, description = commands.run(text, packages, origin, note, self.allow_commands)
+        output, description = commands.run(text, packages, origin, note, budget, self.allow_commands)
         return convert(output, type_), description
 
     def rosparam(self, element: Element, context: Context) -> None:

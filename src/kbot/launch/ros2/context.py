@@ -104,7 +104,7 @@ class Context:
             return self._parameter(*words[3:])
         packages = self.packages.beside(self.file)
         where = origin or self.here
-        output, description = commands.run(text, packages, where, self.note, self.allow_commands)
+        output, description = commands.run(text, packages, where, self.note, self.budget, self.allow_commands)
         if description:
             self.descriptions[output] = description
         return output

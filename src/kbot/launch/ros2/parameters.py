@@ -139,7 +139,7 @@ def _placed(value: Any, context: Context, origin: Origin | None) -> Placed:
     try:
         return Placed(plain(value, context), origin)
     except Fault as fault:
-        if origin is None:
+        if origin is None or fault.is_limit:  # the reporter has to know that a limit is reached
             raise
         found = Diagnostic(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         raise DescriptionError([found]) from None

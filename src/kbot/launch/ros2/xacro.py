@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from kbot.launch.commands import expand_within
 from kbot.launch.plan import Description
 from kbot.launch.ros2.context import Context
 from kbot.text import read_source
@@ -34,10 +35,8 @@ class _Xacro:
     def process_file(
         self, path: object, mappings: Mapping[str, object] | None = None, **_: object
     ) -> _Document:
-        from kbot.xacro import expand
-
         arguments = {str(name): str(value) for name, value in (mappings or {}).items()}
-        expansion = expand(str(path), arguments, packages=self.context.packages.beside(str(path)))
+        expansion = expand_within(self.context.budget, str(path), arguments, self.context.packages)
         for diagnostic in expansion.diagnostics:
             self.context.note(diagnostic)
         self.context.descriptions[expansion.text] = Description(str(path), arguments)
