@@ -60,7 +60,8 @@ class Show:
 
         def heard() -> bool:
             self.bus.publish(topic, message)
-            return not any(word in self.status(kind) for word in ("heard", "no topic", "loaded", "off"))
+            status = self.status(kind)  # read once: it may change from one of the words to another
+            return not any(word in status for word in ("heard", "no topic", "loaded", "off"))
 
         until(heard)
         self.page.evaluate("kbot.drawn()")
