@@ -221,7 +221,7 @@ def test_a_page_keeps_the_typed_property_with_every_save(mine: Path) -> None:
 
     def radius() -> float:
         geometry = session.shown.robot.links["left"].collisions[0].geometry
-        return float(geometry.radius)  # type: ignore[union-attr]
+        return float(geometry.radius)  # type: ignore[union-attr]  # it is a cylinder
 
     def codes() -> set[str]:
         return {finding.code for finding in session.shown.findings().findings}

@@ -103,10 +103,10 @@ def safe_loader() -> type[yaml.SafeLoader]:
 
         def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:  # noqa: ANN401 - a key
             if self._level > MOST_LEVELS:
-                raise _too_deep(self.peek_event().start_mark)  # type: ignore[no-untyped-call]
+                raise _too_deep(self.peek_event().start_mark)  # type: ignore[no-untyped-call]  # of PyYAML
             self._count += 1
             if self._count > MOST_VALUES:
-                raise _too_many(self.peek_event().start_mark)  # type: ignore[no-untyped-call]
+                raise _too_many(self.peek_event().start_mark)  # type: ignore[no-untyped-call]  # of PyYAML
             self._level += 1
             node = super().compose_node(parent, index)
             self._level -= 1
