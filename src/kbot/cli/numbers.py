@@ -45,6 +45,15 @@ def seconds_option(*names: str, **more: Any) -> Callable[[click.decorators.FC], 
     return click.option(*names, cls=_WithoutRange, type=SECONDS, metavar="S", **more)
 
 
+def rate_option(
+    most: float, text: str, metavar: str = "HZ"
+) -> Callable[[click.decorators.FC], click.decorators.FC]:
+    """`-r` and `--rate`, from 0.01 to `most`, as `rate: float`."""
+    return click.option(
+        "-r", "--rate", type=Within(0.01, most), default=1.0, show_default=True, metavar=metavar, help=text
+    )
+
+
 def pose_of(option: str, text: str) -> PlanarPose:
     """`X,Y,YAW` in m, m and rad; anything else ends the program."""
     from kbot.kinematics import PlanarPose

@@ -10,7 +10,7 @@ import click
 from kbot.cli.arguments import examples, json_option, output_option, package_path_option
 from kbot.cli.bag.words import Bag, Play, read_remaps
 from kbot.cli.companions import bridge_options
-from kbot.cli.numbers import Within, seconds_option
+from kbot.cli.numbers import rate_option, seconds_option
 from kbot.cli.output import fail, print_json
 from kbot.cli.picture_options import parse_size, size_option
 
@@ -222,15 +222,7 @@ def _plot(table: Table, size: str) -> str:
     show_default="to the end",
     help="Seconds of the recording to play back.",
 )
-@click.option(
-    "-r",
-    "--rate",
-    type=Within(0.01, 100.0),
-    default=1.0,
-    show_default=True,
-    metavar="X",
-    help="Speed of the playback, as a factor.",
-)
+@rate_option(100.0, "Speed of the playback, as a factor.", metavar="X")
 @seconds_option(
     "-d", "--delay", default=0.0, show_default=True, help="Seconds to wait before the playback starts."
 )

@@ -11,7 +11,7 @@ import click
 
 from kbot.cli.arguments import examples, json_option
 from kbot.cli.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
-from kbot.cli.numbers import Within
+from kbot.cli.numbers import rate_option
 from kbot.cli.output import fail, print_json
 
 if TYPE_CHECKING:
@@ -54,15 +54,7 @@ def tree(as_json: bool, at: str) -> None:
 @command.command("echo", epilog=examples("kbot tf echo odom base_link --rate 5"))
 @click.argument("frame")
 @click.argument("child")
-@click.option(
-    "-r",
-    "--rate",
-    type=Within(0.01, 100.0),
-    default=1.0,
-    show_default=True,
-    metavar="HZ",
-    help="Printing rate in Hz (wall-clock time).",
-)
+@rate_option(100.0, "Printing rate in Hz (wall-clock time).")
 @click.option("--once", is_flag=True, help="Print one pose and exit.")
 @json_option
 @at_option

@@ -24,7 +24,7 @@ from kbot.cli.graph.asking import (
 )
 from kbot.cli.graph.measures import bw, delay, hz
 from kbot.cli.graph.printing import Style, style_options
-from kbot.cli.numbers import Within
+from kbot.cli.numbers import rate_option
 from kbot.cli.output import fail, print_json
 
 
@@ -155,15 +155,7 @@ def echo(
 @click.argument("words", nargs=-1, metavar="[TYPE] [VALUES]")
 @click.option("-1", "--once", is_flag=True, help="Publish one message and exit.")
 @click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Publish N messages and exit.")
-@click.option(
-    "-r",
-    "--rate",
-    type=Within(0.01, 1000.0),
-    default=1.0,
-    show_default=True,
-    metavar="HZ",
-    help="Publishing rate in Hz (wall-clock time).",
-)
+@rate_option(1000.0, "Publishing rate in Hz (wall-clock time).")
 @click.option("-w", "--wait-matching-subscriptions", type=int, expose_value=False, hidden=True)
 @at_option
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
