@@ -225,7 +225,7 @@ def test_a_diff_tells_what_no_fix_mends(tmp_path: Path, monkeypatch: pytest.Monk
     for words in (("--diff",), ("--fix", "--diff")):
         left = run("robot.xacro", *words)
         assert (left.return_value, left.stdout) == (1, "")
-        assert "1 error left that no safe fix mends; 1 can be mended by --unsafe-fixes" in left.stderr
+        assert "1 error left without a safe fix; 1 can be fixed by --unsafe-fixes" in left.stderr
     unsafe = run("robot.xacro", "--unsafe-fixes", "--diff")
     assert unsafe.return_value == 0
     assert "+++ robot.xacro (fixed)" in unsafe.stdout
@@ -253,7 +253,7 @@ def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(elsewhere)
     for option in ("--diff", "--fix"):
         alone = run(str(whole), option)
-        assert f"{part}: outside the working directory, its fixes are left alone" in alone.stderr
+        assert f"{part}: outside the working directory, its fixes are not applied" in alone.stderr
         assert "+++" not in alone.stdout
     assert part.read_text() == text
     monkeypatch.chdir(here)
@@ -304,9 +304,9 @@ def test_a_fix_that_was_discarded_is_offered_no_more(tmp_path: Path, monkeypatch
     )
     Path("robot.urdf").write_text(text)
     words = ("robot.urdf", "--select", "U")
-    assert "1 can be mended by --fix" in run(*words).stdout
+    assert "1 can be fixed by --fix" in run(*words).stdout
     after = run(*words, "--fix")  # written right, the mast would hang on two joints
-    assert (after.return_value, "can be mended" in after.stdout) == (1, False)
+    assert (after.return_value, "can be fixed" in after.stdout) == (1, False)
     assert "write 'mast'" not in after.output
     assert Path("robot.urdf").read_text() == text
 
@@ -410,9 +410,9 @@ def test_the_summary_says_what_can_be_mended(tmp_path: Path) -> None:
 </robot>"""
     file = tmp_path / "r.xacro"
     for parts, said in (
-        ((unsafe, ""), "1 warning; 1 can be mended by --unsafe-fixes"),
-        (("", safe), "1 warning; 1 can be mended by --fix"),
-        ((unsafe, safe), "2 warnings; 1 can be mended by --fix, 1 more by --unsafe-fixes"),
+        ((unsafe, ""), "1 warning; 1 can be fixed by --unsafe-fixes"),
+        (("", safe), "1 warning; 1 can be fixed by --fix"),
+        ((unsafe, safe), "2 warnings; 1 can be fixed by --fix, 1 more by --unsafe-fixes"),
     ):
         file.write_text(text.format(*parts))
         lines = CliRunner().invoke(check, [str(file), "--select", "S101,J107"]).output.splitlines()

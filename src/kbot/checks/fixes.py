@@ -176,21 +176,21 @@ def apply_edits(text: str, edits: Sequence[Edit]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Mended:
-    """What fixes make of the files that one includes, nothing written yet.
+class FixedIncludes:
+    """The fixed texts of the files that a file includes, not written yet.
 
-    `texts`: each changed file's text before and after. `left_alone`: the files outside the working
+    `texts`: each changed file's text before and after. `outside`: the files outside the working
     directory that have fixes of their own; they belong to others.
     """
 
     texts: Mapping[str, tuple[str, str]]
     fixes: tuple[Fix, ...]
-    left_alone: tuple[str, ...]
+    outside: tuple[str, ...]
 
 
 def fixed_includes(
     path: str, found: Sequence[Diagnostic], check: Callable[[], Sequence[Diagnostic]], unsafe: bool
-) -> Mended:
+) -> FixedIncludes:
     """The files that `path` includes with their fixes applied. `found` are the findings of the whole, and
     `check` gives them anew.
 
@@ -206,7 +206,7 @@ def fixed_includes(
     for fix in applied:
         before.setdefault(fix.edits[0].span.file, fix.edits[0].span.source.text)
     texts = {name: (before[name], text) for name, text in after.items()}
-    return Mended(texts, tuple(applied), _others(found, path, unsafe)[1])
+    return FixedIncludes(texts, tuple(applied), _others(found, path, unsafe)[1])
 
 
 def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> tuple[list[Fix], tuple[str, ...]]:

@@ -121,7 +121,7 @@ def command(
             found += error.diagnostics
     if values:
         jobs = _with_typed_names(jobs, values)
-    changed, findings = _mend(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else ({}, {})
+    changed, findings = _apply_fixes(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else ({}, {})
     with unsaved(changed if diff else {}):
         for job in jobs:
             found += findings.get(id(job)) or job.check()
@@ -135,7 +135,7 @@ def command(
     if known:
         found = without_known(found, known)
     if diff:
-        _tell_left(found, unsafe_fixes)
+        _report_left(found, unsafe_fixes)
     else:
         _print(found, "json" if as_json else output_format or "text", [j.path for j in jobs], statistics)
     if any(is_unusable(d) for d in found):
@@ -219,7 +219,7 @@ def _place(word: str, packages: Packages) -> str:
     return folder
 
 
-def _mend(
+def _apply_fixes(
     jobs: Sequence[_Job], unsafe: bool, diff: bool
 ) -> tuple[Mapping[str, str], Mapping[int, Sequence[Diagnostic]]]:
     """Apply fixes to the jobs' own files and to those they include, or show what they would change.
@@ -232,7 +232,7 @@ def _mend(
     after: dict[str, str] = {}
     findings: dict[int, Sequence[Diagnostic]] = {}
     fixes: list[Fix] = []
-    left_alone: dict[str, None] = {}
+    outside: dict[str, None] = {}
     for job in {j.path: j for j in jobs}.values():
         with unsaved(after):
             try:
@@ -249,7 +249,7 @@ def _mend(
                 name, old = changed.get(real, (path, old))[:2]
                 changed[real], after[real] = (name, old, new), new
         fixes += [*own, *includes.fixes]
-        left_alone.update(dict.fromkeys(includes.left_alone))
+        outside.update(dict.fromkeys(includes.outside))
     if diff:
         for name, old, new in changed.values():
             click.echo(unified_diff(old, new, relative(name)), nl=False)
@@ -257,8 +257,8 @@ def _mend(
         rewrite({name: (old, new) for name, old, new in changed.values()})
     for one in () if diff else fixes:
         click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
-    for path in left_alone:
-        click.echo(f"{path}: outside the working directory, its fixes are left alone", err=True)
+    for path in outside:
+        click.echo(f"{path}: outside the working directory, its fixes are not applied", err=True)
     return after, ({} if after else findings)
 
 
@@ -267,16 +267,14 @@ def _without_tried(found: Diagnostic, unsafe: bool) -> Diagnostic:
     return replace(found, fix=None) if found.fix and (found.fix.safe or unsafe) else found
 
 
-def _tell_left(found: Sequence[Diagnostic], unsafe: bool) -> None:
-    """Say on stderr what a diff would leave, which without it reads as nothing found."""
+def _report_left(found: Sequence[Diagnostic], unsafe: bool) -> None:
+    """Report on stderr what the fixes leave: an empty diff alone reads as no findings."""
     if not found:
         return
     more = sum(bool(d.fix and not d.fix.safe) for d in found)
-    by_others = f"; {more} can be mended by --unsafe-fixes" if more and not unsafe else ""
+    by_others = f"; {more} can be fixed by --unsafe-fixes" if more and not unsafe else ""
     fixes = "fix" if unsafe else "safe fix"
-    click.echo(
-        f"{count(found)} left that no {fixes} mends{by_others}; without --diff they are named", err=True
-    )
+    click.echo(f"{count(found)} left without a {fixes}{by_others}; run without --diff to list them", err=True)
 
 
 def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
@@ -324,7 +322,7 @@ def _print(found: Sequence[Diagnostic], form: str, files: Sequence[str], statist
 def _summary(found: Sequence[Diagnostic]) -> str:
     safe = sum(bool(d.fix and d.fix.safe) for d in found)
     unsafe = sum(bool(d.fix and not d.fix.safe) for d in found)
-    parts = [f"{safe} can be mended by --fix"] if safe else []
+    parts = [f"{safe} can be fixed by --fix"] if safe else []
     if unsafe:
-        parts.append(f"{unsafe} {'more' if safe else 'can be mended'} by --unsafe-fixes")
+        parts.append(f"{unsafe} {'more' if safe else 'can be fixed'} by --unsafe-fixes")
     return count(found) + (f"; {', '.join(parts)}" if parts else "")
