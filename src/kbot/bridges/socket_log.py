@@ -1,4 +1,4 @@
-"""The log of the `websockets` library, which would print tracebacks of its own."""
+"""The log of the `websockets` library, which would otherwise print tracebacks."""
 
 from __future__ import annotations
 

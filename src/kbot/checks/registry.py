@@ -59,7 +59,7 @@ class Rule:
 
     @property
     def fix(self) -> Literal["safe", "unsafe", "none"]:
-        """Whether `kbot check --fix` or `--unsafe-fixes` fixes it, as its page says."""
+        """Whether `kbot check --fix` or `--unsafe-fixes` fixes it, from the `Autofix:` of its page."""
         label = "Autofix:"
         line = next((line for line in self.page.splitlines() if line.startswith(label)), f"{label} none")
         word = line.removeprefix(label).split()[0].strip(".,;:")

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     "overrides",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Value for a top-level property, in place of its own. Can be repeated.",
+    help="Override the value of a top-level property. Can be repeated.",
 )
 @click.option("--plain", is_flag=True, help="Omit the banner comment.")
 @click.option("--source-map", metavar="JSON", help="File to write the source location of every element to.")

@@ -52,8 +52,8 @@ def interface_unknown(context: Context) -> Found:
 
     Example: `<command_interface name="pos"/>`
 
-    Fix: `position`, `velocity` or `effort`. Hardware of one's own may have more: there a name is told only
-    where it is a slip away from one of these.
+    Fix: `position`, `velocity` or `effort`. Your own hardware may have other
+    interfaces: for it, only a slip of one of these names is reported.
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """

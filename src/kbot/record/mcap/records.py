@@ -87,7 +87,7 @@ def records(
 
 
 def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
-    """The record that an index says is at a place. Raises Damaged: it is not there."""
+    """The record at a place that an index gives. Raises Damaged: no such record is there."""
     end = stream.seek(0, SEEK_END)
     found_at, record = next(records(stream, at, end, (kind,)), (-1, McapRecord()))
     if found_at != at:

@@ -7,36 +7,36 @@ from kbot.text import Origin
 from kbot.world.findings import Findings
 
 NOTICEABLE = 0.005
-"""Share by which a plugin's size may differ from the robot's before it is said."""
+"""Share by which a plugin's size may differ from the robot's before it is reported."""
 UNEQUAL = 0.002
-"""Share by which wheels may differ in radius before it is said, as for D111 of `kbot check`."""
+"""Share by which wheels may differ in radius before it is reported, as for D111 of `kbot check`."""
 ABSURD = 1000.0
 """How many times too large or too small a size is not reckoned with."""
 
 
 def compared(
-    what: str, said: float, true: float, origin: Origin | None, findings: Findings, note: str = ""
+    what: str, given: float, true: float, origin: Origin | None, findings: Findings, note: str = ""
 ) -> float:
-    """The size that is said, in m, and a finding where it is not the true one; one that is out of all
-    proportion is not reckoned with. The hint gives the true size, with a `note` behind it."""
+    """The size to use, in m: the given one, or the true one if the given one is absurd. A difference is
+    reported. The hint gives the true size, followed by `note`."""
     hint = f"write {true:g}{note}, or compute it from the sizes that the wheels are made of"
-    if not true / ABSURD <= said <= true * ABSURD:
-        message = f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: it is left out"
+    if not true / ABSURD <= given <= true * ABSURD:
+        message = f"the drive reckons with {given:g} m for the {what}, which is {true:g} m: it is left out"
         findings.warning("W131", message, origin, hint)
         return true
-    if abs(said - true) > NOTICEABLE * true:
+    if abs(given - true) > NOTICEABLE * true:
         findings.warning(
             "W131",
-            f"the drive reckons with {said:g} m for the {what}, which is {true:g} m: its odometry will be"
-            f" {100 * abs(said / true - 1):.0f} % off",
+            f"the drive reckons with {given:g} m for the {what}, which is {true:g} m: its odometry will be"
+            f" {100 * abs(given / true - 1):.0f} % off",
             origin,
             hint,
         )
-    return said
+    return given
 
 
 def compared_radius(
-    said: float,
+    given: float,
     drive: DifferentialDrive,
     origin: Origin | None,
     findings: Findings,
@@ -48,17 +48,17 @@ def compared_radius(
     finding names the radius of each, because their mean is the radius of none."""
     least, most = (of(drive.joints, key=lambda name: drive.wheels[name].radius) for of in (min, max))
     small, large = drive.wheels[least].radius, drive.wheels[most].radius
-    is_absurd = not drive.radius / ABSURD <= said <= drive.radius * ABSURD
+    is_absurd = not drive.radius / ABSURD <= given <= drive.radius * ABSURD
     if is_absurd or large - small <= UNEQUAL * large:
         if is_diameter:
             note = f" (twice the radius {drive.radius:g} m)"
-            return compared("wheels' diameter", 2.0 * said, 2.0 * drive.radius, origin, findings, note) / 2.0
-        return compared("wheels' radius", said, drive.radius, origin, findings)
+            return compared("wheels' diameter", 2.0 * given, 2.0 * drive.radius, origin, findings, note) / 2.0
+        return compared("wheels' radius", given, drive.radius, origin, findings)
     findings.warning(
         "W131",
-        f"the drive reckons with {said:g} m for every wheel's radius, which is {small:g} m on '{least}' and"
+        f"the drive reckons with {given:g} m for every wheel's radius, which is {small:g} m on '{least}' and"
         f" {large:g} m on '{most}': no figure is right for both",
         origin,
         "make the wheels by one macro, with one radius",
     )
-    return said
+    return given
