@@ -153,6 +153,7 @@ def test_errors_are_listed_before_warnings_where_not_all_are() -> None:
     listed = bounded([*[warning] * 20_000, error])
     assert listed[:-1] == (*[warning] * 16_666, error)
     assert (listed[-1].code, listed[-1].message) == ("K004", "3334 more findings are not listed")
+    assert bounded(listed) == listed
     assert DescriptionError([error] * 30_000).diagnostics[:-1] == (error,) * 25_000
 
 

@@ -93,6 +93,9 @@ def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def _size(diagnostic: Diagnostic) -> int:
-    """How many places it has, where a finding takes as long to print as four."""
+    """How many places it has, where a finding takes as long to print as four. K004 counts as nothing, so that
+    an error that is raised again keeps it."""
+    if diagnostic.code == "K004":
+        return 0
     calls = len(diagnostic.origin.stack) if diagnostic.origin else 0
     return 4 + calls + len(diagnostic.related)
