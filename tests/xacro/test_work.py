@@ -325,4 +325,6 @@ def test_yaml_data_is_bounded(tmp_path: Path) -> None:
         start = time.process_time()
         expansion = expand(tmp_path / "f.xacro", limits=LIMITS)
         assert time.process_time() - start < MOST_CPU_S
-        assert [d.code for d in expansion.diagnostics] == ["X190"], text[:20]
+        codes = [d.code for d in expansion.diagnostics]
+        # PyYAML since 6.0.4 takes each merged key once, so that merges no longer double
+        assert codes == ["X190"] or (text is merges and not codes), text[:20]
