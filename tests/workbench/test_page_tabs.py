@@ -96,6 +96,7 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
     anew = open_session(str(xacro), simulate=True, seed=1)
     with serving(anew, port=urlsplit(address).port):
         each(everyone, LINK, "live")
+        until(lambda: driver.evaluate("kbot.time") != now)  # until then P ends the pause of the first server
         driver.keyboard.press("p")
         until(lambda: anew.paused)
         now = state_of(anew).time
