@@ -324,7 +324,7 @@ def test_a_row_for_which_there_is_no_memory_is_one_error(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[" * 100_000, "(nested more than 100 levels deep|exceeded maximum nesting depth)"),
+        ("[" * 100_000, "nested more than 100 levels deep"),
         ("{a: " * 100_000, "nested more than 100 levels deep"),
         ("rosbag2_bagfile_information: &a [*a]", "not that of rosbag2"),
         ("rosbag2_bagfile_information: {version: " + ":".join("1" * 100_000) + "}", "of version '1:1:1"),

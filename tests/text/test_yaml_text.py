@@ -27,15 +27,11 @@ READERS = {
 }
 
 
-REFUSED = r"nested|nesting|recursion"
-"""LibYAML since 0.2.6 refuses 1,000 levels in words of its own."""
-
-
 @pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 100_000, "a: &x " + "[" * 100_000])
 class TestDeepNesting:
     @pytest.mark.parametrize("reader", READERS)
     def test_it_is_refused(self, reader: str, text: str) -> None:
-        with pytest.raises((yaml.YAMLError, ValueError, BadYaml, KbotError), match=REFUSED):
+        with pytest.raises((yaml.YAMLError, ValueError, BadYaml, KbotError), match=r"nested|recursion"):
             READERS[reader](text)
 
     def test_a_map_is_refused(self, text: str, tmp_path: Path) -> None:
@@ -47,7 +43,7 @@ class TestDeepNesting:
         (tmp_path / "deep.yaml").write_text(text)
         robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"
             name="${xacro.load_yaml('deep.yaml')}"/>"""
-        with pytest.raises(DescriptionError, match=REFUSED):
+        with pytest.raises(DescriptionError, match="nested more than 100 levels deep"):
             expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()
 
     def test_check_takes_it_for_a_file_without_controllers(self, text: str) -> None:

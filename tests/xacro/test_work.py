@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from kbot.text.depth import room_for
 from kbot.xacro import Limits, expand, expand_text
@@ -310,13 +311,21 @@ def test_a_row_of_dollars_is_read_once(text: str) -> None:
     assert codes(f'<a x="{text}"/>') == ["X101"]
 
 
+MERGES_A_KEY_ONCE = tuple(map(int, yaml.__version__.split(".")[:3])) >= (6, 0, 4)
+"""Since then merges do not double the keys of a mapping."""
+
+
 def test_yaml_data_is_bounded(tmp_path: Path) -> None:
-    merges = "a0: &a0 {x: 1, y: 2}\n" + "".join(
+    doubling = "a0: &a0 {x: 1, y: 2}\n" + "".join(
         f"a{i + 1}: &a{i + 1} {{<<: [*a{i}, *a{i}], k{i}: 1}}\n" for i in range(40)
+    )
+    growing = "a0: &a0 {x: 1}\n" + "".join(
+        f"a{i + 1}: &a{i + 1} {{<<: *a{i}, k{i}: 1}}\n" for i in range(3_000)
     )
     for text in (
         "\n".join(f"{i * COLLIDING}: 1" for i in range(10_000)),
-        merges,
+        doubling,
+        growing,
         "[" + "1e5, " * 50_000 + "1]",
         "[" + "!!int 1, " * 50_000 + "1]",
     ):
@@ -325,6 +334,7 @@ def test_yaml_data_is_bounded(tmp_path: Path) -> None:
         start = time.process_time()
         expansion = expand(tmp_path / "f.xacro", limits=LIMITS)
         assert time.process_time() - start < MOST_CPU_S
-        codes = [d.code for d in expansion.diagnostics]
-        # PyYAML since 6.0.4 takes each merged key once, so that merges no longer double
-        assert codes == ["X190"] or (text is merges and not codes), text[:20]
+        if text is doubling and MERGES_A_KEY_ONCE:
+            assert '<a x="41"/>' in expansion.text
+        else:
+            assert [d.code for d in expansion.diagnostics] == ["X190"], text[:20]

@@ -24,6 +24,8 @@ PyYAML's loader in Python takes about 20 microseconds for each. Robots' files ha
 MOST_LEVELS = 100
 """Of nested lists and mappings. PyYAML's loaders in C recurse for each level, and 10,000 levels overflow the
 stack, which ends the process; their parser takes the square of the levels. Robots' files have at most 10."""
+_TOO_DEEP_IN_C = "exceeded maximum nesting depth"
+"""What LibYAML reports since 0.2.6 at 1,000 levels, before it gives the first event of them."""
 OWN_HASH = (1 << 61) - 1
 """The hash of a smaller whole number is the number. Larger ones can be chosen to have the same hash; as keys,
 each is then compared with all before it."""
@@ -53,12 +55,17 @@ def check_nesting(text: str) -> None:
 
     level = 0
     event: Any
-    for count, event in enumerate(yaml.parse(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader))):
-        if count > 2 * MOST_VALUES:  # a list has two events, and a document as well
-            raise _too_many(event.start_mark)
-        level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if level > MOST_LEVELS:
-            raise _too_deep(event.start_mark)
+    try:
+        for count, event in enumerate(yaml.parse(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader))):
+            if count > 2 * MOST_VALUES:  # a list has two events, and a document as well
+                raise _too_many(event.start_mark)
+            level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if level > MOST_LEVELS:
+                raise _too_deep(event.start_mark)
+    except yaml.MarkedYAMLError as error:
+        if error.problem == _TOO_DEEP_IN_C:
+            raise _too_deep(error.problem_mark) from None
+        raise
 
 
 def _too_deep(mark: Any) -> yaml.YAMLError:  # noqa: ANN401 - marks of C and of Python
