@@ -69,7 +69,7 @@ MANY: dict[str, Callable[[int], str]] = {
     "half of a macro's calls": _calls,
     "findings in one line": lambda n: _lines(n, '<link name="l{}" colour="\u00e9"/>').replace("\n", ""),
 } | {
-    what: lambda n, line=line: _lines(n, line)  # type: ignore[misc]  # mypy knows no default of a lambda
+    what: lambda n, line=line: _lines(n, line)  # type: ignore[misc]  # mypy cannot infer a lambda's default
     for what, line in {
         "unknown elements": '<linc name="l{}"/>',
         "undefined properties": "<a>${undefined}</a>",

@@ -65,8 +65,8 @@ def check(text: str) -> tuple[Diagnostic, ...]:
     return check_text(text, "r.xacro", config=ONLY)
 
 
-def mended(text: str) -> str:
-    """The text with its fixes, unsafe ones too; mending it once more changes nothing."""
+def all_fixed(text: str) -> str:
+    """The text with its safe and unsafe fixes. Fixing it once more changes nothing."""
     done, *_ = fixed(text, "r.xacro", check, unsafe=True)
     assert fixed(done, "r.xacro", check, unsafe=True)[0] == done
     return done
@@ -104,7 +104,7 @@ def test_exchanged_arguments_are_exchanged_back(
     sound = link("sound", '<box size="1 2 3"/>', '<xacro:box_inertia m="1" w="1" h="3" d="2"/>')
     text = robot(plate, sound)
     assert [d.code for d in check(text)] == ["I112"]
-    done = mended(text)
+    done = all_fixed(text)
     assert check(done) == ()
     assert done.startswith(MACROS)
     assert sound in done
@@ -134,13 +134,13 @@ def test_exchanged_arguments_are_exchanged_back(
 @pytest.mark.parametrize("others", [0, 1, 2])
 def test_a_call_is_turned_with_its_geometry(call: str, turned: str, others: int) -> None:
     cylinder = '<cylinder radius="0.05" length="0.02"/>'
-    # further faulty links of the same macro are mended as well, sound ones are left alone
+    # further faulty links of the same macro are fixed too, sound ones are not changed
     faulty = [link(f"wheel_{n}", cylinder, call, TURNED) for n in range(1 + others // 2)]
     sound = [link("sound", cylinder, turned, TURNED)] if others else []
     text = robot(*faulty, *sound)
     assert {d.code for d in check(text)} == {"I111"}
-    assert mended(text) == text.replace(call, turned)
-    assert check(mended(text)) == ()
+    assert all_fixed(text) == text.replace(call, turned)
+    assert check(all_fixed(text)) == ()
 
 
 @settings(max_examples=40)
@@ -154,7 +154,7 @@ def test_a_call_in_other_units_gets_the_sizes_of_its_shape(
         link("wheel", f'<cylinder radius="${{r}}" length="{h}"/>', call, TURNED), before=MACROS + sizes
     )
     assert "I108" in {d.code for d in check(text)}
-    done = mended(text)
+    done = all_fixed(text)
     assert check(done) == ()
     assert done.startswith(MACROS)
     assert 'r="${r}"' in done  # as the geometry has it
@@ -169,8 +169,8 @@ def test_an_inertial_that_a_macro_can_compute_becomes_its_call() -> None:
     )
     text = robot(link("wheel", '<cylinder radius="${0.1 / 2}" length="0.02"/>', wrong, TURNED))
     right = '<xacro:cylinder_inertia m="${2 * 0.1}" r="${0.1 / 2}" h="0.02" rpy="${pi/2} 0 0"/>'
-    assert mended(text) == text.replace(wrong, right)
-    assert check(mended(text)) == ()
+    assert all_fixed(text) == text.replace(wrong, right)
+    assert check(all_fixed(text)) == ()
 
 
 @settings(max_examples=40)
@@ -182,7 +182,7 @@ def test_without_a_macro_the_tensor_is_written_in_numbers(x: float, y: float, z:
         '<inertia ixx="9" ixy="0" ixz="0" iyy="9" iyz="0" izz="9"/></inertial>'
     )
     text = robot(link("plate", f'<box size="{x} {y} {z}"/>', wrong), before=before)
-    done = mended(text)
+    done = all_fixed(text)
     assert check(done) == ()
     assert moments(done, "plate") == pytest.approx(box(mass, x, y, z), rel=1e-5)
 
@@ -206,7 +206,7 @@ def test_the_body_of_a_macro_is_not_edited_for_one_of_its_calls() -> None:
     assert found.origin is not None
     assert "right" in found.origin.span.text
     assert found.fix is None
-    assert mended(text) == text
+    assert all_fixed(text) == text
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations("abc")))
@@ -238,9 +238,9 @@ def test_a_macro_that_cannot_be_turned_is_turned_itself_where_every_call_needs_i
     call = '<xacro:cylinder_inertia m="1" r="0.05" h="0.02"/>'
     cylinder = '<cylinder radius="0.05" length="0.02"/>'
     text = robot(link("a", cylinder, call, TURNED), link("b", cylinder, call, TURNED), before=macro)
-    done = mended(text)
+    done = all_fixed(text)
     assert check(done) == ()
     assert done.count('<origin xyz="0 0 0" rpy="1.570796327 0 0"/>') == 1
     upright = link("c", cylinder, call)
     one_sound = text.replace("</robot>", upright + "</robot>")
-    assert mended(one_sound) == one_sound
+    assert all_fixed(one_sound) == one_sound

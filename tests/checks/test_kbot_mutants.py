@@ -102,7 +102,7 @@ def test_a_controller_s_yaml_is_held_against_the_wheels(package: Path) -> None:
     }
 
 
-def test_a_macro_is_mended_where_every_call_has_the_fault(package: Path) -> None:
+def test_a_macro_is_fixed_where_every_call_has_the_fault(package: Path) -> None:
     path = package / MACROS
     text = path.read_text("utf-8")
     broken = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>')
@@ -112,9 +112,9 @@ def test_a_macro_is_mended_where_every_call_has_the_fault(package: Path) -> None
     def check_main() -> tuple[Diagnostic, ...]:
         return check_file(main, config=Config())
 
-    mended = fixed_includes(main, check_main(), check_main, unsafe=False)
-    assert [f.title for f in mended.fixes] == ["remove rpy"]
-    assert list(mended.texts.values()) == [(broken, text)]
+    includes = fixed_includes(main, check_main(), check_main, unsafe=False)
+    assert [f.title for f in includes.fixes] == ["remove rpy"]
+    assert list(includes.texts.values()) == [(broken, text)]
     assert path.read_text("utf-8") == broken
 
 

@@ -90,13 +90,13 @@ def test_a_fix_removes_the_finding_and_is_idempotent(rule: Rule, folder: Path) -
     text = path.read_text("utf-8")
     offered = [d.fix for d in findings_of(path, text) if d.code == rule.code]
     assert any(fix and fix.safe == (rule.fix == "safe") for fix in offered), f"{rule.code} offers no fix"
-    mended, applied, _ = fixed(text, str(path), lambda t: findings_of(path, t), unsafe=True)
+    after_fixes, applied, _ = fixed(text, str(path), lambda t: findings_of(path, t), unsafe=True)
     assert applied
-    before, after = findings_of(path, text), findings_of(path, mended)
+    before, after = findings_of(path, text), findings_of(path, after_fixes)
     assert len(after) < len(before)
     assert rule.code not in {d.code for d in after}
     assert not any(d.is_error for d in after) or any(d.is_error for d in before)
-    assert fixed(mended, str(path), lambda t: findings_of(path, t), unsafe=True)[:2] == (mended, [])
+    assert fixed(after_fixes, str(path), lambda t: findings_of(path, t), unsafe=True)[:2] == (after_fixes, [])
 
 
 def test_every_fixture_belongs_to_a_rule() -> None:

@@ -172,7 +172,7 @@ def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
     settings, (found,) = settings_of(robot)
     assert found.code == "W131"
     assert "which is 0.078 m on 'left_joint' and 0.08 m on 'right_joint'" in found.message
-    assert "0.079" not in found.message.replace("reckons with 0.079 m", "") + found.hint
+    assert "0.079" not in found.message.replace("uses 0.079 m", "") + found.hint
     assert settings.radius == float(said) / 2.0
 
 

@@ -13,7 +13,7 @@ from functools import cache
 from itertools import product
 from pathlib import Path
 from re import _constants as kinds  # type: ignore[attr-defined]  # the parser that `re` itself uses
-from re import _parser  # type: ignore[attr-defined]  # as above
+from re import _parser  # type: ignore[attr-defined]  # not in the stubs of `re`
 from typing import Any
 
 import pytest
@@ -209,7 +209,7 @@ class Attack:
 
     def _test(self, node: Any) -> Callable[[str], bool]:
         """Whether a character fits a node."""
-        from re import _compiler  # type: ignore[attr-defined]  # as above
+        from re import _compiler  # type: ignore[attr-defined]  # not in the stubs of `re`
 
         tree = _parser.SubPattern(self.tree.state, [node])
         compiled = _compiler.compile(tree, self.tree.state.flags)

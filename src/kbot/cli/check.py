@@ -124,7 +124,8 @@ def command(
     changed, findings = _apply_fixes(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else ({}, {})
     with unsaved(changed if diff else {}):
         for job in jobs:
-            found += findings.get(id(job)) or job.check()
+            known_findings = findings.get(id(job))
+            found += job.check() if known_findings is None else known_findings
     found = _same_place_once(found)
     if fix or unsafe_fixes:
         found = [_without_tried(d, unsafe_fixes) for d in found]
@@ -255,15 +256,15 @@ def _apply_fixes(
             click.echo(unified_diff(old, new, relative(name)), nl=False)
     else:
         rewrite({name: (old, new) for name, old, new in changed.values()})
-    for one in () if diff else fixes:
-        click.echo(f"{relative(one.edits[0].span.file)}: {one.title}", err=True)
+    for fix in () if diff else fixes:
+        click.echo(f"{relative(fix.edits[0].span.file)}: {fix.title}", err=True)
     for path in outside:
         click.echo(f"{path}: outside the working directory, its fixes are not applied", err=True)
     return after, ({} if after else findings)
 
 
 def _without_tried(found: Diagnostic, unsafe: bool) -> Diagnostic:
-    """A finding that is left after the fixes, without its own, which was discarded or left alone."""
+    """A finding that is left after the fixes, without its own, which was discarded or not tried."""
     return replace(found, fix=None) if found.fix and (found.fix.safe or unsafe) else found
 
 

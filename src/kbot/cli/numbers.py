@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 class Within(click.FloatRange):
-    """A number from one bound to another; what is no number, as `nan`, is in no range."""
+    """A number between two bounds. `nan` is rejected."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ANN401 - as click has it
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ANN401 - click's signature
         number = float(super().convert(value, param, ctx))
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
@@ -40,7 +40,7 @@ SECONDS = Within(0.0, 9.2e9)
 """Times that 64 bits of nanoseconds hold."""
 
 
-def seconds_option(*names: str, **more: Any) -> Callable[[click.decorators.FC], click.decorators.FC]:  # noqa: ANN401 - as click has it
+def seconds_option(*names: str, **more: Any) -> Callable[[click.decorators.FC], click.decorators.FC]:  # noqa: ANN401 - click's own keywords
     """An option that is a time of a recording, in seconds."""
     return click.option(*names, cls=_WithoutRange, type=SECONDS, metavar="S", **more)
 

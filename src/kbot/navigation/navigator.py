@@ -189,7 +189,7 @@ class Navigator:
         return allowed
 
     def _needs_path(self, run: _Run) -> bool:
-        """Whether there is no path yet, or the turning centre moved since it was planned."""
+        """Whether to plan: there is no path yet, or the turning centre moved after the last plan."""
         centre, known = self._turning_centre.in_base, run.learned
         learned = math.hypot(centre.x - known.x, centre.y - known.y)
         return run.follower is None or learned > self.settings.limits.distance

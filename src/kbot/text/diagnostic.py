@@ -34,7 +34,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that mend a finding; a safe fix never changes what the author meant."""
+    """Edits that fix a finding; a safe fix never changes what the author meant."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -93,8 +93,8 @@ def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def _size(diagnostic: Diagnostic) -> int:
-    """How many places it has, where a finding takes as long to print as four. K004 counts as nothing, so that
-    an error that is raised again keeps it."""
+    """The number of its places, plus four for the finding itself: it takes as long to print as four places.
+    K004 counts as nothing, so that an error that is raised again keeps it."""
     if diagnostic.code == "K004":
         return 0
     calls = len(diagnostic.origin.stack) if diagnostic.origin else 0

@@ -144,7 +144,7 @@ class _Definition:
             raise KbotError(f"{written} has a bound: only a string has one before its brackets")
         item: BaseDesc | NameDesc
         if written == "string" or written in _WIDTHS:
-            item = Nodetype.BASE, (written, int(limit or 0))  # type: ignore[assignment]  # a name that rosbags' type lists
+            item = Nodetype.BASE, (written, int(limit or 0))  # type: ignore[assignment]  # one of the names in rosbags' Literal
         else:
             item = Nodetype.NAME, self._reference(written)
         if not found["array"]:
@@ -170,7 +170,7 @@ def _constant(found: re.Match[str], text: str) -> tuple[Basename, ScalarValue]:
     kind = found["type"]
     if found["array"] or found["limit"] or not (kind == "string" or kind in _WIDTHS):
         raise KbotError(f"a constant is of a plain type, not of {_shown(found['type'])}")
-    base: Basename = kind  # type: ignore[assignment]  # a name that rosbags' type lists
+    base: Basename = kind  # type: ignore[assignment]  # one of the names in rosbags' Literal
     if kind == "string":
         quoted = _QUOTED.fullmatch(text)
         return base, quoted[1][1:-1] if quoted else text

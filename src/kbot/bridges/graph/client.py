@@ -60,7 +60,7 @@ class GraphClient:
             if message.get("op") == "service_response" and message.get("id") == number:
                 values: Values = message.get("values") or {}
                 if not message.get("result"):
-                    raise KbotError(str(values.get("message", f"{service} says no")))
+                    raise KbotError(str(values.get("message", f"{service} failed")))
                 return values
             if message.get("op") == "publish":
                 self._early.append(message)

@@ -29,7 +29,7 @@ def _conventions(pair: Pair) -> list[float]:
 def separation_differs(context: Context) -> Found:
     """A wheel separation, given to a plugin or controller or as a property, that is not the robot's own.
 
-    Why: yaw is reckoned as (right - left) / separation. With 0.15 m for a robot of 0.174 m every turn is
+    Why: yaw is computed as (right - left) / separation. With 0.15 m for a robot of 0.174 m every turn is
     reported 16 % too large: after one turn odometry is 58 degrees off.
 
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
@@ -119,7 +119,7 @@ def radius_differs(context: Context) -> Found:
             true = radii[0]
             yield Finding(
                 word.origin,
-                f"{driver.name}: it computes with a wheel radius of {given:.4g} m, the wheels have "
+                f"{driver.name}: its wheel radius is {given:.4g} m, but the wheels have "
                 f"{true:.4g}: distances "
                 f"are {(given / true - 1.0) * 100.0:+.0f} % off",
                 f"use twice the radius that makes the wheels: {2.0 * true:.4g}"

@@ -216,7 +216,8 @@ def collides_at_rest(context: Context) -> Found:
 
     Example: a caster's ball that reaches into the battery box.
 
-    Fix: move or shrink one of the collisions; links that are next to each other are left alone.
+    Fix: move or shrink one of the collisions. Links are not compared if one joint or
+    only fixed joints connect them.
 
     Autofix: none.
     """

@@ -48,7 +48,7 @@ def mass_not_positive(context: Context) -> Found:
 
     Example: `<mass value="0"/>`
 
-    Fix: weigh the part; a frame that weighs nothing needs no `<inertial>` when its joint is fixed.
+    Fix: set the part's real mass. A massless frame on a fixed joint needs no `<inertial>`.
 
     Autofix: none.
     """
@@ -61,7 +61,7 @@ def mass_not_positive(context: Context) -> Found:
         yield Finding(
             inertial.mass_origin,
             f"{link.name}: the mass is {inertial.mass:g} kg: no simulator can accelerate it as meant",
-            "weigh the part; leave <inertial> out where a fixed frame weighs nothing",
+            "set the part's real mass, or leave <inertial> out of a massless frame on a fixed joint",
         )
 
 

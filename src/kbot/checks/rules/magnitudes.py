@@ -184,7 +184,7 @@ def density(context: Context) -> Found:
 
     Example: `<mass value="20"/>` on a cube of 1 mm: 2e10 kg/m^3.
 
-    Fix: weigh the part, or compute its mass from volume and material.
+    Fix: weigh the real part, or compute its mass from volume and material.
 
     Autofix: none.
     """

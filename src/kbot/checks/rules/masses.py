@@ -44,7 +44,7 @@ def mass_ratio(context: Context) -> Found:
 
     Example: an arm of 2000 kg on a turntable of 1 kg.
 
-    Fix: check the units; give the light link what it carries in truth.
+    Fix: check the units, and give the light link its real mass.
 
     Autofix: none.
     """

@@ -30,7 +30,7 @@ def hardware_plugin_unknown(context: Context) -> Found:
     Example: `<plugin>gz_ros2_control/GazeboSimSystm</plugin>`
 
     Fix: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
-    left alone.
+    not reported.
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
@@ -52,8 +52,8 @@ def interface_unknown(context: Context) -> Found:
 
     Example: `<command_interface name="pos"/>`
 
-    Fix: `position`, `velocity` or `effort`. Your own hardware may have other
-    interfaces: for it, only a slip of one of these names is reported.
+    Fix: `position`, `velocity` or `effort`. Your own hardware may have other interfaces. For it, KBot
+    reports only slips of these names.
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
@@ -121,7 +121,8 @@ def controller_type_unknown(context: Context) -> Found:
 
     Example: `type: joint_trajectory_controller/JointTrajectoryControler`
 
-    Fix: write the type as its package declares it. Types of packages that KBot does not know are left alone.
+    Fix: write the type as its package declares it. Types of packages that KBot does not
+    know are not reported.
 
     Autofix: none.
     """

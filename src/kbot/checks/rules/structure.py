@@ -23,8 +23,8 @@ def unknown_tag(context: Context) -> Found:
 
     Example: `<link name="arm"> <viusal>…</viusal> </link>`
 
-    Fix: write the tag as URDF has it. Elements with a namespace, `<gazebo>`, `<transmission>`,
-    `<ros2_control>` and what is in them are left alone.
+    Fix: write the tag as URDF has it. Elements with a namespace and the contents of `<gazebo>`,
+    `<transmission>` and `<ros2_control>` are not checked.
 
     Autofix: safe: renamed where the tag is a slip of one known tag that is not there already.
     """

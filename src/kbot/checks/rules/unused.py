@@ -52,7 +52,7 @@ def unused_property(context: Context) -> Found:
 
     Example: `<xacro:property name="wheel_separation" value="0.15"/>`, and nowhere `${wheel_separation}`.
 
-    Fix: use it, or remove it. Properties of included files are left alone: others may use them.
+    Fix: use it, or remove it. Properties of included files are not reported: other files may use them.
 
     Autofix: unsafe: the property is removed, while nothing else is an error.
     """
@@ -72,7 +72,7 @@ def unused_macro(context: Context) -> Found:
 
     Example: `<xacro:macro name="rear_wheel" …>` without `<xacro:rear_wheel …/>`.
 
-    Fix: call it, or remove it. Macros of included files are left alone: that is what libraries are.
+    Fix: call it, or remove it. Macros of included files are not reported: other files may call them.
 
     Autofix: unsafe: the macro is removed, while nothing else is an error.
     """

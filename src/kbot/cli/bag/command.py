@@ -262,7 +262,7 @@ def play(
     The options of `rosbag play` and `ros2 bag play` work too: `--topics A B` and `--exclude-topics A B`
     take several topics. `-m OLD:=NEW` and a plain `OLD:=NEW` are the same as --remap.
     """
-    from kbot.cli.bag.play import play as say_again
+    from kbot.cli.bag.play import play as play_back
     from kbot.record.player import Player
 
     player = Player(
@@ -276,7 +276,7 @@ def play(
     if loop and player.length == 0.0:
         fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
     player.paused = paused
-    say_again(player, options, rate=rate, delay=delay, loop=loop)
+    play_back(player, options, rate=rate, delay=delay, loop=loop)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

@@ -155,8 +155,8 @@ class SqliteFile:
         """The rows, one at a time. Raises sqlite3.Error: damaged, or it takes too long."""
         self._steps = 0
         try:
-            # `yield from` would close the cursor, and the database may be closed before
-            for row in self._database.execute(sql, values):  # noqa: UP028 - for this reason
+            # `yield from` would close the cursor at the end, when the database may be closed already
+            for row in self._database.execute(sql, values):  # noqa: UP028 - see above
                 yield row
         except MemoryError:
             raise sqlite3.DatabaseError("a row is too large for the memory") from None

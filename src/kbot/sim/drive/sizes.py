@@ -1,4 +1,4 @@
-"""The sizes that a plugin or controller reckons with, held against those that its robot has."""
+"""The sizes that a plugin or controller uses, compared with those of its robot."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NOTICEABLE = 0.005
 UNEQUAL = 0.002
 """Share by which wheels may differ in radius before it is reported, as for D111 of `kbot check`."""
 ABSURD = 1000.0
-"""How many times too large or too small a size is not reckoned with."""
+"""A size that is this many times too large or too small is replaced by the robot's own."""
 
 
 def compared(
@@ -21,13 +21,13 @@ def compared(
     reported. The hint gives the true size, followed by `note`."""
     hint = f"write {true:g}{note}, or compute it from the sizes that the wheels are made of"
     if not true / ABSURD <= given <= true * ABSURD:
-        message = f"the drive reckons with {given:g} m for the {what}, which is {true:g} m: it is left out"
+        message = f"the {what} is {true:g} m, not {given:g} m as the drive has it: KBot uses {true:g} m"
         findings.warning("W131", message, origin, hint)
         return true
     if abs(given - true) > NOTICEABLE * true:
         findings.warning(
             "W131",
-            f"the drive reckons with {given:g} m for the {what}, which is {true:g} m: its odometry will be"
+            f"the drive uses {given:g} m for the {what}, which is {true:g} m: its odometry will be"
             f" {100 * abs(given / true - 1):.0f} % off",
             origin,
             hint,
@@ -56,7 +56,7 @@ def compared_radius(
         return compared("wheels' radius", given, drive.radius, origin, findings)
     findings.warning(
         "W131",
-        f"the drive reckons with {given:g} m for every wheel's radius, which is {small:g} m on '{least}' and"
+        f"the drive uses {given:g} m for every wheel's radius, which is {small:g} m on '{least}' and"
         f" {large:g} m on '{most}': no figure is right for both",
         origin,
         "make the wheels by one macro, with one radius",
