@@ -29,10 +29,10 @@ from rosbags.typesys import Stores, get_typestore
 from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.typing import Subprotocol
 
-from kbot.bridges.ros1.tcpros import encode_header
-from kbot.bridges.ros2.bridge import LOOPBACK
-from kbot.bridges.ros2.types import sample_of, sample_type
-from kbot.bridges.zenoh.names import topic_key
+from kbot.ros.bridges.ros1.tcpros import encode_header
+from kbot.ros.bridges.ros2.bridge import LOOPBACK
+from kbot.ros.bridges.ros2.types import sample_of, sample_type
+from kbot.ros.bridges.zenoh.names import topic_key
 
 PERIOD, SCAN_EVERY = 0.02, 5
 ROS2, ROS1 = get_typestore(Stores.ROS2_JAZZY), get_typestore(Stores.ROS1_NOETIC)

@@ -32,15 +32,15 @@ from pathlib import Path
 from typing import IO, cast
 
 import kbot
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.bridges.link import Link
-from kbot.bridges.pacing import run_in_real_time
-from kbot.bridges.ros1.rpc import call
 from kbot.messages import types as msg
+from kbot.record.feed import Feed, Packet
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.ros1.rpc import call
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
-from kbot.wire import Feed, Packet
+from kbot.sim.real_time import run_in_real_time
 
 HERE = Path(__file__).parent
 REAL_SECONDS = WARM_SECONDS = 8.0

@@ -16,16 +16,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import kbot
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.bridges.pacing import run_in_real_time
 from kbot.messages import types as msg
 from kbot.messages.sensing import LaserScan
 from kbot.record import open_writer
+from kbot.record.encodings.type_names import ros_name
+from kbot.record.encodings.types import ros2_types
+from kbot.record.feed import Packet
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
-from kbot.wire import Packet, ros_name
-from kbot.wire.types import ros2_types
+from kbot.sim.real_time import run_in_real_time
 
 STAMP = msg.Header(msg.Time(1, 2), "odom")
 MESSAGES = {

@@ -20,7 +20,7 @@ NAMES = ("odom", "tf", "joint_states", "clock", "scan")
 
 def hear_ros1(address: str) -> None:
     """`address` is where a publisher of /clock listens, HOST:PORT."""
-    from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
+    from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_header
 
     host, _, port = address.rpartition(":")
     with socket.create_connection((host, int(port))) as connection:
@@ -69,8 +69,8 @@ def hear_ros2(_: str) -> None:
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
 
-    from kbot.bridges.ros2.bridge import LOOPBACK
-    from kbot.bridges.ros2.types import sample_type
+    from kbot.ros.bridges.ros2.bridge import LOOPBACK
+    from kbot.ros.bridges.ros2.types import sample_type
 
     number = int(os.environ["ROS_DOMAIN_ID"])
     domain = Domain(number, LOOPBACK)  # it ends with what holds it

@@ -8,8 +8,8 @@ python examples/own_controller.py --robot     the robot that is there: a KBot th
 import sys
 
 import kbot
-from kbot.client.pilot import NodePilot
 from kbot.navigation import LidarPoints, Observation, Pilot, twist
+from kbot.ros.client.pilot import NodePilot
 from kbot.sensors.declared import mount_declared
 
 WANTED = 0.3

@@ -18,10 +18,10 @@ import atheris
 with atheris.instrument_imports(include=["kbot.wire", "rosbags.typesys"]):
     from rosbags.serde import SerdeError
 
+    from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
+    from kbot.record.encodings.safe_store import safe_copy
+    from kbot.record.encodings.types import ros1_types, ros2_types
     from kbot.text import KbotError
-    from kbot.wire.foreign_types import ShapeCheck, code_cost, read_definition
-    from kbot.wire.safe_store import safe_copy
-    from kbot.wire.types import ros1_types, ros2_types
 
 NAME = "own_msgs/msg/T"
 TRAP = "trap"

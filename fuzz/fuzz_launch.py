@@ -12,9 +12,9 @@ import time
 
 import atheris
 
-with atheris.instrument_imports(include=["kbot.launch", "kbot.xacro", "kbot.text"]):
-    from kbot.launch.ros1.reader import read_launch
-    from kbot.launch.ros2.reader import read_launch_2
+with atheris.instrument_imports(include=["kbot.ros.launch", "kbot.xacro", "kbot.text"]):
+    from kbot.ros.launch.ros1.reader import read_launch
+    from kbot.ros.launch.ros2.reader import read_launch_2
     from kbot.text import Source
     from kbot.xacro.packages import Packages
 

@@ -15,14 +15,17 @@ from typing import Any
 
 import atheris
 
-with atheris.instrument_imports(include=["kbot.workbench.protocol", "kbot.bridges.websocket", "kbot.wire"]):
+with atheris.instrument_imports(
+    include=["kbot.workbench.protocol", "kbot.ros.bridges.websocket", "kbot.wire"]
+):
     import kbot
-    from kbot.bridges.gazebo.services import gazebo_services
-    from kbot.bridges.link import Link
-    from kbot.bridges.websocket import foxglove, rosbridge
-    from kbot.bridges.websocket.topic_server import JsonTalk
+    from kbot.record.feed import Feed
+    from kbot.ros.bridges.foxglove import bridge as foxglove
+    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.rosbridge import bridge as rosbridge
+    from kbot.ros.bridges.websocket.topic_server import JsonTalk
+    from kbot.ros.gazebo.services import gazebo_services
     from kbot.text import KbotError
-    from kbot.wire import Feed
     from kbot.workbench.protocol import FromPage
     from kbot.workbench.protocol.decode import decode
 

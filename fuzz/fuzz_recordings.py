@@ -21,11 +21,11 @@ with atheris.instrument_imports(include=["kbot.record", "kbot.wire", "mcap", "ro
     from kbot.messages import String, TFMessage
     from kbot.record import limits
     from kbot.record.copy import copy_recording
+    from kbot.record.feed import Packet
     from kbot.record.index import open_index
     from kbot.record.reader import Recording
     from kbot.record.writer import open_writer
     from kbot.text import KbotError
-    from kbot.wire import Packet
 
 limits.LARGEST_PIECE = 1 << 20
 limits._FREE = 1 << 26

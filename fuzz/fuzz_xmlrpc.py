@@ -12,10 +12,10 @@ import sys
 
 import atheris
 
-with atheris.instrument_imports(include=["xmlrpc.client", "kbot.bridges.ros1.rpc"]):
+with atheris.instrument_imports(include=["xmlrpc.client", "kbot.ros.bridges.ros1.rpc"]):
     import xmlrpc.client
 
-    from kbot.bridges.ros1.rpc import DEEPEST, read_answer
+    from kbot.ros.bridges.ros1.rpc import DEEPEST, read_answer
 
 TAGS = (
     *("params", "param", "fault", "methodName", "value", "array", "data", "struct", "member", "name"),

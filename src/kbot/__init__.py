@@ -17,9 +17,9 @@ from __future__ import annotations
 TYPE_CHECKING = False  # as in typing, which takes longer to import than all of this
 if TYPE_CHECKING:
     from kbot import checks, kinematics, messages, model, navigation, sensors, sim, text, world, xacro
-    from kbot.client import Node
     from kbot.kinematics import PlanarPose, Transform
     from kbot.robot import DescriptionWarning, Robot, load
+    from kbot.ros.client import Node
     from kbot.simulation import Simulation
     from kbot.text import DescriptionError, Diagnostic, KbotError
     from kbot.world import World, load_world
@@ -30,7 +30,7 @@ _HOMES = {
     "DescriptionError": "kbot.text",
     "DescriptionWarning": "kbot.robot",
     "Diagnostic": "kbot.text",
-    "Node": "kbot.client",
+    "Node": "kbot.ros.client",
     "KbotError": "kbot.text",
     "PlanarPose": "kbot.kinematics",
     "Robot": "kbot.robot",

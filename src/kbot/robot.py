@@ -19,7 +19,7 @@ from kbot.xacro import Packages
 from kbot.xacro.assignments import resolve_names
 
 if TYPE_CHECKING:
-    from kbot.workbench.export.notebook import Shown
+    from kbot.workbench.notebook import Shown
 
 Value = str | bool | int | float
 
@@ -73,7 +73,7 @@ class Robot(model.Robot):
         Raises:
             KbotError: a joint that is not there, or follows another.
         """
-        from kbot.workbench.export.notebook import show_robot
+        from kbot.workbench.notebook import show_robot
 
         return show_robot(self, joints, height)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from kbot import sim
 
 if TYPE_CHECKING:
-    from kbot.workbench.export.notebook import Shown
+    from kbot.workbench.notebook import Shown
 
 
 class Simulation(sim.Simulation):
@@ -28,6 +28,6 @@ class Simulation(sim.Simulation):
         Raises:
             KbotError: a moment is another simulation's.
         """
-        from kbot.workbench.export.notebook import show_simulation
+        from kbot.workbench.notebook import show_simulation
 
         return show_simulation(self, moments, height)

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 import kbot
-from kbot.bridges.gazebo.services import gazebo_services
-from kbot.bridges.gazebo.states import GazeboTopics
-from kbot.bridges.graph.server import GraphServer
-from kbot.bridges.link import Link
 from kbot.cli.main import run
-from kbot.nodes import RobotStatePublisher
+from kbot.record.feed import Feed
+from kbot.ros.bridges.link import Link
+from kbot.ros.gazebo.services import gazebo_services
+from kbot.ros.gazebo.states import GazeboTopics
+from kbot.ros.graph.server import GraphServer
 from kbot.sim import Simulation
-from kbot.wire import Feed
+from kbot.tf.robot_state_publisher import RobotStatePublisher
 
 
 class Running:

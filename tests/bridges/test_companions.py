@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 import kbot
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.bridges.pacing import run_in_real_time
 from kbot.record import Recording
 from kbot.record.replay import replay
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sim import Simulation
+from kbot.sim.real_time import run_in_real_time
 from kbot.text import KbotError
 from kbot.workbench.serve import open_session
 

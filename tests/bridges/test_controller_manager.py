@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.bridges.gazebo.controller_manager import controller_services
 from kbot.messages import controller_services as srv
 from kbot.model.load import load_robot_text
 from kbot.model.spawned import Setting, SpawnedController, with_controllers
+from kbot.ros.gazebo.controller_manager import controller_services
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
+from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire.services import service_type
 
 PLUGIN = (
     """<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">{}</plugin></gazebo>"""

@@ -4,9 +4,9 @@ import socket
 
 import pytest
 
-from kbot.bridges import discovery
-from kbot.bridges.ros1.contacts import Contacts
-from kbot.bridges.ros1.master import Master
+from kbot.ros.bridges import discovery
+from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.master import Master
 
 
 @pytest.fixture(autouse=True)

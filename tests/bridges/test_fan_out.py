@@ -2,11 +2,11 @@
 
 from functools import partial
 
-from kbot.bridges.fan_out import Flush, Sink
-from kbot.bridges.loop import Batch, later, wait_for
 from kbot.messages import types as msg
 from kbot.messages.sensing import LaserScan
-from kbot.wire import Packet
+from kbot.record.feed import Packet
+from kbot.ros.bridges.fan_out import Flush, Sink
+from kbot.ros.bridges.loop import Batch, later, wait_for
 
 from .conftest import Running, wait_until
 

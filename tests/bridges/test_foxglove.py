@@ -13,10 +13,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
-from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
 from kbot.messages import types as msg
+from kbot.record.encodings.bytes import decode_cdr, encode_cdr
+from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, encode_cdr
 
 from .conftest import Running, wait_until
 

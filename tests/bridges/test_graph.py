@@ -11,9 +11,9 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from kbot.bridges.graph import presence
-from kbot.bridges.graph.client import GraphClient
-from kbot.bridges.graph.server import GraphServer
+from kbot.ros.graph import presence
+from kbot.ros.graph.client import GraphClient
+from kbot.ros.graph.server import GraphServer
 from kbot.text import KbotError
 
 from .conftest import Running, Said, told

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 import yaml
 
-from kbot.bridges.graph.server import GraphServer
-from kbot.bridges.services import Service
-from kbot.cli.graph.asking import tell_of_silence
 from kbot.cli.main import run
+from kbot.cli.ros.graph.asking import tell_of_silence
 from kbot.messages import controller_services as srv
-from kbot.wire.services import service_type
+from kbot.ros.bridges.service import Service
+from kbot.ros.graph.server import GraphServer
+from kbot.ros.service_types import service_type
 
 from .conftest import Running, Said, told, wait_until
 
@@ -64,7 +64,7 @@ def test_who_waits_is_told_what_for(
         running.simulation.unpause_physics()
 
     for module in ("asking", "tf"):
-        monkeypatch.setattr(f"kbot.cli.graph.{module}.tell_of_silence", tell_and_go_on)
+        monkeypatch.setattr(f"kbot.cli.ros.graph.{module}.tell_of_silence", tell_and_go_on)
     for words, topic in ((("topic", "echo", "/odom"), "/odom"), (("tf", "echo", "odom", "base_link"), "/tf")):
         running.simulation.pause_physics()
         assert run((*words, "--once")) == 0

@@ -5,10 +5,10 @@ import pytest
 from kbot.messages import gz_services as gz
 from kbot.messages import services as srv
 from kbot.messages import types as msg
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.definitions import definition
+from kbot.ros.service_types import service_type
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.definitions import definition
-from kbot.wire.services import service_type
 
 from .conftest import Running
 

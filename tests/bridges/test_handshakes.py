@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 from websockets.sync.client import connect
 
-from kbot.bridges.link import Link
-from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.workbench.serve import open_session, serving
 
 UPGRADE = "Upgrade: websocket\r\nConnection: Upgrade\r\n"

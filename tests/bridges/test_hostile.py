@@ -13,15 +13,15 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from kbot.bridges.link import MOST_CALLS
-from kbot.bridges.ros1 import Ros1Bridge
-from kbot.bridges.ros1.rpc import call
-from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
-from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
-from kbot.bridges.websocket.topic_server import TopicServer
 from kbot.messages import services as srv
 from kbot.messages.types import Twist
+from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
+from kbot.ros.bridges.link import MOST_CALLS
+from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.rpc import call
+from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
+from kbot.ros.bridges.websocket.topic_server import TopicServer
 from kbot.text import KbotError
 
 from .conftest import Running, wait_until
@@ -94,7 +94,7 @@ def test_a_message_that_fails_is_answered(
     name = type(server).__name__.removesuffix("Bridge")
     with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
         with monkeypatch.context() as patch:
-            patch.setattr("kbot.bridges.websocket.topic_server.JsonTalk.hear", fail)
+            patch.setattr("kbot.ros.bridges.websocket.topic_server.JsonTalk.hear", fail)
             connection.send("{}")
             while "KBot failed at this: ZeroDivisionError" not in str(connection.recv(60)):
                 pass

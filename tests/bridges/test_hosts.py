@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from kbot.bridges import hosts
-from kbot.bridges.hosts import (
+from kbot.net import hosts
+from kbot.net.hosts import (
     accepts_host,
     host_and_port,
     host_and_port_of_uri,
@@ -14,7 +14,7 @@ from kbot.bridges.hosts import (
     is_this_machine,
     only_host,
 )
-from kbot.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.contacts import Contacts
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,11 @@
 import math
 
 import kbot
-from kbot.bridges.link import WAITING, Link
 from kbot.messages import types as msg
 from kbot.messages.navigation import PoseStamped
+from kbot.record.feed import Feed, Packet
+from kbot.ros.bridges.link import WAITING, Link
 from kbot.sim import Simulation
-from kbot.wire import Feed, Packet
 
 
 def linked() -> tuple[Simulation, Link, list[str]]:

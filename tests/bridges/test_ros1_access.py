@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
-from kbot.bridges.link import Link, Topic
-from kbot.bridges.ros1 import Ros1Bridge, subscriber
-from kbot.bridges.ros1.contacts import Contacts
-from kbot.bridges.ros1.master import Master
-from kbot.bridges.ros1.rpc import DEEPEST, LARGEST_BODY, RpcFailed, RpcServer, call, read_answer
-from kbot.bridges.ros1.subscriber import Incoming
 from kbot.messages.types import Twist
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.ros1 import Ros1Bridge, subscriber
+from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.master import Master
+from kbot.ros.bridges.ros1.rpc import DEEPEST, LARGEST_BODY, RpcFailed, RpcServer, call, read_answer
+from kbot.ros.bridges.ros1.subscriber import Incoming
 
 from .conftest import Running, wait_until
 
@@ -36,7 +36,7 @@ def notes() -> list[str]:
 @pytest.fixture
 def master(notes: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
     """A master with a description to protect."""
-    monkeypatch.setattr("kbot.bridges.ros1.rpc.LOOK_SECONDS", 0.01)  # it ends at once
+    monkeypatch.setattr("kbot.ros.bridges.ros1.rpc.LOOK_SECONDS", 0.01)  # it ends at once
     found = Master("127.0.0.1", 0, Contacts("127.0.0.1", notes.append))
     call(found.uri, "setParam", ME, "/robot_description", "<robot/>")
     try:

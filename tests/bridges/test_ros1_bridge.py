@@ -12,13 +12,14 @@ from itertools import pairwise
 
 import pytest
 
-from kbot.bridges.ros1 import Ros1Bridge
-from kbot.bridges.ros1.contacts import Contacts
-from kbot.bridges.ros1.master import Master
-from kbot.bridges.ros1.rpc import LARGEST_BODY, RpcFailed, RpcServer, call
-from kbot.bridges.ros1.tcpros import encode_header, read_block, read_header
 from kbot.messages import types as msg
-from kbot.wire import decode_ros1, encode_ros1, ros1_definition
+from kbot.record.encodings.bytes import decode_ros1, encode_ros1
+from kbot.record.encodings.types import ros1_definition
+from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.master import Master
+from kbot.ros.bridges.ros1.rpc import LARGEST_BODY, RpcFailed, RpcServer, call
+from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_header
 
 from .conftest import Running, wait_until
 
@@ -236,7 +237,7 @@ def test_calls_with_wrong_arguments_are_answered(bridge: Ros1Bridge) -> None:
 
 
 def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kbot.bridges.ros1.bridge.CHECK_SECONDS", 0.1)
+    monkeypatch.setattr("kbot.ros.bridges.ros1.bridge.CHECK_SECONDS", 0.1)
     monkeypatch.delenv("ROS_IP", raising=False)
     master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print))
     bridge = Ros1Bridge(running.link, master=master.uri)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from kbot.bridges.ros1.publisher import _Subscriber
+from kbot.ros.bridges.ros1.publisher import _Subscriber
 
 
 def test_a_killed_subscriber_is_sent_nothing_more(caplog: pytest.LogCaptureFixture) -> None:

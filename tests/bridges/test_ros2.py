@@ -12,16 +12,15 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.bridges.ros2 import Ros2Bridge
-from kbot.bridges.ros2.bridge import LOOPBACK
-from kbot.bridges.ros2.graph import GRAPH_TYPE, node_message
-from kbot.bridges.ros2.types import sample_of, sample_type
+from kbot.record.encodings.types import ros2_definition, ros2_types
+from kbot.ros.bridges.ros2 import Ros2Bridge
+from kbot.ros.bridges.ros2.bridge import LOOPBACK
+from kbot.ros.bridges.ros2.graph import GRAPH_TYPE, node_message
+from kbot.ros.bridges.ros2.types import sample_of, sample_type
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import ros2_definition
-from kbot.wire.types import ros2_types
 
 from .conftest import Running
 
@@ -97,7 +96,7 @@ def test_a_domain_that_is_none_is_refused(
 
 
 def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.bridges.ros2"))]:
+    for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.ros.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     companions = Companions(CompanionOptions(ros2=True), print)

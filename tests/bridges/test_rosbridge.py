@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 from websockets.sync.client import ClientConnection, connect
 
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 
 from .conftest import Running, wait_until
 

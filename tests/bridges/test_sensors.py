@@ -7,13 +7,14 @@ import numpy as np
 from websockets.sync.client import connect
 
 import kbot
-from kbot.bridges.link import Link
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.messages.sensing import LaserScan
 from kbot.record import Recorder, Recording
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1
+from kbot.record.feed import Feed
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
-from kbot.wire import Feed, decode_cdr, decode_ros1
 
 
 def test_scans_are_recorded_as_they_were_said(tmp_path: Path) -> None:

@@ -11,17 +11,17 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 import kbot
-from kbot.bridges.ros1 import Ros1Bridge
-from kbot.bridges.ros1.rpc import call
-from kbot.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
-from kbot.bridges.services import Service
-from kbot.bridges.websocket.foxglove import SUBPROTOCOLS, FoxgloveBridge
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
 from kbot.messages import services as srv
 from kbot.messages import types as msg
+from kbot.record.encodings.bytes import decode_cdr, encode_cdr, encode_ros1
+from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
+from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.rpc import call
+from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
+from kbot.ros.bridges.service import Service
+from kbot.ros.service_types import service_type
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, encode_cdr, encode_ros1
-from kbot.wire.services import service_type
 
 from .conftest import Running, wait_until
 

@@ -7,9 +7,9 @@ import pytest
 from websockets.exceptions import InvalidMessage, InvalidStatus
 from websockets.sync.client import connect
 
-from kbot.bridges.link import Link
-from kbot.bridges.socket_log import socket_logger
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.net.socket_log import socket_logger
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.text.complaints import Complaints
 
 
@@ -46,8 +46,8 @@ def test_a_fault_in_a_handshake_has_a_crash_file(
         raise ZeroDivisionError("a bug")
 
     complaints = Complaints(logging.getLogger("complaints"))
-    monkeypatch.setattr("kbot.bridges.websocket.server.FAULTS", complaints)
-    monkeypatch.setattr("kbot.bridges.websocket.server.accepts_host", broken)
+    monkeypatch.setattr("kbot.ros.bridges.websocket.server.FAULTS", complaints)
+    monkeypatch.setattr("kbot.ros.bridges.websocket.server.accepts_host", broken)
     bridge = RosbridgeBridge(Link(print), port=0)
     try:
         with pytest.raises(InvalidStatus) as caught:

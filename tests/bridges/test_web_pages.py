@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from kbot.bridges.link import Link
-from kbot.bridges.ros1 import Ros1Bridge
-from kbot.bridges.ros1.rpc import call
-from kbot.bridges.websocket.foxglove import FoxgloveBridge
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
+from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.rpc import call
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 
 from .conftest import wait_until
 

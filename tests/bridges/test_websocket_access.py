@@ -8,11 +8,11 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from kbot.bridges.graph.server import GraphServer
-from kbot.bridges.link import Link
-from kbot.bridges.websocket.foxglove import FoxgloveBridge
-from kbot.bridges.websocket.rosbridge import RosbridgeBridge
-from kbot.bridges.websocket.topic_server import TopicServer
+from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
+from kbot.ros.bridges.websocket.topic_server import TopicServer
+from kbot.ros.graph.server import GraphServer
 
 ELSEWHERE = "192.0.2.7"
 """An address for documentation, which no machine has."""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.bridges.zenoh.bridge import ZenohBridge
+from kbot.record.encodings.types import ros2_definition
+from kbot.ros.bridges.zenoh.bridge import ZenohBridge
 from kbot.text import KbotError
-from kbot.wire import ros2_definition
 
 from .conftest import Running, wait_until
 
@@ -26,7 +26,7 @@ def free_port() -> int:
 
 def test_a_peer_hears_drives_and_calls(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     port = free_port()
-    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", port)
+    monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", port)
     bridge = ZenohBridge(running.link)
     try:
         assert "in the router's place" in bridge.describe()
@@ -53,7 +53,7 @@ def test_a_peer_hears_drives_and_calls(running: Running, monkeypatch: pytest.Mon
 def test_a_second_one_joins_the_first_as_its_router(
     running: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", free_port())
+    monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", free_port())
     first = ZenohBridge(running.link)
     second = ZenohBridge(running.link)
     try:

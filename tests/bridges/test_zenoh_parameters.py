@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from kbot.bridges.link import Link
-from kbot.bridges.zenoh.bridge import ZenohBridge
-from kbot.bridges.zenoh.names import topic_key, type_key
-from kbot.bridges.zenoh.parameters import parameter_services
+from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.zenoh.bridge import ZenohBridge
+from kbot.ros.bridges.zenoh.names import topic_key, type_key
+from kbot.ros.bridges.zenoh.parameters import parameter_services
 
 from .conftest import Running
 from .test_zenoh import free_port
@@ -56,7 +56,7 @@ def test_keys_are_those_of_rmw_zenoh() -> None:
 
 def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     port = free_port()
-    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", port)
+    monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", port)
     running.link.set_parameters(
         {
             "/arm/gain": 1,

@@ -13,13 +13,13 @@ from contextlib import contextmanager
 import pytest
 import zenoh
 
-from kbot.bridges.services import Service
-from kbot.bridges.zenoh.bridge import ZenohBridge
-from kbot.bridges.zenoh.services import LARGEST_REQUEST, MOST_QUERIES, ServiceServer
 from kbot.messages import services as srv
+from kbot.record.encodings.bytes import decode_cdr, encode_cdr
+from kbot.ros.bridges.service import Service
+from kbot.ros.bridges.zenoh.bridge import ZenohBridge
+from kbot.ros.bridges.zenoh.services import LARGEST_REQUEST, MOST_QUERIES, ServiceServer
+from kbot.ros.service_types import service_hash, service_type
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, encode_cdr
-from kbot.wire.services import service_hash, service_type
 
 from .conftest import Running, wait_until
 from .test_zenoh import free_port
@@ -43,7 +43,7 @@ NOTHING = b"\0\1\0\0\0"
 def port(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """Where a bridge listens."""
     found = free_port()
-    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", found)
+    monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", found)
     bridge = ZenohBridge(running.link)
     try:
         yield found
@@ -271,7 +271,7 @@ def test_a_caller_that_takes_no_answer_does_not_keep_the_bridge(
     running: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     port = free_port()
-    monkeypatch.setattr("kbot.bridges.zenoh.bridge.ROUTER_PORT", port)
+    monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", port)
     bridge = ZenohBridge(running.link)
     session = opened(port)
     try:

@@ -9,7 +9,7 @@ import numpy as np
 from zenoh_ros2_sdk import ROS2ServiceClient, ROS2Subscriber
 from zenoh_ros2_sdk.discovery import get_service_info, get_service_names_and_types
 
-from kbot.wire import ros2_definition
+from kbot.record.encodings.types import ros2_definition
 
 port, hashes = int(sys.argv[1]), json.loads(sys.argv[2])
 place = {"router_ip": "127.0.0.1", "router_port": port}

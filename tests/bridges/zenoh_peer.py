@@ -8,7 +8,7 @@ import time
 from zenoh_ros2_sdk import ROS2Publisher, ROS2ServiceClient, ROS2Subscriber
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile
 
-from kbot.wire import ros2_definition
+from kbot.record.encodings.types import ros2_definition
 
 port, twist_hash, odometry_hash = int(sys.argv[1]), sys.argv[2], sys.argv[3]
 place = {"router_ip": "127.0.0.1", "router_port": port}

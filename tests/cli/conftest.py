@@ -4,8 +4,8 @@ import pytest
 
 import kbot
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 
 
 @pytest.fixture(scope="module")

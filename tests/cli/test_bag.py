@@ -14,8 +14,8 @@ from kbot.cli.main import run
 from kbot.messages import Bus
 from kbot.messages.sensing import Image
 from kbot.record import Recording
+from kbot.record.feed import Feed
 from kbot.record.writer import open_writer
-from kbot.wire import Feed
 
 
 def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:

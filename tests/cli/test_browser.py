@@ -14,7 +14,7 @@ from pathlib import Path
 import click
 import pytest
 
-from kbot.cli.launch.command import command as launch
+from kbot.cli.ros.launch.command import command as launch
 from kbot.cli.sim.command import command as sim
 from kbot.cli.view import command as view
 from kbot.text import DescriptionError, KbotError

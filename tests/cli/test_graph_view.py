@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from kbot.nodes.state_publishers import StatePublishers
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
+from kbot.tf.state_publishers import StatePublishers
 
 ROBOT = """<robot name="{}"><link name="base"/><link name="arm"/><link name="camera"/>
 <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/>

@@ -8,22 +8,22 @@ from pathlib import Path
 
 import pytest
 
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.cli.launch.place import find_place
-from kbot.cli.launch.with_robot import _shown, _simulated
-from kbot.launch import read_launch
-from kbot.launch.staging import Stage, stage
+from kbot.cli.ros.launch.place import find_place
+from kbot.cli.ros.launch.with_robot import _shown, _simulated
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.messages.sensing import Joy
 from kbot.model.load import load_robot
-from kbot.nodes.teleop_twist_keyboard import TeleopKeys
 from kbot.record import Recorder, Recording
+from kbot.record.feed import Feed
 from kbot.record.replay import replay
+from kbot.ros.launch import read_launch
+from kbot.ros.launch.staging import Stage, stage
+from kbot.ros.nodes.teleop_twist_keyboard import TeleopKeys
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
-from kbot.wire import Feed
 from kbot.workbench.session.session import Session
 from kbot.xacro import Packages
 
@@ -247,7 +247,7 @@ def test_programs_run_without_a_robot_until_all_have_ended(
     node = program(
         package,
         "say.py",
-        "import sys\nfrom kbot.client.arguments import read_arguments\n"
+        "import sys\nfrom kbot.ros.client.arguments import read_arguments\n"
         "a = read_arguments('n', sys.argv[1:], {})\nprint(a.full_name, a.parameters, a.rest)\n",
     )
     body = node.replace("/>", '><param name="speed" value="0.4"/></node>').format('args="on" output="screen"')

@@ -71,10 +71,10 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
 
 def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     code = (
-        "import sys, kbot.client, kbot.cli.bag.play, kbot.cli.launch.with_robot;"
-        "import kbot.cli.graph, kbot.cli.view;"
-        "from kbot.bridges.companions import Companions;"
-        "from kbot.bridges.companion_options import CompanionOptions;"
+        "import sys, kbot.ros.client, kbot.cli.bag.play, kbot.cli.ros.launch.with_robot;"
+        "import kbot.cli.ros.graph, kbot.cli.view;"
+        "from kbot.ros.peers import Companions;"
+        "from kbot.ros.peer_options import CompanionOptions;"
         "from kbot.workbench.serve import open_session;"
         "session = open_session('kbot', simulate=False); session.advance(0.02);"
         "Companions(CompanionOptions(), print, served=True).close();"

@@ -96,11 +96,11 @@ def test_launch_files_of_ros_2_find_the_reader_s_folder(
     typed: Path, place: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = "PathJoinSubstitution([FindPackageShare('kbot_description'), 'urdf', 'kbot.xacro'])"
-    file = typed / "launch/kbot.launch.py"
+    file = typed / "launch/kbot.ros.launch.py"
     file.write_text(ROS_2.replace("PLACE", place).replace("FOUND", found))
     run(["launch", str(file), "--trust", "--dry-run"])
     assert robot_of(capsys) == str(typed / "urdf/kbot.xacro")
-    file = typed / "launch/kbot.launch.xml"
+    file = typed / "launch/kbot.ros.launch.xml"
     file.write_text(
         '<launch><node pkg="robot_state_publisher" exec="robot_state_publisher">'
         """<param name="robot_description" value="$(command '"""

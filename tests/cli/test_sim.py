@@ -8,7 +8,7 @@ from PIL import Image
 
 from kbot.cli.main import run
 from kbot.kinematics.odometry import PlanarPose
-from kbot.sim.plot import END, START
+from kbot.render.path_plot import END, START
 from kbot.sim.report import RunReport
 from kbot.text import KbotError
 
@@ -227,7 +227,7 @@ def test_a_picture_that_nothing_can_draw_is_refused_before_the_run(capsys, tmp_p
     def nothing(width, height):
         raise KbotError("no OpenGL")
 
-    monkeypatch.setattr("kbot.sensors.offscreen._context", nothing)
+    monkeypatch.setattr("kbot.render.offscreen._context", nothing)
     target = tmp_path / "end.png"
     status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--shot", str(target))
     assert (status, out) == (2, "")

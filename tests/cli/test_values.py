@@ -2,8 +2,8 @@
 
 import pytest
 
-from kbot.cli.graph.asking import read_values, read_word
 from kbot.cli.main import run
+from kbot.cli.ros.graph.asking import read_values, read_word
 from kbot.text import KbotError
 
 

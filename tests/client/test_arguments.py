@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.client.arguments import NodeArguments, read_arguments
+from kbot.ros.client.arguments import NodeArguments, read_arguments
 from kbot.text import KbotError
 
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 import kbot
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.client import wanted_transport
 from kbot.messages import Odometry, Twist, Vector3
+from kbot.ros.client import wanted_transport
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sim import Simulation
 from kbot.text import KbotError
 

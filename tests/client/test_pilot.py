@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import kbot
-from kbot.bridges.companion_options import CompanionOptions
-from kbot.bridges.companions import Companions
-from kbot.client.pilot import NodePilot
 from kbot.messages import Twist
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
+from kbot.ros.client.pilot import NodePilot
+from kbot.ros.peer_options import CompanionOptions
+from kbot.ros.peers import Companions
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 

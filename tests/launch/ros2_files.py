@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kbot.launch import Plan, read_launch_2
+from kbot.ros.launch import Plan, read_launch_2
 from kbot.xacro import Packages
 
 ROBOT = '<robot name="r"><link name="base"/></robot>'

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from kbot.launch import Plan, read_launch
-from kbot.launch.known_packages import Role, role
+from kbot.ros.launch import Plan, read_launch
+from kbot.ros.launch.known_packages import Role, role
 from kbot.xacro import Packages
 
 

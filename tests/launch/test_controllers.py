@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch, read_launch_2
-from kbot.launch.staging import stage
 from kbot.model.spawned import SpawnedController
+from kbot.ros.launch import read_launch, read_launch_2
+from kbot.ros.launch.staging import stage
 from kbot.text import Diagnostic
 from kbot.xacro import Packages
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch_2
-from kbot.launch.nodes.gz_bridge import Direction
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch_2
+from kbot.ros.launch.staging import Stage, stage
+from kbot.ros.nodes.gz_bridge import Direction
 from kbot.xacro import Packages
 
 TWIST = "geometry_msgs/msg/Twist"

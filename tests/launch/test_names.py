@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.launch import names
+from kbot.ros import names
 
 
 @pytest.mark.parametrize(

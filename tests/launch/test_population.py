@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch, read_launch_2
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch, read_launch_2
+from kbot.ros.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 ROBOT = '<param name="robot_description" command="xacro $(dirname)/r.xacro"/>'

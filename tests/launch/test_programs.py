@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import Plan, read_launch, read_launch_2
-from kbot.launch.running.processes import Process, Processes
-from kbot.launch.running.programs import Program, command_line, environment, find_program
-from kbot.launch.staging import stage
+from kbot.ros.launch import Plan, read_launch, read_launch_2
+from kbot.ros.launch.running.processes import Process, Processes
+from kbot.ros.launch.running.programs import Program, command_line, environment, find_program
+from kbot.ros.launch.staging import stage
 from kbot.text import Diagnostic
 from kbot.xacro import Packages
 
@@ -215,7 +215,7 @@ def test_ctrl_c_comes_as_sigint_to_the_process_and_what_it_started(watch: Watch)
 def test_one_that_does_not_listen_is_ended_all_the_same(
     watch: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import kbot.launch.running.processes as processes
+    import kbot.ros.launch.running.processes as processes
 
     shorter = tuple((number, min(seconds, 0.3)) for number, seconds in processes._ENDINGS)
     monkeypatch.setattr(processes, "_ENDINGS", shorter)

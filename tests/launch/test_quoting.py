@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.launch.quoting import split_words
+from kbot.ros.launch.quoting import split_words
 
 
 @pytest.mark.parametrize("windows", [False, True])

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import Plan, read_launch
+from kbot.ros.launch import Plan, read_launch
 from kbot.text import DescriptionError, Diagnostic
 from kbot.xacro import Limits, Packages
 
@@ -145,7 +145,7 @@ def test_a_file_that_includes_itself_ends_with_one_error(folder: Path) -> None:
 def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.launch.includes.MOST_FILES", 100)
+    monkeypatch.setattr("kbot.ros.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch"/>' * 2
         (folder / f"{level}.launch").write_text(f"<launch>{twice}</launch>")
@@ -302,7 +302,7 @@ def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
 
 def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each takes at least 30,000 steps: the multiplications of the numbers."""
-    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))
     (folder / "r.xacro").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
         '<a n="${len([n * n for n in python.range(30000)])}"/></robot>'

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import Plan, is_ros_2, read_launch_2
-from kbot.launch.staging import stage
+from kbot.ros.launch import Plan, is_ros_2, read_launch_2
+from kbot.ros.launch.staging import stage
 from kbot.text import Diagnostic
 from kbot.xacro import Limits
 
@@ -465,7 +465,7 @@ def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
 def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.launch.includes.MOST_FILES", 100)
+    monkeypatch.setattr("kbot.ros.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch.xml"/>' * 2
         (folder / f"{level}.launch.xml").write_text(f"<launch>{twice}</launch>")
@@ -487,7 +487,7 @@ SLOW = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 
 
 def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))
     (folder / "slow.xacro").write_text(SLOW)
     value = "$(command 'xacro $(dirname)/slow.xacro')"
     node = f'<node pkg="p" exec="e" name="n"><param name="d" value="{value}"/></node>'
@@ -498,7 +498,7 @@ def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.Monke
 def test_expansions_by_the_module_xacro_are_bounded_together(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kbot.launch.reporter.DEFAULT", Limits(steps=300_000))
+    monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))
     (folder / "slow.xacro").write_text(SLOW)
     before = f"import xacro\nfor _ in range(10): xacro.process_file('{folder}/slow.xacro')"
     plan = python(folder, before=before)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch.staging import stage
+from kbot.ros.launch.staging import stage
 from kbot.xacro import Packages
 
 from .ros2_files import ROBOT, clean, node, python, read, said

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch, read_launch_2
-from kbot.launch.nodes.rosbag_play import Playing
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch, read_launch_2
+from kbot.ros.launch.staging import Stage, stage
+from kbot.ros.nodes.rosbag_play import Playing
 from kbot.xacro import Packages
 
 

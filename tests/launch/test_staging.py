@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch
-from kbot.launch.nodes.spawning import Spawn
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch
+from kbot.ros.launch.node_settings.spawning import Spawn
+from kbot.ros.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
 GAZEBO = """<launch>

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch, read_launch_2
-from kbot.launch.nodes.joint_states import Dependent
-from kbot.launch.nodes.rosbag_record import Recording
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch, read_launch_2
+from kbot.ros.launch.node_settings.rosbag_record import Recording
+from kbot.ros.launch.staging import Stage, stage
+from kbot.ros.nodes.joint_state_publisher import Dependent
 
 HALF = math.sqrt(0.5)
 NOW = datetime(2026, 3, 4, 5, 6, 7)

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch, read_launch_2
-from kbot.launch.nodes.teleop import Driver, Gamepad, Keys, Stick
-from kbot.launch.staging import Stage, stage
+from kbot.ros.launch import read_launch, read_launch_2
+from kbot.ros.launch.node_settings.teleop import Driver, Gamepad, Stick
+from kbot.ros.launch.staging import Stage, stage
+from kbot.ros.nodes.teleop_twist_keyboard import Keys
 from kbot.xacro import Packages
 
 

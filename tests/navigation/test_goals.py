@@ -15,11 +15,11 @@ from kbot.messages.types import PoseWithCovariance
 from kbot.model.load import load_robot, load_robot_text
 from kbot.navigation import Goals, GoalState, NavigationTopics, to_pose_stamped
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
-from kbot.wire import Feed
 from kbot.world.builders import box, floor
 from kbot.world.occupancy import OccupancyGrid as Grid
 from kbot.world.occupancy_of_world import world_grid

@@ -3,10 +3,9 @@
 import pytest
 
 import kbot
-from kbot.launch.nodes.gz_bridge import Bridged, Direction
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.messages.sensing import LaserScan
-from kbot.nodes.gz_bridge import GzBridge
+from kbot.ros.nodes.gz_bridge import Bridged, Direction, GzBridge
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch.nodes.teleop import Driver, Gamepad, Stick
 from kbot.messages import Bus, Clock
 from kbot.messages.sensing import Joy
-from kbot.nodes.joy import JoyNode, Joystick
-from kbot.nodes.teleop_twist_joy import TeleopTwistJoy
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.ros.launch.node_settings.teleop import Driver, Gamepad, Stick
+from kbot.ros.nodes.joy import JoyNode, Joystick
+from kbot.ros.nodes.teleop_twist_joy import TeleopTwistJoy
 
 BUTTON, AXIS, INITIAL = 1, 2, 0x80
 
@@ -119,7 +119,7 @@ def test_what_is_no_gamepad_is_said_once_and_tried_again_after_a_while(
     device: str, why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tries, stat = list[object](), os.stat
-    monkeypatch.setattr("kbot.nodes.joy._AGAIN_SECONDS", 0.2)
+    monkeypatch.setattr("kbot.ros.nodes.joy._AGAIN_SECONDS", 0.2)
     monkeypatch.setattr("os.stat", lambda path, **how: (tries.append(path), stat(path, **how))[1])
     told: list[str] = []
     started = time.monotonic()

@@ -7,8 +7,9 @@ import pytest
 
 from kbot.messages import Bus, Clock, Header, JointState, String, TFMessage, Time
 from kbot.model.load import load_robot, load_robot_text
-from kbot.nodes import JointStatePublisher, RobotStatePublisher
+from kbot.ros.nodes.joint_state_publisher import JointStatePublisher
 from kbot.text import KbotError
+from kbot.tf.robot_state_publisher import RobotStatePublisher
 
 MS = 1_000_000
 

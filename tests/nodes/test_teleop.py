@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.nodes.teleop_twist_keyboard import TeleopKeys
+from kbot.ros.nodes.teleop_twist_keyboard import TeleopKeys
 
 MOVES = {
     "i": (0.5, 0.0),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from kbot.launch import read_launch
+from kbot.ros.launch import read_launch
 from kbot.templates import Sizes, make_package
 from kbot.xacro import Packages
 

@@ -9,8 +9,8 @@ import pytest
 
 import kbot
 from kbot.record import Recorder, Recording
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 
 from .conftest import install_npm, node_programs
 

@@ -13,8 +13,8 @@ import pytest
 import kbot
 from kbot.messages import Twist, Vector3
 from kbot.record import Recorder, Recording
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 
 from .conftest import Ros, has_master, stop, wait_until
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from kbot.launch import Plan, read_launch
+from kbot.ros.launch import Plan, read_launch
 from kbot.text import DescriptionError
 from kbot.xacro import Packages
 

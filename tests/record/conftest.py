@@ -7,8 +7,8 @@ import pytest
 
 import kbot
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 
 Drive = Callable[[Simulation], None]
 

@@ -16,11 +16,11 @@ from rosbags.typesys import Stores, get_typestore
 import kbot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
+from kbot.record.feed import Feed
 from kbot.record.index import open_index
 from kbot.record.names import is_recording
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed
 
 COUNT = 300
 NO_INDEX = b"index_pos="

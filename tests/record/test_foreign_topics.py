@@ -6,6 +6,7 @@ import pytest
 
 from kbot.messages import Header, String
 from kbot.messages.sensing import Imu
+from kbot.record.feed import Packet
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.player import Player
 from kbot.record.reader import Recording
@@ -13,7 +14,6 @@ from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
 from kbot.record.replay import replay
 from kbot.record.writer import open_writer
 from kbot.text import KbotError
-from kbot.wire import Packet
 
 
 def with_message(source: Path, target: Path, topic: str, message: object) -> str:

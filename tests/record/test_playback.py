@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch.nodes.rosbag_play import Playing
 from kbot.messages import Bus, Clock, Odometry, String, Twist, Vector3
 from kbot.record import Recorder
-from kbot.record.playback import Playback
+from kbot.record.feed import Feed
+from kbot.ros.nodes.rosbag_play import Playback, Playing
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError, Origin, Source
-from kbot.wire import Feed
 
 ORIGIN = Origin(Source("a.launch", "<launch/>").whole())
 

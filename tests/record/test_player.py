@@ -23,10 +23,10 @@ from kbot.messages import (
     TransformStamped,
 )
 from kbot.record import Recording
+from kbot.record.feed import Feed
 from kbot.record.player import Player
 from kbot.record.writer import open_writer
 from kbot.text import KbotError
-from kbot.wire import Feed
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])

@@ -14,9 +14,10 @@ from kbot.messages.visualization import Marker, MarkerArray
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
+from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed, decode_cdr
 
 from .conftest import drive, record
 

@@ -16,9 +16,9 @@ import pytest
 
 import kbot
 from kbot.record import Recorder, Recording
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:

@@ -9,12 +9,12 @@ import pytest
 from kbot.kinematics.transform import Transform
 from kbot.messages import String
 from kbot.record import Recorder, Recording, open_writer
+from kbot.record.feed import Feed, Packet
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.sim.faults import Kick, LostCommands, Slip
 from kbot.text import KbotError
-from kbot.wire import Feed, Packet
 
 from .conftest import record
 

@@ -8,7 +8,8 @@ import pytest
 
 from kbot.kinematics import PlanarPose, Transform
 from kbot.messages.sensing import CameraInfo, Image
-from kbot.sensors import Camera, Lidar, Noise, offscreen
+from kbot.render import offscreen
+from kbot.sensors import Camera, Lidar, Noise
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.builders import box, floor

@@ -2,11 +2,11 @@ from pathlib import Path
 
 import pytest
 
-from kbot.launch import read_launch
-from kbot.launch.staging import stage
 from kbot.model import Robot
 from kbot.model.load import load_robot, load_robot_text
 from kbot.model.spawned import with_controllers
+from kbot.ros.launch import read_launch
+from kbot.ros.launch.staging import stage
 from kbot.sim import Simulation
 from kbot.xacro import Packages
 

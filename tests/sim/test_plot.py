@@ -7,7 +7,7 @@ import pytest
 from PIL import Image, ImageDraw
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.sim.plot import END, LEFT, ODOMETRY, SIZE, START, TOP, TRUTH, WALL, draw
+from kbot.render.path_plot import END, LEFT, ODOMETRY, SIZE, START, TOP, TRUTH, WALL, draw
 from kbot.world import World
 from kbot.world.builders import box, floor
 

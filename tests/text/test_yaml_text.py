@@ -6,12 +6,12 @@ import pytest
 import yaml
 
 from kbot.checks.facts.drivers import compose
-from kbot.cli.graph.asking import read_yaml as read_word
-from kbot.launch.placed_yaml import BadYaml, load_placed_yaml
-from kbot.launch.reporter import Reporter
-from kbot.launch.ros2.markup import read_yaml as read_launch
-from kbot.launch.values import load_yaml as load_parameters
+from kbot.cli.ros.graph.asking import read_yaml as read_word
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros2.markup import read_yaml as read_launch
+from kbot.ros.parameter_values import load_yaml as load_parameters
 from kbot.text import DescriptionError, KbotError, Source
+from kbot.text.placed_yaml import BadYaml, load_placed_yaml
 from kbot.text.yaml_text import MOST_LEVELS, check_nesting, load_yaml
 from kbot.workbench.displays.marked_yaml import read_yaml as read_rviz
 from kbot.world.occupancy_files import read_map

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.messages.services import SERVICES
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.plain import from_plain
+from kbot.record.encodings.types import _known
+from kbot.ros.service_types import service_type
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.plain import from_plain
-from kbot.wire.services import service_type
-from kbot.wire.types import _known
 
 TYPES = [(kind, name) for name, kind in sorted(_known().items())]
 PARTS = [

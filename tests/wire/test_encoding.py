@@ -8,10 +8,10 @@ import pytest
 
 from kbot.messages import control
 from kbot.messages import types as msg
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.type_names import NAMESAKES, ros_name, shipped_types
+from kbot.record.encodings.types import known_type, ros1_definition, ros1_types, ros2_types
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1, known_type, ros1_definition, ros_name
-from kbot.wire.names import NAMESAKES, shipped_types
-from kbot.wire.types import ros1_types, ros2_types
 
 OWN = [value for value in vars(msg).values() if isinstance(value, type) and value.__module__ == msg.__name__]
 STAMP = msg.Header(msg.Time(3, 25), "odom")

@@ -8,9 +8,9 @@ import pytest
 from rosbags.interfaces import Nodetype
 
 from kbot.messages import types as msg
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.types import ros1_types, ros2_types
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.types import ros1_types, ros2_types
 
 from .test_any_bytes import PARTS, TYPES
 

@@ -2,7 +2,7 @@
 
 from kbot.messages import Bus
 from kbot.messages import types as msg
-from kbot.wire import Feed, Packet
+from kbot.record.feed import Feed, Packet
 
 
 def test_receivers_share_one_packet_and_its_bytes() -> None:

@@ -6,8 +6,8 @@ from contextlib import suppress
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from kbot.record.encodings.foreign_types import EMPTY, ShapeCheck, code_cost, full_name, read_definition
 from kbot.text import KbotError
-from kbot.wire.foreign_types import EMPTY, ShapeCheck, code_cost, full_name, read_definition
 
 NAME = "p/msg/A"
 SEPARATOR = "=" * 80

@@ -8,8 +8,8 @@ import pytest
 
 from kbot.messages import navigation, sensing
 from kbot.messages import types as msg
+from kbot.record.encodings.plain import from_plain, to_json, to_plain
 from kbot.text import KbotError
-from kbot.wire.plain import from_plain, to_json, to_plain
 
 
 def test_fields_by_name_and_back() -> None:

@@ -6,11 +6,11 @@ import pytest
 from rosbags.serde import SerdeError
 
 from kbot.messages.visualization import Polygon
+from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.foreign_types import read_definition
+from kbot.record.encodings.safe_store import safe_copy
+from kbot.record.encodings.types import ros1_types, ros2_types
 from kbot.text import KbotError
-from kbot.wire import decode_cdr
-from kbot.wire.foreign_types import read_definition
-from kbot.wire.safe_store import safe_copy
-from kbot.wire.types import ros1_types, ros2_types
 
 POLYGON = "geometry_msgs/msg/Polygon"
 HEAD = b"\0\1\0\0"
@@ -41,8 +41,8 @@ def test_a_type_that_is_listed_later_is_bounded_from_then_on() -> None:
 
 
 def test_the_objects_of_a_long_message_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kbot.wire.safe_store.LONG_MESSAGE", 100)
-    monkeypatch.setattr("kbot.wire.safe_store.MOST_OBJECTS", 10)
+    monkeypatch.setattr("kbot.record.encodings.safe_store.LONG_MESSAGE", 100)
+    monkeypatch.setattr("kbot.record.encodings.safe_store.MOST_OBJECTS", 10)
     assert len(decode_cdr(HEAD + points(9), Polygon).points) == 9
     with pytest.raises(KbotError, match="has over 10 parts"):
         decode_cdr(HEAD + points(11), Polygon)
@@ -53,7 +53,7 @@ def test_the_objects_of_a_long_message_are_counted(monkeypatch: pytest.MonkeyPat
 
 
 def test_long_lists_of_texts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kbot.wire.safe_store.LONG_MESSAGE", 100)
+    monkeypatch.setattr("kbot.record.encodings.safe_store.LONG_MESSAGE", 100)
     store = safe_copy(ros2_types())
     store.register(read_definition("string[] words", "own_msgs/msg/Words"))
     with pytest.raises(SerdeError, match="lists of texts are read up to 100 bytes"):

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from kbot.bridges.hosts import is_loopback
+from kbot.net.hosts import is_loopback
 from kbot.workbench.serving.access import Access, bracketed, security_headers
 
 LOCAL = Access("127.0.0.1", 8300, None)

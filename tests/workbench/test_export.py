@@ -16,14 +16,14 @@ from PIL import Image
 
 from kbot.kinematics import FrameTree
 from kbot.model.load import load_robot
+from kbot.render.drawing import svg
+from kbot.render.glb import Y_UP_FROM_Z_UP, glb
+from kbot.render.look import FIELD_OF_VIEW, Look
+from kbot.render.normals import creased
+from kbot.render.picture import draw_picture
+from kbot.render.things import Things, robot_alone
+from kbot.render.tree import tree_svg
 from kbot.text import KbotError
-from kbot.workbench.export.drawing import svg
-from kbot.workbench.export.look import FIELD_OF_VIEW, Look
-from kbot.workbench.export.model_file import Y_UP_FROM_Z_UP, glb
-from kbot.workbench.export.normals import creased
-from kbot.workbench.export.picture import draw_picture
-from kbot.workbench.export.things import Things, robot_alone
-from kbot.workbench.export.tree import tree_svg
 
 from .projection import link_image, overlap
 
@@ -120,7 +120,7 @@ def test_without_opengl_one_sentence_says_what_to_install(
     def nothing(width: int, height: int) -> None:
         raise KbotError("cameras draw off screen by OpenGL, which is not here: install it")
 
-    monkeypatch.setattr("kbot.sensors.offscreen._context", nothing)
+    monkeypatch.setattr("kbot.render.offscreen._context", nothing)
     with pytest.raises(KbotError, match="a picture is drawn off screen by OpenGL, which is not here"):
         draw_picture(robot_alone(load_robot(str(xacro)).require()), Look(40, 30))
 

@@ -11,12 +11,14 @@ import kbot
 from kbot.messages import Header, JointState, String, TFMessage
 from kbot.messages.types import Quaternion, Time, Transform, TransformStamped, Vector3
 from kbot.record import Recorder
+from kbot.record.encodings.type_names import ros_name
+from kbot.record.encodings.types import ros2_definition
+from kbot.record.feed import Feed, Packet
 from kbot.record.mcap import index as mcap_index
 from kbot.record.mcap.records import break_up
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.text import KbotError
-from kbot.wire import Feed, Packet, ros2_definition, ros_name
 from kbot.workbench.protocol import Pause, Seek
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.timeline.series import Field

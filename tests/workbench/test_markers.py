@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from kbot.launch.staging import display_config, fixed_frame
 from kbot.messages import Header, Time
 from kbot.messages.control import Duration
 from kbot.messages.visualization import (
@@ -15,6 +14,7 @@ from kbot.messages.visualization import (
     Marker,
     MarkerArray,
 )
+from kbot.ros.launch.staging import display_config, fixed_frame
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.topics.marker_state import MarkerState

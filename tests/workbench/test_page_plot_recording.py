@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session

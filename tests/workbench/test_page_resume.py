@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.record.replay import replay
 from kbot.sim import Simulation
-from kbot.wire import Feed
 from kbot.workbench.protocol import Spawn
 from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session

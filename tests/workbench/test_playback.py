@@ -9,12 +9,12 @@ import pytest
 import kbot
 from kbot.messages.sensing import LaserScan
 from kbot.messages.types import Time
-from kbot.nodes import RobotStatePublisher
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed
+from kbot.tf.robot_state_publisher import RobotStatePublisher
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session

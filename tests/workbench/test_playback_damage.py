@@ -7,9 +7,9 @@ import pytest
 from mcap.reader import make_reader
 
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed
 from kbot.workbench.protocol import Advance, Pause, Seek
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session

@@ -9,9 +9,9 @@ import pytest
 
 from kbot.cli.main import run
 from kbot.record import Recorder
+from kbot.record.feed import Feed
+from kbot.render.plot import Curve, plot_svg, round_ticks
 from kbot.sim import Simulation
-from kbot.wire import Feed
-from kbot.workbench.export.plot import Curve, plot_svg, round_ticks
 
 SVG = "{http://www.w3.org/2000/svg}"
 

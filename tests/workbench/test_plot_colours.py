@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kbot.workbench.export.plot import Curve, plot_svg
+from kbot.render.plot import Curve, plot_svg
 
 TOKENS = Path(__file__).parents[2] / "web" / "src" / "style" / "tokens.css"
 SEEN = {

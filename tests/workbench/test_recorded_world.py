@@ -10,8 +10,8 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.record import Recorder
 from kbot.record.copy import copy_recording
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 from kbot.workbench.protocol import Seek
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session

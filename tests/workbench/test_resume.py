@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.wire import Feed
 from kbot.workbench.protocol import RecordRun, Reset, State, Told, Trail
 from kbot.workbench.serve import open_session
 from kbot.workbench.serving.hub import Client, Hub

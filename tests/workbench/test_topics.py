@@ -12,9 +12,9 @@ from kbot.messages import Bus, Header, Quaternion, String, TFMessage, Twist, Vec
 from kbot.messages import Transform as TransformMessage
 from kbot.messages.sensing import LaserScan, Range
 from kbot.messages.types import TransformStamped
-from kbot.nodes.state_publishers import StatePublishers
+from kbot.record.feed import Packet
 from kbot.text import KbotError
-from kbot.wire import Packet
+from kbot.tf.state_publishers import StatePublishers
 from kbot.workbench.protocol import Drive, SetWorld
 from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.serve import open_session

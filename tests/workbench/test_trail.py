@@ -14,8 +14,8 @@ from kbot.messages.navigation import PoseWithCovarianceStamped
 from kbot.messages.types import Time, TransformStamped, Vector3
 from kbot.messages.types import Transform as TransformMessage
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.wire import Feed
 from kbot.workbench.protocol import MoveModel, ResetPart, Trail
 from kbot.workbench.serve import open_session
 from kbot.workbench.serving.hub import Hub

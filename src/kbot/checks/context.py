@@ -19,7 +19,7 @@ from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
 if TYPE_CHECKING:
-    from kbot.launch.controller_files import ControllerFile
+    from kbot.model.controller_files import ControllerFile
     from kbot.xacro import Expansion, Packages
 
 
@@ -247,7 +247,7 @@ class Context:
         """The files of controllers' parameters that Gazebo's plugins name."""
         if not any(extension.tag == "gazebo" for extension in self.robot.extensions):
             return ()
-        from kbot.launch.controller_files import controller_files
+        from kbot.model.controller_files import controller_files
 
         return tuple(controller_files(self.robot))
 

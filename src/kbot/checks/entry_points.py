@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from kbot.checks.runner import LAUNCH
+from kbot.checks.file_kinds import file_kinds
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
 
 _ROBOT = (".xacro", ".urdf")
@@ -39,7 +39,7 @@ def entry_points(folder: str) -> list[str]:
                 for tag in _INCLUDE.findall(texts[file])
                 if (match := _FILENAME.search(tag))
             )
-    found = [f for f in files if f.name == "package.xml" or f.name.endswith(LAUNCH)]
+    found = [f for f in files if any(kind.is_found(f.name) for kind in file_kinds())]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:
         message = f"{folder} has no launch file, package.xml, xacro or URDF in it"
@@ -52,7 +52,7 @@ def _walk(folder: Path) -> Iterator[Path]:
     for root, folders, names in os.walk(folder):
         folders[:] = [f for f in folders if f not in _SKIPPED and not f.startswith(".")]
         for name in names:
-            if name == "package.xml" or name.endswith((*_ROBOT, *LAUNCH)):
+            if name.endswith(_ROBOT) or any(kind.is_found(name) for kind in file_kinds()):
                 yield Path(root) / name
 
 

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from kbot.checks.config import Config
+from kbot.checks.file_kinds import FileKind
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, parse_xml
+from kbot.xacro import Packages
 
 _NEEDED = ("name", "version", "description", "maintainer", "license")
 
 
-def check_manifest(source: Source) -> list[Diagnostic]:
+def check_manifest(
+    source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
+) -> tuple[list[Diagnostic], list[Source]]:
     """What is wrong with a package's manifest."""
+    return _findings(source), [source]
+
+
+def _findings(source: Source) -> list[Diagnostic]:
     try:
         root = parse_xml(source)
     except DescriptionError as error:
@@ -26,3 +37,6 @@ def check_manifest(source: Source) -> list[Diagnostic]:
 
 def _said(element: Element | None) -> bool:
     return element is not None and bool(element.text.strip() or next(element.elements(), None))
+
+
+PACKAGE_MANIFEST = FileKind(("package.xml",), check_manifest)

@@ -1,10 +1,11 @@
-"""The pages of codes that are found before any rule runs: files, XML, expansion, reading, launch files.
+"""The pages of codes that are found before any rule runs: files, XML, expansion, reading.
 
 Their text is kept in pages.tsv, a line for each code.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from kbot.checks.registry import page
@@ -17,17 +18,17 @@ _AUTOFIXES = {
     "X103": f"{_SLIP} Unsafe, where it is not: a property without a value is inserted, which you fill in.",
     "P001": "safe, for a root element in two pieces and for blanks before `<?xml`.",
     "K001": "safe: it is removed.",
-    "L053": "safe: the new name is written.",
 }
 
 
-def _register() -> None:
-    lines = Path(__file__).with_suffix(".tsv").read_text("utf-8").splitlines()
+def register_pages(table: Path, autofixes: Mapping[str, str]) -> None:
+    """Register the codes of a table with a line for each."""
+    lines = table.read_text("utf-8").splitlines()
     for line in lines[1:]:
         code, name, severity, what, why, example, fix = line.split("\t")
-        autofix = _AUTOFIXES.get(code, "none.")
+        autofix = autofixes.get(code, "none.")
         text = f"{what}\n\nWhy: {why}\n\nExample: {example}\n\nFix: {fix}\n\nAutofix: {autofix}"
         page(code, name, text, Severity(severity))
 
 
-_register()
+register_pages(Path(__file__).with_suffix(".tsv"), _AUTOFIXES)

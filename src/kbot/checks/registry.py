@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import Literal
 
 from kbot.checks.context import Context
+from kbot.extensions import parts
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -127,8 +128,10 @@ def page(code: str, name: str, text: str, severity: Severity = Severity.ERROR, s
 def all_rules() -> dict[str, Rule]:
     """Every rule by code, the families imported on first use."""
     if "_loaded" not in globals():
-        for module in ("pages", *(f"rules.{family}" for family in _FAMILIES)):
-            import_module(f"kbot.checks.{module}")
+        added = (module for part in parts() for module in part.RULE_PAGES)
+        families = (f"kbot.checks.rules.{family}" for family in _FAMILIES)
+        for module in ("kbot.checks.pages", *added, *families):
+            import_module(module)
         globals()["_loaded"] = True
     return _RULES
 

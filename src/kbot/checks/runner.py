@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
 from kbot.checks.examination import as_loaded, examine, findings
+from kbot.checks.file_kinds import kind_of
 from kbot.checks.registry import all_rules
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
@@ -21,13 +22,6 @@ if TYPE_CHECKING:
     from kbot.checks.context import Context
     from kbot.model.load import Loaded
     from kbot.xacro import Packages
-
-LAUNCH = (".launch", ".launch.xml", ".launch.yaml", ".launch.yml")
-"""How launch files end that can be read; one in Python is a program, and read on its own behalf only."""
-
-
-def is_launch_file(path: str) -> bool:
-    return path.endswith((*LAUNCH, ".launch.py"))
 
 
 def check_file(
@@ -111,16 +105,10 @@ def _findings(
     properties: Mapping[str, str] | None,
 ) -> list[Diagnostic]:
     """What is wrong with a file, by its kind, and what no comment suppresses."""
-    if Path(path).name == "package.xml":
-        from kbot.checks.manifest import check_manifest
-
-        found, sources = check_manifest(source), [source]
-    elif is_launch_file(path):
-        from kbot.checks.launches import check_launch
-
-        found, sources = check_launch(source, arguments, packages, config)
-    else:
+    kind = kind_of(path)
+    if kind is None:
         return _of_description(examine(source, arguments, packages, config, properties))
+    found, sources = kind.check(source, arguments, packages, config)
     return without_suppressed(found, sources, all_rules())
 
 

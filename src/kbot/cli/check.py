@@ -15,9 +15,9 @@ from kbot.checks import Config, all_rules, check_file, check_text, load_config
 from kbot.checks.baseline import without_known
 from kbot.checks.baseline import write_baseline as keep_baseline
 from kbot.checks.entry_points import entry_points
+from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
-from kbot.checks.runner import is_launch_file
 from kbot.checks.settings import with_choice
 from kbot.cli.arguments import examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
@@ -187,14 +187,14 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
     known = defaultdict[str, set[str]](set)
     """The names that a file has with one set of arguments or another, by its path."""
     for index, job in enumerate(jobs):
-        if Path(job.path).name != "package.xml" and not is_launch_file(job.path):
+        if kind_of(job.path) is None:
             names = resolve_names(job.path, values, job.packages, arguments=job.arguments)
             for text in names.notes:
                 note(text)
             resolved[index] = names
             known[job.path] |= values.keys() - names.unknown.keys()
     unknown = [names.unknown for names in resolved.values()]
-    if unknown and not any(is_launch_file(job.path) for job in jobs):
+    if unknown and not any(kind.has_arguments for kind in map(kind_of, (j.path for j in jobs)) if kind):
         errors = [unknown[0][name] for name in values if all(name in of_file for of_file in unknown)]
         if errors:
             raise DescriptionError(errors)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from kbot.bridges.companion_options import CompanionOptions
 from kbot.cli.output import fail
+from kbot.ros.peer_options import CompanionOptions
 
 if TYPE_CHECKING:
-    from kbot.bridges.companions import Companions
+    from kbot.ros.peers import Companions
     from kbot.sim import Simulation
 
     Join = Callable[[Simulation, str, str], None]
@@ -90,7 +90,7 @@ def bridge_options(function: _Function) -> _Function:
 
 def _found() -> tuple[str, ...]:
     """The bridges that have a peer; why the others have none is said."""
-    from kbot.bridges.discovery import peers_around
+    from kbot.ros.bridges.discovery import peers_around
 
     found, missing = peers_around()
     for why in missing:
@@ -177,7 +177,7 @@ def companions(options: CompanionOptions, *, served: bool = False) -> Iterator[C
     Raises:
         KbotError, Exit: as `going_along`.
     """
-    from kbot.bridges.companions import Companions
+    from kbot.ros.peers import Companions
 
     going = Companions(options, lambda text: click.echo(text, err=True), served=served)
     try:

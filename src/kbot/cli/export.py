@@ -18,8 +18,8 @@ from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.model import Robot
-    from kbot.workbench.export.look import Look
-    from kbot.workbench.export.palette import Theme
+    from kbot.render.look import Look
+    from kbot.render.palette import Theme
     from kbot.xacro.assignments import Assignments
 
 FORMATS = ("png", "html", "glb", "svg", "tree")
@@ -103,21 +103,21 @@ def command(
 
 def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme: Theme) -> bytes:
     if kind == "glb":
-        from kbot.workbench.export.model_file import glb
+        from kbot.render.glb import glb
 
         return glb(robot, joints)
     if kind == "tree":
-        from kbot.workbench.export.tree import tree_svg
+        from kbot.render.tree import tree_svg
 
         return tree_svg(robot).encode()
-    from kbot.workbench.export.things import robot_alone
+    from kbot.render.things import robot_alone
 
     things = robot_alone(robot, joints)
     if kind == "svg":
-        from kbot.workbench.export.drawing import svg
+        from kbot.render.drawing import svg
 
         return svg(things, look, robot.name, theme).encode()
-    from kbot.workbench.export.picture import draw_picture
+    from kbot.render.picture import draw_picture
 
     return draw_picture(things, look, theme)
 
@@ -125,8 +125,8 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme:
 def _html(
     robot: Robot, file: str, given: Assignments, package_path: Sequence[str], joints: dict[str, float]
 ) -> bytes:
-    from kbot.workbench.export.page import saved_page
     from kbot.workbench.protocol import SetJoint
+    from kbot.workbench.saved_page import saved_page
     from kbot.workbench.serve import open_session
 
     session = open_session(

@@ -18,6 +18,7 @@ import click
 
 from kbot.cli.arguments import examples
 from kbot.cli.output import report_error
+from kbot.extensions import parts
 from kbot.text.crash import report_thread_error
 from kbot.text.errors import KbotError
 from kbot.text.notes import notes_sent_to
@@ -36,16 +37,12 @@ VERBS = {
     "where": ("kbot.cli.where:command", "Show the source lines behind a link, a joint or a property."),
     "export": ("kbot.cli.export:command", "Write a robot as a picture, web page, 3D model or drawing."),
     "info": ("kbot.cli.info:command", "Print links, joints, masses, drive geometry and size."),
-    "launch": ("kbot.cli.launch.command:command", "Run a ROS 1 or ROS 2 launch file without ROS."),
     "new": ("kbot.cli.new:command", "Create a robot package."),
-    "topic": ("kbot.cli.graph.topic:command", "List, print, measure and publish topics of a running KBot."),
-    "node": ("kbot.cli.graph.node:command", "List and describe the nodes of a running KBot."),
-    "service": ("kbot.cli.graph.service:command", "List, describe and call services of a running KBot."),
-    "param": ("kbot.cli.graph.param:command", "Read and set the parameters of a running KBot."),
-    "tf": ("kbot.cli.graph.tf:command", "Print the coordinate frames of a running KBot."),
     "bag": ("kbot.cli.bag.command:command", "Inspect, cut, convert, play back or replay recordings."),
     "rule": ("kbot.cli.rule:command", "Explain a rule of kbot check and how to fix its findings."),
 }
+for _part in parts():
+    VERBS |= _part.VERBS
 
 
 ELSEWHERE = {

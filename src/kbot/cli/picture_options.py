@@ -11,7 +11,7 @@ from kbot.cli.output import fail
 from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
-    from kbot.workbench.export.look import Look
+    from kbot.render.look import Look
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -55,7 +55,7 @@ def parse_size(size: str) -> tuple[int, int]:
     Raises:
         KbotError: it is none; the text says how to write it.
     """
-    from kbot.workbench.export.look import MOST_PIXELS
+    from kbot.render.look import MOST_PIXELS
 
     try:
         width, height = (int(word) for word in size.lower().split("x"))
@@ -72,7 +72,7 @@ def parse_look(size: str, side: str, transparent: bool) -> Look:
     Raises:
         KbotError: a size or a side that is none; the text says how to write it.
     """
-    from kbot.workbench.export.look import Look
+    from kbot.render.look import Look
 
     width, height = parse_size(size)
     try:

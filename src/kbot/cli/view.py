@@ -21,8 +21,8 @@ from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
+    from kbot.render.palette import Theme
     from kbot.workbench.displays.files import DisplayFile
-    from kbot.workbench.export.palette import Theme
 
 
 @click.command(
@@ -70,9 +70,9 @@ def command(
     Ctrl-C stops it.
     """
     path, values = one_file(words)
-    from kbot.bridges.companion_options import CompanionOptions
     from kbot.cli.companions import companions
     from kbot.record.names import is_recording
+    from kbot.ros.peer_options import CompanionOptions
     from kbot.workbench.address import bound
 
     if is_recording(path):
@@ -105,8 +105,8 @@ def command(
     report(found)
     if shot is not None:
         from kbot.model.hardware import initial_positions
-        from kbot.workbench.export.picture import draw_picture
-        from kbot.workbench.export.things import robot_alone
+        from kbot.render.picture import draw_picture
+        from kbot.render.things import robot_alone
 
         robot = loaded.require()
         write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look, theme))

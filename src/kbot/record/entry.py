@@ -7,19 +7,18 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kbot.record.encodings.bytes import ONLY_ON_THE_WIRE, decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
+from kbot.record.encodings.types import known_type, ros1_types, ros2_types
 from kbot.record.limits import Allowance, TooLarge
 from kbot.text import KbotError
 from kbot.text.errors import reading
-from kbot.wire import decode_cdr, decode_ros1, encode_cdr, encode_ros1
-from kbot.wire.encoding import ONLY_ON_THE_WIRE
-from kbot.wire.foreign_types import ShapeCheck, code_cost, read_definition
-from kbot.wire.types import known_type, ros1_types, ros2_types
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
     from rosbags.typesys.store import Typestore
 
-    from kbot.wire.safe_store import SafeStore
+    from kbot.record.encodings.safe_store import SafeStore
 
 
 MOST_CODE = 15_000
@@ -47,7 +46,7 @@ class Types:
         Raises:
             KbotError: the definition does not follow the grammar, or is too large.
         """
-        from kbot.wire.safe_store import safe_copy
+        from kbot.record.encodings.safe_store import safe_copy
 
         if name in self.ros2.fielddefs:
             return
@@ -69,7 +68,7 @@ class Types:
     @property
     def ros1(self) -> SafeStore:
         """The types as ROS 1 defines them."""
-        from kbot.wire.safe_store import safe_copy
+        from kbot.record.encodings.safe_store import safe_copy
 
         known = self._ros1.fielddefs
         new = {key: value for key, value in self._not_in_ros1.items() if key not in known}

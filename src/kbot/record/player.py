@@ -7,15 +7,16 @@ from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.messages.bus import absolute
-from kbot.nodes.static_transform_publisher import TOPIC as TF_STATIC
-from kbot.nodes.static_transform_publisher import say_static
+from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.types import known_type
 from kbot.record.entry import Entry
 from kbot.record.formats import NOTES_TOPIC, TEXT
 from kbot.record.reader import Recordings, Summary, require_topics
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
-from kbot.wire import decode_cdr, known_type
+from kbot.tf.static_transforms import TOPIC as TF_STATIC
+from kbot.tf.static_transforms import say_static
 
 LATCHED = frozenset({TF_STATIC, "/map"})
 NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})

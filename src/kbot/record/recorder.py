@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
+from kbot.record.feed import Feed, Packet
 from kbot.record.world_recorder import WorldRecorder
 from kbot.record.writer import open_writer, remove_recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.wire import Feed, Packet
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.kinematics.odometry import PlanarPose
-from kbot.launch.nodes.static_transforms import from_json
 from kbot.model.load import load_robot_text
-from kbot.nodes.state_publishers import StatePublishers
-from kbot.nodes.static_transform_publisher import publish_static_transforms
 from kbot.record.branches import Branches
 from kbot.record.entry import Entry
+from kbot.record.feed import Feed, Packet
 from kbot.record.formats import FIRST_MOMENT, read_text
 from kbot.record.journal import do_again, read_command
 from kbot.record.reader import Recording, Summary
@@ -22,7 +20,8 @@ from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
-from kbot.wire import Feed, Packet
+from kbot.tf.state_publishers import StatePublishers
+from kbot.tf.static_transforms import from_json, publish_static_transforms
 from kbot.xacro import Packages
 
 MADE_BY_SIMULATION = frozenset({"/clock", "/tf", "/tf_static"})

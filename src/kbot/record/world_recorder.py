@@ -18,7 +18,7 @@ from kbot.messages.types import (
     TransformStamped,
     Vector3,
 )
-from kbot.wire import Packet
+from kbot.record.feed import Packet
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages.sensing import CameraInfo, Image
+from kbot.render.camera_scene import PictureModel
+from kbot.render.offscreen import Canvas
 from kbot.sensors.noise import NONE, Noise
-from kbot.sensors.offscreen import Canvas
-from kbot.sensors.picture_model import PictureModel
 from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from os import environ
 
-from kbot.bridges.hosts import is_loopback
+from kbot.net.hosts import is_loopback
 from kbot.text import KbotError
 from kbot.workbench.serving.access import Access, bracketed
 

@@ -15,8 +15,8 @@ from kbot.cli.output import fail, print_json
 from kbot.cli.picture_options import parse_size, size_option
 
 if TYPE_CHECKING:
-    from kbot.bridges.companion_options import CompanionOptions
     from kbot.record.export import Table
+    from kbot.ros.peer_options import CompanionOptions
 
 SMALLEST_PLOT = 200
 
@@ -184,7 +184,7 @@ def export(
 
 
 def _plot(table: Table, size: str) -> str:
-    from kbot.workbench.export.plot import Curve, plot_svg
+    from kbot.render.plot import Curve, plot_svg
 
     width, height = parse_size(size)
     if min(width, height) < SMALLEST_PLOT:

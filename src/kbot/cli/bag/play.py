@@ -13,8 +13,8 @@ from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 
 if TYPE_CHECKING:
-    from kbot.bridges.companion_options import CompanionOptions
     from kbot.record.player import Player
+    from kbot.ros.peer_options import CompanionOptions
 
 PERIOD = 0.01
 BEHIND = 0.2

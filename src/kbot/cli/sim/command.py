@@ -26,9 +26,9 @@ from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
-    from kbot.bridges.companion_options import CompanionOptions
     from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
+    from kbot.ros.peer_options import CompanionOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.files import DisplayFile
 
@@ -214,7 +214,7 @@ def command(
     from kbot.sensors.declared import mount_declared
 
     if shot is not None:  # said before the run, which takes its time
-        from kbot.sensors.offscreen import require_offscreen
+        from kbot.render.offscreen import require_offscreen
 
         require_offscreen()
     start = pose_of("--pose", pose)
@@ -242,9 +242,9 @@ def command(
 
 
 def _draw_end(simulation: Simulation, path: str) -> None:
-    from kbot.workbench.export.look import Look
-    from kbot.workbench.export.picture import draw_picture
-    from kbot.workbench.export.things import robot_in_world
+    from kbot.render.look import Look
+    from kbot.render.picture import draw_picture
+    from kbot.render.things import robot_in_world
 
     write_bytes(path, draw_picture(robot_in_world(simulation), Look()))
 

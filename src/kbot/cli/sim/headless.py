@@ -36,7 +36,7 @@ def run_headless(
     with Progress(simulation, seconds if script is None else None) as progress:
         try:
             if in_real_time or seconds is None:
-                from kbot.bridges.pacing import run_in_real_time
+                from kbot.sim.real_time import run_in_real_time
 
                 run_in_real_time(simulation, seconds)
             elif script is None:
@@ -58,7 +58,7 @@ def run_headless(
     if interrupted:
         click.echo(f"interrupted at {simulation.time:.3f} s", err=True)
     if plot is not None:  # after the report, which is not lost where no picture can be written
-        from kbot.sim.plot import draw
+        from kbot.render.path_plot import draw
 
         believed = [simulation.start @ pose for pose in odometer.odometry]
         title = f"{simulation.robot.name} in {simulation.world.name}, {simulation.time:.2f} s from above"

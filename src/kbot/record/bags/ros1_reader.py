@@ -16,11 +16,11 @@ from typing import IO, NamedTuple
 from rosbags.rosbag1 import ReaderError
 from rosbags.rosbag1.reader import Header, RecordType
 
+from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NoIndex
 from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
 from kbot.text import KbotError
-from kbot.wire.foreign_types import full_name
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _LENGTH = Struct("<I")

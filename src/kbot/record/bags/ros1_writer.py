@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from rosbags.rosbag1 import Writer
 
 from kbot.messages.types import String
+from kbot.record.feed import Packet
 from kbot.record.formats import FIRST_MOMENT, NOTES_TOPIC, Recordable
-from kbot.wire import Packet
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

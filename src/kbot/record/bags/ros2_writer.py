@@ -14,8 +14,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from kbot.messages.types import String
 from kbot.record.bags.ros1_writer import LATCHED
+from kbot.record.feed import Packet
 from kbot.record.formats import NOTES_TOPIC, Recordable
-from kbot.wire import Packet
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

@@ -13,13 +13,13 @@ from mcap.opcode import Opcode
 from mcap.records import ChunkIndex, Message, Metadata, MetadataIndex
 
 from kbot.record.chunks import KeptChunks, in_time_order
+from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NoIndex
 from kbot.record.limits import Allowance, Damaged, TooLarge
 from kbot.record.mcap.reader import CARRIED, chunk_at, learn
 from kbot.record.mcap.records import MAGIC, break_up, read_summary, record_at
 from kbot.text import KbotError
-from kbot.wire.foreign_types import full_name
 
 ALLOWED_DISORDER = 100_000_000
 """Nanoseconds that a message may be written after a later one; more is a clock that was set back."""

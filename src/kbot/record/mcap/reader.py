@@ -11,6 +11,7 @@ from typing import IO
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, McapRecord, Message, Metadata, Schema
 
+from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, Note
 from kbot.record.limits import Allowance, Damaged, TooLarge
@@ -24,7 +25,6 @@ from kbot.record.mcap.records import (
     records,
 )
 from kbot.text import KbotError
-from kbot.wire.foreign_types import full_name
 
 CARRIED = ("cdr", "ros1")
 """Encodings of messages that are read."""

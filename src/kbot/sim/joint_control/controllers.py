@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from kbot.launch.controller_files import unknown_type
 from kbot.model import Robot
+from kbot.model.controller_files import unknown_type
 from kbot.model.hardware import hardware_joints
 from kbot.sim.joint_control.control import JointControl, JointController, ManagedController
 from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from kbot.launch.controller_files import controller_files
 from kbot.model import Robot
+from kbot.model.controller_files import controller_files
 from kbot.model.spawned import SpawnedController, spawned_controllers
 from kbot.sim.joint_control.kinds import DIFF_DRIVE, OTHERS_NEED
 from kbot.text import Origin, Severity

@@ -8,10 +8,10 @@ import numpy as np
 from kbot.messages.control import Duration
 from kbot.messages.types import Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
+from kbot.render.bounds import robot_bounds
 from kbot.sensors.sensor import own_geometries
 from kbot.sim import Simulation
 from kbot.workbench.scene.foreign_frames import WORLD
-from kbot.workbench.scene.scene import robot_bounds
 from kbot.workbench.topics.marker_state import CLEAR
 
 TOPIC = "/contacts"

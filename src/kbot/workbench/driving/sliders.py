@@ -11,9 +11,9 @@ from kbot.kinematics.frames import FrameTree
 from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
 from kbot.model.hardware import initial_positions
-from kbot.nodes import RobotStatePublisher
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.tf.robot_state_publisher import RobotStatePublisher
 from kbot.workbench.driving.motion import Moment, Motion
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene.scene import Control, slider_range

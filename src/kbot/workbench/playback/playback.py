@@ -9,11 +9,11 @@ from typing import Any, Literal, NoReturn
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
 from kbot.model import Robot
-from kbot.nodes.static_transform_publisher import say_static
+from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
-from kbot.wire import decode_cdr
+from kbot.tf.static_transforms import say_static
 from kbot.workbench.driving.motion import Moment, flat
 from kbot.workbench.playback.damage import Damage, damage_at
 from kbot.workbench.playback.recorded_moves import RecordedMoves

@@ -11,12 +11,13 @@ from typing import Any
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
+from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.types import known_type
 from kbot.record.entry import Entry
 from kbot.record.index import open_index
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
-from kbot.wire import decode_cdr, known_type
 
 STRING, TF, JOINT_STATE = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState"
 DESCRIPTION, JOINT_STATES = "robot_description", "joint_states"

@@ -8,7 +8,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform, quaternion_xyzw_from_rotation
 from kbot.model import (
     Box,
@@ -25,7 +24,8 @@ from kbot.model import (
     Visual,
 )
 from kbot.model import Pose as UrdfPose
-from kbot.model.shapes import bounds, tensor
+from kbot.model.shapes import tensor
+from kbot.render.bounds import robot_bounds
 from kbot.text import KbotError
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
@@ -88,28 +88,6 @@ def _other_link(name: str, link: Link, painted: Rgba | None, meshes: MeshStore) 
     return BodyView(
         name, True, tuple(_shapes(link.visuals, meshes, painted)), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
     )
-
-
-def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
-    poses = FrameTree(robot).poses({})
-    boxes = list(_bounds(robot, poses))
-    if not boxes:
-        points = np.array([pose.translation for pose in poses.values()])
-        return points.min(axis=0), points.max(axis=0)
-    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
-
-
-def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    for link in robot.links.values():
-        for part in link.visuals or link.collisions:
-            pose = poses[link.name] @ _transform(part.pose)
-            try:
-                box = bounds(part.geometry, pose.rotation)
-            except KbotError:
-                box = None
-            low, high = box or (0.0, 0.0)  # of a mesh that cannot be read its place is known
-            yield low + pose.translation, high + pose.translation
 
 
 def _link(robot: Robot, link: Link, meshes: MeshStore, painted: Rgba | None) -> LinkView:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, Shape, ShapeKind
 from kbot.workbench.source.places import place
+from kbot.world.ground import height_field_triangles, is_the_ground
 from kbot.world.world import (
     Body,
     Box,
@@ -18,13 +16,10 @@ from kbot.world.world import (
     Ellipsoid,
     HeightField,
     Mesh,
-    Part,
     Plane,
     Sphere,
     World,
 )
-
-_LEVEL = 1e-9
 
 
 def world_view(world: World, meshes: MeshStore) -> tuple[BodyView, ...]:
@@ -90,22 +85,3 @@ def kind_and_size(shape: Box | Cylinder | Sphere | Capsule) -> tuple[ShapeKind, 
             return "capsule", (radius, length)
         case Sphere(radius=radius):
             return "sphere", (radius,)
-
-
-def is_the_ground(body: Body, part: Part) -> bool:
-    """Whether a part is a level plane at z = 0, which is drawn as the grid."""
-    pose = body.pose @ part.pose
-    return bool(abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL)
-
-
-def height_field_triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (n, 3) in m and faces (m, 3) of a field of heights."""
-    rows, columns = field.heights.shape
-    x = np.linspace(-field.size[0] / 2, field.size[0] / 2, columns)
-    y = np.linspace(-field.size[1] / 2, field.size[1] / 2, rows)
-    grid_x, grid_y = np.meshgrid(x, y)
-    vertices = np.stack([grid_x, grid_y, field.heights], axis=-1).reshape(-1, 3)
-    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
-    lower = np.stack([corner, corner + 1, corner + columns], axis=1)
-    upper = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
-    return vertices, np.concatenate([lower, upper])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
-from kbot.bridges.hosts import accepts_host, host_and_port
+from kbot.net.hosts import accepts_host, host_and_port
 
 HTTP_PORT = 80
 """The port of a Host header without one."""

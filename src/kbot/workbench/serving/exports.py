@@ -18,11 +18,11 @@ async def exported(session: Session, path: str, host: str) -> Response:
     """One of `EXPORTS`, made on another thread."""
     robot, positions = session.standing()
     if path == "/export/robot.glb":
-        from kbot.workbench.export.model_file import glb
+        from kbot.render.glb import glb
 
         body = await asyncio.to_thread(glb, robot, positions)
     else:
-        from kbot.workbench.export.page import saved_page
+        from kbot.workbench.saved_page import saved_page
 
         body = (await asyncio.to_thread(saved_page, session, robot)).encode()
     return response(http.HTTPStatus.OK, host, body, EXPORTS[path])

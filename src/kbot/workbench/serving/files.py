@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from kbot.bridges.hosts import only_host
+from kbot.net.hosts import only_host
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.page_files import load_page, takes_gzip, with_greeting

@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import Generator
 from typing import TypeAlias
 
+from kbot.render.plot import Curve, plot_svg
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
-from kbot.workbench.export.plot import Curve, plot_svg
 from kbot.workbench.protocol import AskSeries, AskTrail, DrawPlot, FromServer, PlotDrawn, Refused, Series
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.serving.past import Past

@@ -15,10 +15,10 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
-from kbot.bridges.socket_log import socket_logger
+from kbot.net.socket_log import socket_logger
+from kbot.record.encodings.types import ros2_types
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
-from kbot.wire.types import ros2_types
 from kbot.workbench.protocol import (
     AskSeries,
     AskTrail,

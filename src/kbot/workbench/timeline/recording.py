@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
 from kbot.record import Recorder
+from kbot.record.feed import Feed
 from kbot.text import KbotError
 from kbot.text.file_names import plain_file_name
-from kbot.wire import Feed
 from kbot.workbench.protocol import Recorded, RecordingView
 
 if TYPE_CHECKING:

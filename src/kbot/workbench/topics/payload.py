@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from kbot.wire import Packet
-from kbot.wire.plain import to_plain
+from kbot.record.encodings.plain import to_plain
+from kbot.record.feed import Packet
 
 _ALIGNED = 8
 

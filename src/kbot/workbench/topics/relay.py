@@ -9,11 +9,12 @@ from typing import Any
 
 from kbot.messages.bus import Bus, absolute
 from kbot.messages.visualization import Marker, MarkerArray, PointStamped
+from kbot.record.encodings.plain import from_plain
+from kbot.record.encodings.type_names import ros_name
+from kbot.record.encodings.types import known_type
+from kbot.record.feed import Feed, Packet
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.wire import Feed, Packet, ros_name
-from kbot.wire.plain import from_plain
-from kbot.wire.types import known_type
 from kbot.workbench.protocol import Topics, TopicView
 from kbot.workbench.topics.marker_state import MarkerState
 from kbot.workbench.topics.payload import encode_packet

@@ -1,0 +1,1 @@
+"""The verbs and options that the ROS wing adds."""

@@ -1,0 +1,191 @@
+"""`kbot tf`: the frames of a running KBot."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from kbot.cli.arguments import examples, json_option
+from kbot.cli.numbers import rate_option
+from kbot.cli.output import fail, print_json
+from kbot.cli.ros.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
+
+if TYPE_CHECKING:
+    from kbot.kinematics.transform import Transform
+    from kbot.ros.graph.client import GraphClient
+
+TOPICS = ("/tf_static", "/tf")
+LOOK_SECONDS = 1.0
+KNOWN_SECONDS = 0.5
+"""In which all frames are heard of that move."""
+
+
+@click.group("tf", epilog=examples("kbot tf tree", "kbot tf echo odom base_link --once"))
+def command() -> None:
+    """Print the coordinate frames of a running KBot, from /tf and /tf_static."""
+
+
+@command.command("tree", epilog=examples("kbot tf tree"))
+@json_option
+@at_option
+def tree(as_json: bool, at: str) -> None:
+    """Print the tree of frames.
+
+    The tree holds the frames that are published within one second.
+    """
+    frames = _Frames()
+    with ask(at) as graph:
+        for topic, message in graph.listen(*_offered(graph.topics()), seconds=LOOK_SECONDS):
+            frames.hear(topic, message)
+    if as_json:
+        print_json(
+            {child: {"parent": p, "static": child in frames.static} for child, p in frames.parents.items()}
+        )
+        return
+    roots = [name for name in frames.names() if name not in frames.parents]
+    for root in sorted(roots):
+        click.echo("\n".join(frames.lines(root, 0)))
+
+
+@command.command("echo", epilog=examples("kbot tf echo odom base_link --rate 5"))
+@click.argument("frame")
+@click.argument("child")
+@rate_option(100.0, "Printing rate in Hz (wall-clock time).")
+@click.option("--once", is_flag=True, help="Print one pose and exit.")
+@json_option
+@at_option
+def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str) -> None:
+    """Print the pose of CHILD in FRAME until Ctrl-C, like tf2_echo.
+
+    The pose is a translation in m and a rotation, as a quaternion (x, y, z, w) and as roll, pitch, yaw.
+    """
+    frames = _Frames()
+    with ask(at) as graph:
+        due = 0.0
+        for topic, message in _until_known(graph, frames, frame, child):
+            frames.hear(topic, message)
+            now = time.monotonic()
+            found = frames.between(frame, child)
+            if found is None or now < due:
+                continue
+            due = now + 1.0 / rate
+            click.echo(to_line(_plain(frames.stamp, found)) if as_json else _text(frames.stamp, found))
+            if once:
+                return
+
+
+def _until_known(
+    graph: GraphClient, frames: _Frames, frame: str, child: str
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What is heard of frames, for good. Raises KbotError: they were heard for a moment, and those two are
+    not among them or do not hang together."""
+    began, topics = graph.nanoseconds(), _offered(graph.topics())
+    yield from graph.listen(*topics, seconds=KNOWN_SECONDS)
+    if "/tf" in topics and not frames.moves:
+        tell_of_silence(graph, began, "/tf")
+        for heard in graph.heard():
+            yield heard
+            if frames.moves:
+                break
+        yield from graph.heard(KNOWN_SECONDS)
+    if frames.between(frame, child) is None:
+        _explain(frames, frame, child)
+    yield from graph.heard()
+
+
+class _Frames:
+    """What was heard: each frame's parent, and where it is in it."""
+
+    def __init__(self) -> None:
+        self.parents: dict[str, str] = {}
+        self.static: set[str] = set()
+        self.stamp = 0.0
+        self.moves = False
+        """Whether any was said that moves."""
+        self._places: dict[str, Transform] = {}
+
+    def hear(self, topic: str, message: dict[str, Any]) -> None:
+        from kbot.kinematics.transform import Transform
+
+        for item in message["transforms"]:
+            child, place = item["child_frame_id"], item["transform"]
+            q, t = place["rotation"], place["translation"]
+            self.parents[child] = item["header"]["frame_id"]
+            self._places[child] = Transform.from_quaternion_xyzw(
+                (q["x"], q["y"], q["z"], q["w"]), (t["x"], t["y"], t["z"])
+            )
+            if topic == "/tf_static":
+                self.static.add(child)
+            else:
+                self.moves = True
+                self.stamp = seconds(item["header"]["stamp"])
+
+    def names(self) -> list[str]:
+        return list(dict.fromkeys([*self.parents.values(), *self.parents]))
+
+    def between(self, frame: str, child: str) -> Transform | None:
+        """`frame_from_child`, None while they do not hang together."""
+        first, second = self._to_root(frame), self._to_root(child)
+        if first is None or second is None or first[0] != second[0]:
+            return None
+        return first[1].inverse() @ second[1]
+
+    def lines(self, frame: str, depth: int) -> list[str]:
+        mark = " (static)" if frame in self.static else ""
+        children = sorted(child for child, parent in self.parents.items() if parent == frame)
+        below = [line for child in children for line in self.lines(child, depth + 1)] if depth < 100 else []
+        return ["  " * depth + frame + mark, *below]
+
+    def _to_root(self, frame: str) -> tuple[str, Transform] | None:
+        from kbot.kinematics.transform import Transform
+
+        if frame not in self.names():
+            return None
+        root_from_frame, name = Transform.identity(), frame
+        for _ in self.parents:
+            if name not in self.parents:
+                break
+            root_from_frame = self._places[name] @ root_from_frame
+            name = self.parents[name]
+        return name, root_from_frame
+
+
+def _offered(topics: dict[str, str]) -> list[str]:
+    found = [topic for topic in TOPICS if topic in topics]
+    return found or fail("this KBot says no /tf")
+
+
+def _explain(frames: _Frames, *wanted: str) -> None:
+    from kbot.text.suggest import did_you_mean
+
+    for name in wanted:
+        if name not in frames.names():
+            hint = did_you_mean(name, frames.names()) or f"there are {', '.join(frames.names())}"
+            fail(f"there is no frame '{name}': {hint}")
+    fail(f"'{wanted[0]}' and '{wanted[1]}' do not hang together: see kbot tf tree")
+
+
+def _plain(stamp: float, found: Transform) -> dict[str, object]:
+    return {
+        "time": stamp,
+        "translation": found.translation.tolist(),
+        "quaternion": list(found.quaternion_xyzw),
+        "rpy": list(found.rpy),
+    }
+
+
+def _text(stamp: float, found: Transform) -> str:
+    def row(values: Iterable[float], digits: int = 3) -> str:
+        return ", ".join(f"{value:.{digits}f}" for value in values)
+
+    return (
+        f"At time {stamp:.3f}\n"
+        f"- Translation: [{row(found.translation.tolist())}]\n"
+        f"- Rotation: in Quaternion [{row(found.quaternion_xyzw)}]\n"
+        f"- Rotation: in RPY (radian) [{row(found.rpy)}]\n"
+        f"- Rotation: in RPY (degree) [{row([math.degrees(angle) for angle in found.rpy])}]"
+    )

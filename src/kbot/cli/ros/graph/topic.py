@@ -1,0 +1,202 @@
+"""`kbot topic`: what a running KBot says and hears."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import time
+from typing import Any
+
+import click
+
+from kbot.cli.arguments import examples, json_option
+from kbot.cli.numbers import rate_option
+from kbot.cli.output import fail, print_json
+from kbot.cli.ros.graph.asking import (
+    ask,
+    at_option,
+    full_name,
+    is_type,
+    listen,
+    listing_options,
+    print_listing,
+    print_of_type,
+    read_values,
+    to_line,
+)
+from kbot.cli.ros.graph.measures import bw, delay, hz
+from kbot.cli.ros.graph.printing import Style, style_options
+
+
+@click.group(
+    "topic",
+    epilog=examples(
+        "kbot topic list -t",
+        "kbot topic echo /odom --field pose.pose.position --once",
+        "kbot topic hz /odom",
+        "kbot topic pub /cmd_vel '{linear: {x: 0.2}}' --rate 10",
+    ),
+)
+def command() -> None:
+    """List, print, measure and publish topics of a running KBot, like `ros2 topic`."""
+
+
+for _measure in (hz, bw, delay):
+    command.add_command(_measure)
+
+
+@command.command("list", epilog=examples("kbot topic list -t"))
+@listing_options
+@click.option(
+    "-v", "--verbose", is_flag=True, help="List published and subscribed topics separately, with types."
+)
+def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) -> None:
+    """List the topics."""
+    with ask(at) as graph:
+        topics = graph.topics()
+        heard = graph.subscribed() if verbose else set()
+    if not verbose or as_json or count:
+        print_listing(topics, show_types, as_json, count)
+        return
+    said = {name: kind for name, kind in topics.items() if name not in heard}
+    for title, part in (("Published", said), ("Subscribed", {name: topics[name] for name in sorted(heard)})):
+        click.echo("\n".join([f"{title} topics:", *(f" * {name} [{kind}]" for name, kind in part.items())]))
+
+
+@command.command("type", epilog=examples("kbot topic type /odom"))
+@click.argument("topic")
+@at_option
+def type_(topic: str, at: str) -> None:
+    """Print a topic's type."""
+    with ask(at) as graph:
+        click.echo(graph.type_of(full_name(topic)))
+
+
+@command.command("find", epilog=examples("kbot topic find nav_msgs/msg/Odometry"))
+@click.argument("type_name", metavar="TYPE")
+@at_option
+def find(type_name: str, at: str) -> None:
+    """List the topics of a type."""
+    with ask(at) as graph:
+        print_of_type(graph.topics(), type_name)
+
+
+@command.command("info", epilog=examples("kbot topic info /cmd_vel"))
+@click.argument("topic")
+@click.option(
+    "-v", "--verbose", is_flag=True, help="Print the name, namespace and endpoint type of each node."
+)
+@json_option
+@at_option
+def info(topic: str, verbose: bool, as_json: bool, at: str) -> None:
+    """Print a topic's type, publishers and subscribers."""
+    with ask(at) as graph:
+        name = full_name(topic)
+        kind = graph.type_of(name)
+        publishers = graph.call("/rosapi/publishers", topic=name)["publishers"]
+        subscribers = graph.call("/rosapi/subscribers", topic=name)["subscribers"]
+    if as_json:
+        print_json({"topic": name, "type": kind, "publishers": publishers, "subscribers": subscribers})
+        return
+    click.echo(f"Type: {kind}")
+    for title, end, nodes in (
+        ("Publisher", "PUBLISHER", publishers),
+        ("Subscription", "SUBSCRIPTION", subscribers),
+    ):
+        lines = [f"  {node}" for node in nodes]
+        if verbose:
+            lines = [line for node in nodes for line in _end(node, kind, end)]
+        click.echo("\n".join([f"{title} count: {len(nodes)}", *lines]))
+
+
+def _end(node: str, kind: str, end: str) -> list[str]:
+    """One end of a topic, in the words of `ros2 topic info -v`."""
+    namespace, _, name = node.rpartition("/")
+    return [
+        "",
+        f"Node name: {name}",
+        f"Node namespace: {namespace or '/'}",
+        f"Topic type: {kind}",
+        f"Endpoint type: {end}",
+        "",
+    ]
+
+
+@command.command("echo", epilog=examples("kbot topic echo /odom --once", "kbot topic echo /scan -n 5 --json"))
+@click.argument("topic")
+@click.argument("type_name", metavar="[TYPE]", default="")
+@click.option("--once", is_flag=True, help="Print one message and exit.")
+@click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print N messages and exit.")
+@click.option("--field", metavar="A.B", help="Field to print, such as pose.pose or ranges[2].")
+@style_options
+@at_option
+def echo(
+    topic: str, type_name: str, once: bool, count: int | None, field: str | None, style: Style, at: str
+) -> None:
+    """Print the messages of a topic until Ctrl-C."""
+    with ask(at) as graph:
+        name = full_name(topic)
+        if type_name:
+            known = graph.type_of(name)
+            if not is_type(type_name, known):
+                fail(f"{name} carries {known}, not {type_name}")
+        for _, message in itertools.islice(listen(graph, name), 1 if once else count):
+            click.echo(style.text(_part(message, field) if field else message))
+
+
+@command.command(
+    "pub",
+    epilog=examples(
+        "kbot topic pub /cmd_vel '{linear: {x: 0.2}}' --rate 10",
+        "kbot topic pub --once /cmd_vel geometry_msgs/msg/Twist '{angular: {z: 1.0}}'",
+    ),
+)
+@click.argument("topic")
+@click.argument("words", nargs=-1, metavar="[TYPE] [VALUES]")
+@click.option("-1", "--once", is_flag=True, help="Publish one message and exit.")
+@click.option("-t", "--times", type=click.IntRange(1), metavar="N", help="Publish N messages and exit.")
+@rate_option(1000.0, "Publishing rate in Hz (wall-clock time).")
+@click.option("-w", "--wait-matching-subscriptions", type=int, expose_value=False, hidden=True)
+@at_option
+def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
+    """Publish on a topic until Ctrl-C.
+
+    KBot must subscribe to TOPIC. VALUES are the fields of the message in YAML, as one quoted argument.
+    Fields that you leave out are zero or empty.
+    """
+    kind = words[0] if words and re.fullmatch(r"\w+(/msg)?/\w+", words[0]) else ""
+    message = read_values(words[bool(kind) :], "{linear: {x: 0.2}}")
+    with ask(at) as graph:
+        name = full_name(topic)
+        known = graph.type_of(name)
+        due = time.monotonic()
+        for number in itertools.count(1):
+            if number > 1:
+                graph.publish(name, message)
+                graph.settle()
+            else:
+                graph.say(name, message, kind or known)
+                click.echo(f"publishing on {name}: {to_line(message)}", err=True)
+            if once or number == times:
+                return
+            due = max(due + 1.0 / rate, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _part(message: object, field: str) -> Any:  # noqa: ANN401 - whatever the field holds
+    """`pose.pose.position` or `ranges[3]` of a message. Raises KbotError: it has no such part."""
+    from kbot.text.suggest import did_you_mean
+
+    value: Any = message
+    for name in re.findall(r"[^.\[\]]+", field):
+        if isinstance(value, dict) and name in value:
+            value = value[name]
+        elif isinstance(value, list) and name.isdecimal() and int(name) < len(value):
+            value = value[int(name)]
+        elif isinstance(value, list):
+            fail(f"{field}: '{name}' is none of the {len(value)} items there")
+        else:
+            names = list(value) if isinstance(value, dict) else []
+            hint = did_you_mean(name, names) or f"there are {', '.join(names) or 'none'}"
+            fail(f"{field}: there is no '{name}': {hint}")
+    return value

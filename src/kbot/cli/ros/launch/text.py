@@ -1,0 +1,106 @@
+"""What `kbot launch` prints: the table of nodes, and answers in roslaunch's words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+import click
+
+from kbot.ros.launch import Node, Plan
+from kbot.ros.launch.known_packages import role
+from kbot.ros.launch.node_settings.spawning import Spawn
+from kbot.ros.launch.staging import Stage
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+def table(plan: Plan, staged: Stage) -> str:
+    """A line for each node: its name, what it is, what stands in for it, where it was written."""
+    running = {program.node.full_name for program in staged.programs}
+    rows = [
+        (n.full_name, f"{n.package}/{n.type}", _what(n, running), _place(str(n.origin))) for n in plan.nodes
+    ]
+    rows += [
+        (f"{i.namespace}gazebo", f"{i.package}/{i.name}", "KBot's simulation", _place(str(i.origin)))
+        for i in plan.included
+    ]
+    widths = [max((len(row[column]) for row in rows), default=0) for column in range(3)]
+    lines = [
+        f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
+    ]
+    robots = [(staged.path, staged.arguments, staged.spawn)] if staged.path else []
+    robots += [(other.path, other.arguments, other.spawn) for other in staged.others]
+    told = [_robot(path, arguments, spawn) for path, arguments, spawn in robots] or ["  no robot"]
+    return "\n".join(
+        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, *told]
+    )
+
+
+def _robot(path: str, arguments: Mapping[str, str], spawn: Spawn) -> str:
+    given = "".join(f" {name}:={value}" for name, value in arguments.items())
+    return f"  robot: {path}{given}" + (f"  in /{spawn.namespace}" if spawn.namespace else "")
+
+
+def _what(node: Node, running: Collection[str]) -> str:
+    if node.is_test:
+        return "a test, not run"
+    own = "a program of its own" if node.full_name in running else "not run"
+    return role(node.package, node.type, node.args) or own
+
+
+def _place(origin: str) -> str:
+    file, line, _ = origin.rsplit(":", 2)
+    return f"{Path(file).name}:{line}"
+
+
+def print_answers(
+    plan: Plan, *, nodes: bool, files: bool, dump_params: bool, ros_args: bool, args_of: str | None
+) -> None:
+    if nodes:
+        for node in plan.nodes:
+            click.echo(node.full_name)
+    if files:
+        for file in dict.fromkeys(plan.files):
+            click.echo(file)
+    if dump_params:
+        import yaml
+
+        click.echo(yaml.safe_dump({name: param.value for name, param in plan.params.items()}))
+    if ros_args:
+        click.echo(_arguments(plan))
+    if args_of:
+        click.echo(_command_line(plan, args_of))
+
+
+def _arguments(plan: Plan) -> str:
+    """The launch file's arguments, as `roslaunch --ros-args` prints them."""
+    if not plan.arguments:
+        return "No arguments."
+    lines = []
+    for title, wanted in (("Required Arguments:", False), ("Optional Arguments:", True)):
+        some = [a for name, a in sorted(plan.arguments.items()) if bool(a.default) is wanted]
+        if some:
+            lines.append(title)
+        for argument in some:
+            default = f' (default "{argument.default}")' if wanted else ""
+            lines.append(f"  {argument.name}{default}: {argument.doc or 'undocumented'}")
+    return "\n".join(lines)
+
+
+def _command_line(plan: Plan, name: str) -> str:
+    by_name = {node.full_name: node for node in plan.nodes}
+    node = by_name.get(name) or by_name.get("/" + name)
+    if node is None:
+        hint = did_you_mean(name, by_name) or f"there are {', '.join(by_name)}"
+        raise KbotError(f"no node is named {name}: {hint}")
+    remaps: Mapping[str, str] = dict(node.remaps)
+    environment = [f'{key}="{value}"' for key, value in node.env]
+    words = [node.launch_prefix or "", f"{node.package}/{node.type}", re.sub(r"\s+", " ", node.args.strip())]
+    words += [*(f"{source}:={target}" for source, target in remaps.items()), f"__name:={node.name}"]
+    return " ".join([*environment, *(word for word in words if word)])
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,230 @@
+"""Carries out a launch: the robot in the workbench, and what the launch file wants beside it."""
+
+from __future__ import annotations
+
+import _thread
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kbot.cli.arguments import read_displays
+from kbot.cli.companions import companions
+from kbot.cli.keys import keys
+from kbot.cli.output import report
+from kbot.cli.progress import loading
+from kbot.cli.ros.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
+from kbot.cli.ros.launch.robots import put_all
+from kbot.kinematics.odometry import PlanarPose
+from kbot.model.spawned import with_controllers
+from kbot.ros.nodes.joy import JoyNode, Joystick
+from kbot.ros.nodes.teleop_twist_joy import TeleopTwistJoy
+from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+from kbot.text import KbotError
+from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.serve import serve_session
+
+if TYPE_CHECKING:
+    from kbot.cli.ros.launch.place import Place
+    from kbot.messages import Bus, Clock
+    from kbot.ros.launch import Plan
+    from kbot.ros.launch.node_settings.teleop import HandDriving
+    from kbot.ros.launch.staging import Stage
+    from kbot.ros.nodes.rosbag_play import Playback
+    from kbot.ros.peer_options import CompanionOptions
+    from kbot.ros.peers import Companions
+    from kbot.sim import Simulation
+    from kbot.workbench.address import Address
+    from kbot.workbench.session.session import Session
+
+
+def carry_out(
+    plan: Plan,
+    staged: Stage,
+    options: CompanionOptions,
+    place: Place | None,
+    address: Address,
+    package_path: Sequence[str],
+) -> int:
+    """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one ends;
+    the exit status. `place` is where the robot is simulated, None where it is only shown.
+
+    Raises:
+        DescriptionError, KbotError: the robot or a bridge cannot be used.
+    """
+    dump_parameters(plan)
+    options = live_for_programs(staged.programs, options_of(plan, staged, options))
+    if options.ros1:
+        clear_on_master(plan)
+    with ExitStack() as stack:
+        going = stack.enter_context(companions(options, served=True))
+        hand = staged.by_hand
+        teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
+        if place is not None:
+            joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
+            with loading(place.named):
+                session = _simulated(staged, going, place, package_path, teleop, joysticks)
+        else:
+            with loading(str(staged.path)):
+                session = _shown(staged, going, package_path)
+        processes = start_programs(stack, plan, staged.programs, options)
+        if teleop is not None and place is not None:
+            tell(HELP)
+            stack.enter_context(keys(teleop.press))
+        session.display_file = _displays(staged)
+        if staged.fixed_frame:
+            session.display_file.hold(staged.fixed_frame)
+        serve_session(session, address)
+    return processes.status if processes is not None else 0
+
+
+def _displays(staged: Stage) -> DisplayFile:
+    """The displays of the launch's rviz; a file of no use is told of, as rviz would start without it. One
+    that is not there is among the stage's notes."""
+    if not Path(staged.displays).is_file():
+        return DisplayFile()
+    try:
+        return read_displays(staged.displays)
+    except KbotError as error:
+        tell(f"{error}; the displays are those of the page")
+        return DisplayFile()
+
+
+def _simulated(
+    staged: Stage,
+    going: Companions,
+    place: Place,
+    package_path: Sequence[str],
+    teleop: TeleopKeys | None,
+    joysticks: Sequence[Joystick] = (),
+) -> Session:
+    from kbot.ros.nodes.gz_bridge import GzBridge
+    from kbot.sensors.declared import mount_on_others
+    from kbot.sim.naming import Naming
+    from kbot.workbench.session.driven_session import driven_session
+    from kbot.workbench.source.description import Description
+
+    spawn = staged.spawn
+    description = Description(
+        str(staged.path),
+        staged.arguments,
+        package_path,
+        lambda robot: with_controllers(robot, staged.controllers),
+    )
+
+    players: list[Playback] = []
+
+    def attend(simulation: Simulation) -> None:
+        publish_maps(simulation.bus, staged)
+        going.join(simulation, "", place.named)
+        if simulation.steps == 0 and simulation.start == start:
+            put_all(simulation, staged, package_path)
+        shared = mount_on_others(simulation)
+        report(shared if simulation.steps == 0 else ())
+        if staged.bridged:
+            notes = GzBridge(simulation, staged.bridged).notes
+            report(notes if simulation.steps == 0 else ())
+        bus = simulation.bus
+        players[:] = _play(staged, bus, simulation.clock, players, bus.topics.keys() - bus.inputs)
+        _drive_by_hand(simulation, staged.by_hand, teleop, joysticks)
+
+    start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
+    naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
+    session = driven_session(description, place.world, place.named, 0, "recipe", attend, start, naming)
+    session.paused = staged.paused
+    if staged.paused:
+        tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
+    return session
+
+
+def _drive_by_hand(
+    simulation: Simulation, hand: HandDriving, teleop: TeleopKeys | None, joysticks: Sequence[Joystick]
+) -> None:
+    if teleop is not None:
+        command = _command(simulation, hand.keys.topic if hand.keys is not None else "")
+        simulation.clock.every(RATE, lambda: teleop.drive(command))
+    for gamepad, joystick in zip(hand.gamepads, joysticks, strict=True):
+        JoyNode(simulation.bus, simulation.clock, gamepad, joystick)
+    for driver in hand.drivers:
+        TeleopTwistJoy(simulation.bus, driver, _command(simulation, driver.topic))
+
+
+def _command(simulation: Simulation, topic: str) -> Callable[[float, float], None]:
+    """That of the robot which hears this topic, else of the first."""
+    for robot in simulation.robots.values():
+        if robot.settings is not None and topic in map(robot.naming.topic, robot.settings.command_topics):
+            return robot.command
+    return simulation.command
+
+
+def _shown(staged: Stage, going: Companions, package_path: Sequence[str]) -> Session:
+    from kbot.messages import JointState
+    from kbot.model.writer import to_urdf
+    from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
+    from kbot.text import KbotError
+    from kbot.workbench.driving.sliders import Sliders, SliderSetting
+    from kbot.workbench.session.session import Session
+    from kbot.workbench.source.description import Description
+
+    joints = staged.joints
+    players: list[Playback] = []
+
+    def attend(sliders: Sliders) -> None:
+        publish_maps(sliders.bus, staged)
+        going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
+
+        def take_over(message: JointState) -> None:
+            for name, position in zip(message.name, message.position, strict=False):
+                try:
+                    sliders.set_joint(name, position)
+                except KbotError:
+                    continue  # joints that it does not have are another robot's
+
+        for topic in joints.sources:
+            sliders.bus.subscribe(topic, JointState, take_over)
+        instead = {"/joint_states": take_over}
+        players[:] = _play(staged, sliders.bus, sliders.clock, players, instead=instead)
+
+    description = Description(
+        str(staged.path),
+        staged.arguments,
+        package_path,
+        lambda robot: with_dependent_joints(robot, joints.dependent, joints.use_mimic_tags),
+    )
+    setting = SliderSetting(joints.zeros, joints.rate, attend)
+    return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
+
+
+def _play(
+    staged: Stage,
+    bus: Bus,
+    clock: Clock,
+    before: list[Playback],
+    theirs: Collection[str] = (),
+    instead: Mapping[str, Callable[[Any], None]] | None = None,
+) -> list[Playback]:
+    """Let the launch's recordings be said; those that were said `before`, to a bus that is no more, go on.
+
+    Raises:
+        KbotError: one cannot be read, or has nothing of what is asked for.
+    """
+    from kbot.ros.nodes.rosbag_play import Playback
+
+    for playback in before:
+        playback.close()
+    players = [
+        Playback(
+            bus,
+            clock,
+            playing,
+            tell,
+            theirs=theirs,
+            instead=instead,
+            on_end=_thread.interrupt_main if playing.required else lambda: None,
+        )
+        for playing in staged.playings
+    ]
+    for old, new in zip(before, players, strict=False):
+        new.go_on_from(old)
+    return players

@@ -1,0 +1,181 @@
+"""Carries out a launch that has no robot: frames, maps, recordings, keys and gamepads, for others to hear."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from kbot.cli.companions import companions
+from kbot.cli.keys import keys
+from kbot.cli.output import fail
+from kbot.cli.ros.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
+from kbot.messages import Bus, Clock, Twist, Vector3
+from kbot.ros.graph.presence import find, running
+from kbot.ros.nodes.rosbag_play import Playback
+
+if TYPE_CHECKING:
+    from kbot.ros.launch import Plan
+    from kbot.ros.launch.node_settings.teleop import HandDriving
+    from kbot.ros.launch.running.processes import Processes
+    from kbot.ros.launch.staging import Stage
+    from kbot.ros.peer_options import CompanionOptions
+
+PERIOD = 0.01
+BEHIND = 0.2
+"""Seconds of wall time that are caught up at most."""
+_TWIST = "geometry_msgs/msg/Twist"
+
+
+@dataclass
+class _Said:
+    """What peers hear."""
+
+    bus: Bus = field(default_factory=Bus)
+    clock: Clock = field(default_factory=Clock)
+    errands: list[Callable[[], bool]] = field(default_factory=list)
+    paused: bool = False
+
+
+def has_something_to_say(staged: Stage) -> bool:
+    """Whether a launch without a robot has anything but programs of the user's own."""
+    hand = staged.by_hand
+    return bool(
+        staged.playings or staged.transforms or staged.maps or hand.keys or hand.gamepads or hand.drivers
+    )
+
+
+def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
+    """Say to peers what the launch's nodes say, with its programs beside, until the end of all, of a required
+    recording, or Ctrl-C; the exit status. Time is the wall's, but where recordings are played: that of a
+    single one is its run's, and it is told on /clock. Where no bridge is asked for, no ROS is here and a KBot
+    runs, that hears the commands.
+
+    Raises:
+        KbotError: a recording or a map cannot be read, or a bridge or the KBot cannot be reached.
+    """
+    if options.record:
+        fail("--record goes with a launch that simulates; this one has no robot")
+    said, playings, speed = _Said(), staged.playings, 1.0
+    if len(playings) == 1:
+        speed, playings = playings[0].rate, (replace(playings[0], rate=1.0),)
+    is_over = [False]
+
+    def end() -> None:
+        is_over[0] = True
+
+    dump_parameters(plan)
+    options = _as_the_environment_says(options_of(plan, staged, options))
+    is_beside = not (playings or options.is_live) and bool(running())
+    if not is_beside:
+        options = live_for_programs(staged.programs, options)
+    if options.ros1:
+        clear_on_master(plan)
+    with ExitStack() as stack:
+        players = [
+            Playback(said.bus, said.clock, playing, tell, on_end=end if playing.required else lambda: None)
+            for playing in playings
+        ]
+        if len(players) == 1:
+            said.clock.set(players[0].nanoseconds)
+        elif not players:
+            said.clock.set(time.time_ns())
+        _drive_by_hand(stack, said, staged.by_hand, is_beside=is_beside)
+        if is_beside:
+            _tell_what_is_not_said(staged)
+        else:
+            publish_maps(said.bus, staged)
+            description, name = (players[0].description, players[0].name) if players else ("", plan.path)
+            going = stack.enter_context(companions(options, served=True))
+            going.show(said, description, name, tells_time=bool(players))
+        processes = start_programs(stack, plan, staged.programs, options)
+        if not players:
+            tell("There is no robot here. Ctrl-C ends it.")
+        with suppress(KeyboardInterrupt):
+            _run(said, players, speed, processes, is_over)
+    return processes.status if processes is not None else 0
+
+
+def _run(
+    said: _Said, players: Sequence[Playback], speed: float, processes: Processes | None, is_over: list[bool]
+) -> None:
+    """Let time pass, at `speed` times the wall's where there are players, until it is over."""
+    due = time.monotonic()
+    while not is_over[0]:
+        for errand in tuple(said.errands):
+            errand()
+        _pass_time(said.clock, speed if players else None)
+        if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
+            return
+        due = max(due + PERIOD, time.monotonic() - BEHIND)
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _tell_what_is_not_said(staged: Stage) -> None:
+    for what, is_there in (("Frames", staged.transforms), ("Maps", staged.maps)):
+        if is_there:
+            tell(f"{what} of the launch are not said: the KBot that runs has its own")
+
+
+def _pass_time(clock: Clock, speed: float | None) -> None:
+    """A period of a recording's, or, without one, until now; a machine that slept is not caught up."""
+    if speed is not None:
+        clock.advance_to(clock.nanoseconds + round(PERIOD * speed * 1e9))
+        return
+    now = time.time_ns()
+    if 0 <= now - clock.nanoseconds <= BEHIND * 1e9:
+        clock.advance_to(now)
+    else:
+        clock.set(now)
+
+
+def _as_the_environment_says(options: CompanionOptions) -> CompanionOptions:
+    """With a bridge to the ROS that is there, if it can be had, where none is asked for."""
+    from kbot.ros.client import wanted_transport
+
+    if options.is_live:
+        return options
+    kind = wanted_transport(os.environ)
+    return replace(options, ros1=kind == "ros1", ros2=kind == "ros2" and find_spec("cyclonedds") is not None)
+
+
+def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:
+    """Keys and gamepads say commands on their topics, for a KBot that runs to hear where it `is_beside`."""
+    from kbot.ros.nodes.joy import JoyNode, Joystick
+    from kbot.ros.nodes.teleop_twist_joy import TeleopTwistJoy
+    from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+
+    def command(topic: str) -> Callable[[float, float], None]:
+        publisher = said.bus.advertise(topic, Twist)
+        if is_beside:
+            _carry(stack, said.bus, topic)
+        return lambda linear, angular: publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
+
+    for gamepad in hand.gamepads:
+        joystick = stack.enter_context(closing(Joystick(gamepad, tell)))
+        JoyNode(said.bus, said.clock, gamepad, joystick)
+    for driver in hand.drivers:
+        TeleopTwistJoy(said.bus, driver, command(driver.topic))
+    if hand.keys is not None:
+        teleop, drive = TeleopKeys(hand.keys.speed, hand.keys.turn), command(hand.keys.topic)
+        said.clock.every(RATE, lambda: teleop.drive(drive))
+        tell(HELP)
+        stack.enter_context(keys(teleop.press))
+
+
+def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
+    """Let the KBot that runs hear a topic; which, KBOT_AT says where several run. Raises KbotError: it says
+    none of them, or the KBot hears no such topic."""
+    from kbot.record.encodings.plain import to_plain
+    from kbot.ros.graph.client import GraphClient
+
+    graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))
+    stack.callback(graph.close)
+    graph.advertise(topic, _TWIST)
+    bus.subscribe(topic, Twist, lambda message: graph.publish(topic, to_plain(message, exact=True)))
+    tell(f"The KBot that runs hears {topic}.")

@@ -1,6 +1,0 @@
-"""A node of the user's own: the same program beside KBot alone, on ROS 1 and on ROS 2."""
-
-from kbot.client.node import Node
-from kbot.client.transports import wanted_transport
-
-__all__ = ["Node", "wanted_transport"]

@@ -1,5 +1,0 @@
-"""ROS 2 launch files: Python, XML and YAML."""
-
-from kbot.launch.ros2.reader import read_launch_2
-
-__all__ = ["read_launch_2"]

@@ -1,0 +1,140 @@
+"""A type store for messages from a recording or a peer, whose lengths may be anything.
+
+rosbags checks the lengths of texts and of lists of numbers. It trusts those of lists of other types when it
+converts between ROS 1 and ROS 2, and it makes as many objects as a message states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rosbags.interfaces import Msgdef, Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys.store import Typestore
+
+from kbot.record.encodings.foreign_types import field_parts
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
+
+LONG_MESSAGE = 1 << 24
+"""Bytes beyond which objects are counted: fewer bytes make less than 400 MB of objects."""
+MOST_OBJECTS = 1_000_000
+"""Of a long message. Most that are long have a few, as images and clouds of points."""
+_SHORTEST_TEXT = 4
+"""Bytes of an empty text in a list."""
+
+_CONVERSIONS = ("getsize_ros1_to_cdr", "ros1_to_cdr", "getsize_cdr_to_ros1", "cdr_to_ros1")
+_READERS = ("deserialize_cdr_le", "deserialize_cdr_be", "deserialize_ros1")
+_COUNTED = (*_READERS, "getsize_ros1_to_cdr", "getsize_cdr_to_ros1")
+
+
+def safe_copy(store: Typestore) -> SafeStore:
+    """The same types; those that are added later are not added to the other store."""
+    copy = SafeStore()
+    copy.fielddefs.update(store.fielddefs)
+    copy.types.update(store.types)
+    copy.find_lists(store.fielddefs)
+    return copy
+
+
+class SafeStore(Typestore):
+    """Converts and reads messages in time and memory that their own length bounds."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.converted_parts = 0
+        """Objects and texts in lists of the messages that were converted so far."""
+        self._texts: dict[str, bool] = {}
+        self._in_lists: set[str] = set()
+
+    def register(self, typs: Typesdict) -> None:
+        super().register(typs)
+        self.find_lists(typs)
+
+    def find_lists(self, types: Typesdict) -> None:
+        """Note which types are in lists of others: these are the ones that can begin beyond the end."""
+        for _, fields in types.values():
+            for _, described in fields:
+                outer, kind, of_type, _ = field_parts(described)
+                if outer == Nodetype.SEQUENCE and kind == Nodetype.NAME and of_type not in self._in_lists:
+                    self._in_lists.add(of_type)
+                    self.cache.pop(of_type, None)
+
+    def get_msgdef(self, typename: str) -> Msgdef[object]:
+        if typename not in self.cache:
+            found = super().get_msgdef(typename)
+            if typename in self._in_lists:
+                bounded: dict[str, Any] = {
+                    name: partial(self._within_input, getattr(found, name)) for name in _CONVERSIONS
+                }
+                found = replace(found, **bounded)
+            self.cache[typename] = found
+        return self.cache[typename]
+
+    def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
+        return Typestore.deserialize_cdr(self._counting(rawdata, typename), rawdata, typename)
+
+    def deserialize_ros1(self, rawdata: bytes | memoryview, typename: str) -> object:
+        return Typestore.deserialize_ros1(self._counting(rawdata, typename), rawdata, typename)
+
+    def ros1_to_cdr(self, raw: bytes | memoryview, typename: str) -> memoryview:
+        return Typestore.ros1_to_cdr(self._converting(raw, typename), raw, typename)
+
+    def cdr_to_ros1(self, raw: bytes | memoryview, typename: str) -> memoryview:
+        return Typestore.cdr_to_ros1(self._converting(raw, typename), raw, typename)
+
+    def _converting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
+        if self._has_lists_of_texts(typename):
+            self.converted_parts += len(rawdata) // _SHORTEST_TEXT
+        return self._counting(rawdata, typename)
+
+    def _counting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
+        if len(rawdata) <= LONG_MESSAGE:
+            return self
+        if self._has_lists_of_texts(typename):
+            raise SerdeError(f"messages with lists of texts are read up to {LONG_MESSAGE:,} bytes")
+        return _CountingStore(self)
+
+    def _within_input(self, convert: Callable[..., Any], data: memoryview, at: int, *others: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
+        """Convert one object, which must not begin beyond the end."""
+        if at > len(data):
+            raise SerdeError("the message ends before its last list does")
+        self.converted_parts += 1
+        return convert(data, at, *others)
+
+    def _has_lists_of_texts(self, typename: str) -> bool:
+        if typename not in self._texts:
+            pending, seen = [typename], {typename}
+            self._texts[typename] = False
+            while pending:
+                for _, described in self.fielddefs[pending.pop()][1]:
+                    outer, kind, of_type, _ = field_parts(described)
+                    if outer == Nodetype.SEQUENCE and of_type == "string":
+                        self._texts[typename] = True
+                    if kind == Nodetype.NAME and of_type not in seen:
+                        pending.append(of_type)
+                        seen.add(of_type)
+        return self._texts[typename]
+
+
+class _CountingStore(Typestore):
+    """A store for one message, which counts the objects that are made of it."""
+
+    def __init__(self, store: Typestore) -> None:
+        super().__init__()
+        self._store, self._left = store, MOST_OBJECTS
+
+    def get_msgdef(self, typename: str) -> Msgdef[object]:
+        found = self._store.get_msgdef(typename)
+        counted: dict[str, Any] = {name: partial(self._count, getattr(found, name)) for name in _COUNTED}
+        return replace(found, **counted)
+
+    def _count(self, read: Callable[..., Any], *values: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
+        self._left -= 1
+        if self._left < 0:
+            raise SerdeError(f"a message of more than {LONG_MESSAGE:,} bytes has over {MOST_OBJECTS:,} parts")
+        return read(*values)

@@ -1,0 +1,1 @@
+"""Robots, worlds and runs as pictures, GLB and plots."""

@@ -1,0 +1,36 @@
+"""The box about all that is seen of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.kinematics.wheels import pose_transform
+from kbot.model import Robot
+from kbot.model.shapes import bounds
+from kbot.text import KbotError
+
+
+def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
+    poses = FrameTree(robot).poses({})
+    boxes = list(_bounds(robot, poses))
+    if not boxes:
+        points = np.array([pose.translation for pose in poses.values()])
+        return points.min(axis=0), points.max(axis=0)
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    for link in robot.links.values():
+        for part in link.visuals or link.collisions:
+            pose = poses[link.name] @ pose_transform(part.pose)
+            try:
+                box = bounds(part.geometry, pose.rotation)
+            except KbotError:
+                box = None
+            low, high = box or (0.0, 0.0)  # of a mesh that cannot be read its place is known
+            yield low + pose.translation, high + pose.translation

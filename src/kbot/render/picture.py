@@ -1,0 +1,153 @@
+"""A picture as PNG, drawn without a browser, with the page's colours, light and floor."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.transform import Transform
+from kbot.model.meshes import Texture
+from kbot.render.floor import draw_floor
+from kbot.render.look import FIELD_OF_VIEW, Look
+from kbot.render.normals import face_normals
+from kbot.render.palette import PALETTES, Theme
+from kbot.render.surfaces import Surface
+from kbot.render.things import Things
+from kbot.text import KbotError
+
+Array = NDArray[np.float64]
+
+_FINER = 3  # drawn this much larger and averaged, for smooth edges
+_MOST_DRAWN = 8192
+_SMALLEST = (
+    1e-9  # what is less of the square of the view's radius is not seen, and the engine takes no nothing
+)
+# the page's lights in the engine's terms, which adds them up as the screen shows them
+_AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
+
+
+def draw_picture(things: Things, look: Look, theme: Theme = "dark") -> bytes:
+    """A PNG of exactly the size of `look`: with the floor, or the things alone where it is transparent.
+
+    Raises:
+        KbotError: OpenGL is not to be had off screen; the text says what to install.
+    """
+    from PIL import Image
+
+    finer = max(1, min(_FINER, _MOST_DRAWN // max(look.width, look.height)))
+    colours, opacity, depth = _draw_things(things, look, finer)
+    if look.transparent:
+        pixels = np.concatenate([colours, opacity[..., None]], axis=2)
+    else:
+        pixels = _on_floor(things, look, theme, colours, opacity, depth)
+    packed = io.BytesIO()
+    Image.fromarray(np.rint(pixels * 255.0).astype(np.uint8)).save(packed, "PNG", optimize=True)
+    return packed.getvalue()
+
+
+def _on_floor(
+    things: Things, look: Look, theme: Theme, colours: Array, opacity: Array, depth: Array
+) -> Array:
+    palette = PALETTES[theme]
+    floor, floor_opacity, floor_depth = draw_floor(things, look, palette)
+    ground = palette.background * (1.0 - floor_opacity[..., None]) + floor * floor_opacity[..., None]
+    over = np.where(depth < floor_depth, opacity, opacity * (1.0 - floor_opacity))[..., None]
+    return colours * over + ground * (1.0 - over)
+
+
+def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, Array]:
+    """Colours (h, w, 3) and opacity (h, w) in 0..1, and least distance along the axis in m, (h, w)."""
+    import mujoco
+
+    from kbot.render.offscreen import Canvas
+
+    width, height = look.width * finer, look.height * finer
+    model = _model(things, look, width, height)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_camlight(model, data)
+    try:
+        drawn, distances = Canvas(model, width, height).draw(data)
+    except KbotError as error:
+        raise KbotError(str(error).replace("cameras draw", "a picture is drawn")) from None
+    hit = np.isfinite(distances)
+    blocks = (look.height, finer, look.width, finer)
+    covered = hit.reshape(blocks).mean(axis=(1, 3))
+    # the product stays in bytes, which take an eighth of the memory of doubles
+    summed = (drawn * hit[..., None]).reshape(*blocks, 3).mean(axis=(1, 3)) / 255.0
+    colours = summed / np.where(covered > 0.0, covered, 1.0)[..., None]
+    return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
+
+
+def _model(things: Things, look: Look, width: int, height: int) -> Any:
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = width, height
+    visual.quality.offsamples = 0
+    distance = look.distance(things.view_radius)
+    spec.stat.extent = 1.0
+    visual.map.znear, visual.map.zfar = distance / 100.0, distance * 200.0
+    visual.headlight.ambient = (_AMBIENT,) * 3
+    visual.headlight.diffuse = visual.headlight.specular = (0.0, 0.0, 0.0)
+    for towards, strength in (((-1.6, 2.2, -4.5), _SUN), ((2.0, 1.0, -0.6), _FILL)):
+        spec.worldbody.add_light(
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            dir=towards,
+            ambient=(0.0, 0.0, 0.0),
+            diffuse=(strength,) * 3,
+            specular=(strength * 0.1,) * 3,
+            castshadow=False,
+        )
+    pose = Transform.from_rotation_translation(look.axes, things.centre + look.towards_eye * distance)
+    x, y, z, w = pose.quaternion_xyzw
+    spec.worldbody.add_camera(pos=pose.translation, quat=(w, x, y, z), fovy=math.degrees(FIELD_OF_VIEW))
+    surfaces = itertools.chain(*things.links.values(), things.others)
+    for number, surface in enumerate(surfaces):
+        if _area(surface) < _SMALLEST * things.view_radius**2:
+            continue
+        _add(spec, f"surface{number}", surface)
+    return spec.compile()
+
+
+def _area(surface: Surface) -> float:
+    """Square metres."""
+    return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
+
+
+def _add(spec: Any, name: str, surface: Surface) -> None:
+    import mujoco
+
+    vertices, faces, texture = surface.vertices, surface.faces, surface.texture
+    least = np.minimum(np.arange(max(4, len(vertices))), len(vertices) - 1)  # the engine takes no fewer
+    mesh = spec.add_mesh(
+        name=name,
+        uservert=vertices[least].ravel(),
+        userface=faces.astype(np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    if texture is None:
+        geom.rgba = surface.rgba
+    else:
+        mesh.usertexcoord = (texture.uv * (1.0, -1.0) + (0.0, 1.0))[least].ravel()
+        mesh.userfacetexcoord = faces.astype(np.int32).ravel()
+        _add_texture(spec, name, texture)
+        geom.material = name
+    geom.contype = geom.conaffinity = 0  # of what may touch something the engine wants the hull
+
+
+def _add_texture(spec: Any, name: str, texture: Texture) -> None:
+    """A material that lays a picture over a mesh; its first row is at the top, where v is 0 to the engine."""
+    import mujoco
+
+    image = texture.image.convert("RGB")
+    laid = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
+    laid.width, laid.height, laid.data = image.width, image.height, image.tobytes()
+    spec.add_material(name=name).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name

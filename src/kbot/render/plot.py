@@ -1,0 +1,120 @@
+"""Numbers against time as an SVG drawing: axes with round ticks, a legend, one path a curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+from kbot.render.palette import Theme
+
+MARGIN_LEFT, MARGIN_RIGHT, MARGIN_BOTTOM = 64, 16, 40
+LEGEND_LINE = 20
+PIXELS_A_TICK = 70
+
+_COLOURS: dict[Theme, tuple[str, ...]] = {
+    "dark": ("#5aa9ff", "#f9a046", "#06ffb7", "#ffb1f1", "#ff606a", "#a9a5ab"),
+    "light": ("#0a66c8", "#c15600", "#168749", "#9b5395", "#c0002b", "#3f5f59"),
+}
+"""Those of the page's plots (`web/src/style/tokens.css`), which the colour-blind tell apart too."""
+_PAPER: dict[Theme, tuple[str, str, str]] = {
+    "dark": ("#151a21", "#e6eaf0", "#2a333f"),
+    "light": ("#ffffff", "#1b222b", "#dde2e9"),
+}
+"""Background, text, lines."""
+_DASHES = ("", "8 4", "2 3")
+"""So that curves are told apart where colours come again, or are not seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A value for each moment, None where there is none."""
+
+    label: str
+    values: Sequence[float | None]
+
+
+def plot_svg(
+    time: Sequence[float], curves: Sequence[Curve], width: int, height: int, theme: Theme = "light"
+) -> str:
+    """Curves against time in s, each broken where it has no value, or where time goes back."""
+    paper, ink, line = _PAPER[theme]
+    columns = max(1, (width - MARGIN_LEFT - MARGIN_RIGHT) // 220)
+    top = 12 + LEGEND_LINE * math.ceil(len(curves) / columns)
+    known = [value for curve in curves for value in curve.values if value is not None]
+    low_x, high_x = _span(time)
+    low_y, high_y = _span(known, 0.05)
+    inner_width, inner_height = width - MARGIN_LEFT - MARGIN_RIGHT, height - top - MARGIN_BOTTOM
+
+    def x(value: float) -> float:
+        return MARGIN_LEFT + (value - low_x) / (high_x - low_x) * inner_width
+
+    def y(value: float) -> float:
+        return top + (high_y - value) / (high_y - low_y) * inner_height
+
+    title = ", ".join(curve.label for curve in curves) or "nothing"
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
+        f' viewBox="0 0 {width} {height}" role="img" font-family="sans-serif" font-size="12" fill="{ink}">',
+        f"<title>{escape(title)} against time</title>",
+        f'<rect width="100%" height="100%" fill="{paper}"/>',
+    ]
+    for tick in round_ticks(low_x, high_x, inner_width / PIXELS_A_TICK):
+        at = f"{x(tick):.1f}"
+        parts.append(f'<path stroke="{line}" d="M{at} {top}V{top + inner_height}"/>')
+        parts.append(f'<text x="{at}" y="{height - 22}" text-anchor="middle">{tick:g}</text>')
+    for tick in round_ticks(low_y, high_y, inner_height / (PIXELS_A_TICK / 2)):
+        at = f"{y(tick):.1f}"
+        parts.append(f'<path stroke="{line}" d="M{MARGIN_LEFT} {at}H{width - MARGIN_RIGHT}"/>')
+        parts.append(f'<text x="{MARGIN_LEFT - 8}" y="{at}" dy="0.35em" text-anchor="end">{tick:g}</text>')
+    middle = MARGIN_LEFT + inner_width / 2
+    parts.append(f'<text x="{middle:.0f}" y="{height - 6}" text-anchor="middle">time [s]</text>')
+    for number, curve in enumerate(curves):
+        colours = _COLOURS[theme]
+        dash = _DASHES[number // len(colours) % len(_DASHES)]
+        style = f'stroke="{colours[number % len(colours)]}"' + (f' stroke-dasharray="{dash}"' if dash else "")
+        row, column = divmod(number, columns)
+        legend_x, legend_y = MARGIN_LEFT + column * 220, 14 + row * LEGEND_LINE
+        parts.append(f'<path {style} stroke-width="2" d="M{legend_x} {legend_y}h18"/>')
+        parts.append(f'<text x="{legend_x + 24}" y="{legend_y}" dy="0.35em">{escape(curve.label)}</text>')
+        path = _path(
+            [(t, x(t), None if v is None else y(v)) for t, v in zip(time, curve.values, strict=True)]
+        )
+        parts.append(
+            f'<path id={quoteattr(curve.label)} {style} fill="none" stroke-width="1.5"'
+            f' stroke-linejoin="round" d="{path}"/>'
+        )
+    return "\n".join([*parts, "</svg>"]) + "\n"
+
+
+def _path(points: Sequence[tuple[float, float, float | None]]) -> str:
+    """Moves and lines through time and place of each point."""
+    words: list[str] = []
+    before, is_down = -math.inf, False
+    for time, x, y in points:
+        if y is None:
+            is_down = False
+            continue
+        words.append(f"{'L' if is_down and time >= before else 'M'}{x:.2f} {y:.2f}")
+        before, is_down = time, True
+    return "".join(words)
+
+
+def _span(values: Sequence[float], margin: float = 0.0) -> tuple[float, float]:
+    """Lowest and highest, never the same; with a share of their distance around them."""
+    low, high = (min(values), max(values)) if values else (0.0, 1.0)
+    if high - low <= 1e-12 * max(abs(low), abs(high), 1e-300):
+        reach = abs(low) * 0.1 or 0.5
+        return low - reach, high + reach
+    around = (high - low) * margin
+    return low - around, high + around
+
+
+def round_ticks(low: float, high: float, most: float) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten within a range, at most so many."""
+    rough = (high - low) / max(most, 1.0)
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= rough * (1 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [round(number * step, 12) for number in range(first, last + 1)]

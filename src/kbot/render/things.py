@@ -1,0 +1,66 @@
+"""What stands in a picture: a robot and the world around it, each thing where it is now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.model import Robot
+from kbot.render.bounds import robot_bounds
+from kbot.render.surfaces import Surface, body_surfaces, robot_surfaces
+from kbot.sim import Simulation
+from kbot.world.sdf.materials import link_colours
+
+
+@dataclass(frozen=True, slots=True)
+class Things:
+    """What is seen of each link, and of all else, in the world's frame. `centre` (3,) and `radius` are those
+    of the robot, `ground` is the height of the floor, `view_radius` that of what a picture shows; metres."""
+
+    links: Mapping[str, tuple[Surface, ...]]
+    others: tuple[Surface, ...]
+    centre: NDArray[np.float64]
+    radius: float
+    ground: float
+    view_radius: float
+
+
+def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> Things:
+    """A robot standing as `joints` say (rad, m), those not given at 0, on a floor beneath its lowest point.
+
+    Raises:
+        KbotError: an unknown joint, or a position that is not finite.
+    """
+    return _things(robot, FrameTree(robot).poses(joints), (), on_ground=False)
+
+
+def robot_in_world(simulation: Simulation) -> Things:
+    """A simulated robot and its world as they stand now, in Gazebo's colours where they are written."""
+    now = simulation.body_poses()
+    others = (
+        surface.moved(now.get(body.name, body.pose))
+        for body in simulation.world.bodies
+        for surface in body_surfaces(body)
+    )
+    return _things(simulation.robot, simulation.link_poses(), others, on_ground=True)
+
+
+def _things(
+    robot: Robot, poses: Mapping[str, Transform], others: Iterable[Surface], *, on_ground: bool
+) -> Things:
+    low, high = robot_bounds(robot)
+    colours = link_colours(robot) if on_ground else {}
+    links = {
+        name: tuple(surface.moved(poses[name]) for surface in surfaces)
+        for name, surfaces in robot_surfaces(robot, colours).items()
+    }
+    corners = [surface.vertices for surfaces in links.values() for surface in surfaces]
+    ground = 0.0 if on_ground else min(0.0, *(float(part[:, 2].min()) for part in corners), 0.0)
+    centre = poses[robot.root].translation + (low + high) / 2.0
+    radius = max(0.02, float(np.linalg.norm(high - low)) / 2.0)
+    return Things(links, tuple(others), centre, radius, ground, radius * (2.0 if on_ground else 1.0))

@@ -1,0 +1,240 @@
+"""The Foxglove WebSocket protocol, for Foxglove, Lichtblick and all who speak it.
+
+https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md; both subprotocols are the same here.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import time
+from collections.abc import Callable
+from typing import Any
+
+from kbot.messages.bus import absolute
+from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.plain import from_plain
+from kbot.record.encodings.types import known_type, ros2_definition
+from kbot.record.feed import Packet
+from kbot.ros.bridges.foxglove.service_calls import SERVICE_REQUEST, FoxgloveServices
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.loop import later
+from kbot.ros.bridges.websocket.server import Data, Wire
+from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
+from kbot.text import KbotError
+from kbot.text.json_text import parse_json
+from kbot.text.suggest import did_you_mean
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+ORIGINS = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "https://lichtblick-suite.github.io")
+PORT = 8765
+MESSAGE_DATA, TIME = 1, 2
+ERROR_LEVEL = 2
+
+
+class FoxgloveBridge(TopicServer):
+    """Channels in CDR with ROS 2 definitions, latched ones also for those who come late; clients may
+    publish on inputs in CDR or JSON, call services, and read and set parameters."""
+
+    def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
+        """Raises KbotError: no port is free, or the address is not this machine's."""
+        self.channels: dict[str, int] = {}
+        self.session = f"{time.time_ns()}"
+        self._talks: list[_Talk] = []
+        super().__init__(
+            "Foxglove",
+            link,
+            host,
+            port,
+            self._talk,
+            subprotocols=SUBPROTOCOLS,
+            origins=ORIGINS,
+        )
+        link.watch(lambda: later(self._topics_changed))
+        later(self._topics_changed)
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        return f"Foxglove: open a connection to {self.address}"
+
+    def _talk(self, wire: Wire) -> _Talk:
+        talk = _Talk(self, wire, self._talks.remove)
+        self._talks.append(talk)
+        return talk
+
+    def _topics_changed(self) -> None:
+        for name in self.link.topics:
+            self.channels.setdefault(name, len(self.channels) + 1)
+        for talk in self._talks:
+            talk.tell_topics()
+            talk.tell_parameters()
+
+
+class _Talk(JsonTalk):
+    def __init__(self, bridge: FoxgloveBridge, wire: Wire, leave: Callable[[_Talk], None]) -> None:
+        self._bridge, self._wire, self._leave = bridge, wire, leave
+        self._told: dict[str, Topic] = {}
+        self._sinks: dict[int, tuple[str, Callable[[Packet], None]]] = {}
+        self._advertised: dict[int, tuple[str, str]] = {}
+        self._say(
+            op="serverInfo",
+            name="KBot",
+            capabilities=["clientPublish", "parameters", "parametersSubscribe", "services", "time"],
+            supportedEncodings=["cdr", "json"],
+            metadata={"ROS_DISTRO": "jazzy"},
+            sessionId=bridge.session,
+        )
+        self.tell_topics()
+        self._services = FoxgloveServices(bridge, wire)
+        self._told_parameters = dict(bridge.link.parameters)
+        self._watched: set[str] = set()
+        bridge.link.fan_out.want("/clock", self._tell_time, wire.send)
+
+    def close(self) -> None:
+        self._bridge.link.fan_out.leave("/clock", self._tell_time)
+        for topic, sink in self._sinks.values():
+            self._bridge.link.fan_out.leave(topic, sink)
+        self._leave(self)
+
+    def fault(self, text: str) -> None:
+        self._wire.put(json.dumps({"op": "status", "level": ERROR_LEVEL, "message": text}))
+
+    def tell_topics(self) -> None:
+        """Advertise what is new, take back what is gone."""
+        now = self._bridge.link.topics
+        gone = [name for name, topic in self._told.items() if now.get(name) != topic]
+        if gone:
+            self._say(op="unadvertise", channelIds=[self._bridge.channels[name] for name in gone])
+        new = [topic for name, topic in now.items() if self._told.get(name) != topic]
+        if new:
+            self._say(op="advertise", channels=[self._channel(topic) for topic in new])
+        self._told = dict(now)
+
+    def hear(self, data: Data) -> None:
+        """Raises KbotError: it is not of the protocol, or cannot be done."""
+        if isinstance(data, bytes):
+            if data[:1] == bytes([SERVICE_REQUEST]):
+                self._services.call(data)
+            else:
+                self._publish(data)
+            return
+        super().hear(data)
+
+    def _subscribe(self, request: Request) -> None:
+        names = {channel: name for name, channel in self._bridge.channels.items()}
+        for item in request["subscriptions"]:
+            number, topic = int(item["id"]), names.get(item["channelId"])
+            if topic is None:
+                raise KbotError(f"there is no channel {item['channelId']}")
+            if number in self._sinks or not 0 <= number < 1 << 32 or len(self._sinks) >= MOST_SUBSCRIPTIONS:
+                raise KbotError(f"subscription {number} cannot be made")
+            sink = self._sink(number)
+            self._sinks[number] = topic, sink
+            self._bridge.link.fan_out.want(topic, sink, self._wire.send)
+
+    def _sink(self, number: int) -> Callable[[Packet], None]:
+        def send(packet: Packet) -> None:
+            self._wire.add(struct.pack("<BIQ", MESSAGE_DATA, number, packet.nanoseconds) + packet.cdr)
+
+        return send
+
+    def _unsubscribe(self, request: Request) -> None:
+        for number in request["subscriptionIds"]:
+            if number in self._sinks:
+                self._bridge.link.fan_out.leave(*self._sinks.pop(number))
+
+    def _advertise(self, request: Request) -> None:
+        for item in request["channels"]:
+            topic, encoding = str(item["topic"]), item["encoding"]
+            known = self._bridge.link.topics
+            if topic not in known or not known[topic].is_input:
+                hint = did_you_mean(topic, [name for name, t in known.items() if t.is_input])
+                raise KbotError(f"nobody hears {topic} here" + (f": {hint}" if hint else ""))
+            kind = known_type(str(item["schemaName"]))
+            if kind is None or encoding not in ("cdr", "json"):
+                raise KbotError(f"{topic} cannot be heard as {item['schemaName']} in {encoding}")
+            self._advertised[int(item["id"])] = topic, f"{encoding} {item['schemaName']}"
+
+    def _unadvertise(self, request: Request) -> None:
+        for number in request["channelIds"]:
+            self._advertised.pop(number, None)
+
+    def _publish(self, data: bytes) -> None:
+        if len(data) < 5 or data[0] != MESSAGE_DATA:
+            raise KbotError("that is no message")
+        (number,) = struct.unpack_from("<I", data, 1)
+        if number not in self._advertised:
+            raise KbotError(f"channel {number} was not advertised")
+        topic, how = self._advertised[number]
+        encoding, _, name = how.partition(" ")
+        kind = known_type(name)
+        if kind is None:
+            return
+        if encoding == "cdr":
+            message = decode_cdr(data[5:], kind)
+        else:
+            try:
+                message = from_plain(parse_json(data[5:]), kind)
+            except (ValueError, RecursionError):
+                raise KbotError(f"{topic}: that is no JSON") from None
+        self._bridge.link.send(topic, message)
+
+    def tell_parameters(self) -> None:
+        """Tell a client what changed of the parameters it watches."""
+        now = self._bridge.link.parameters
+        changed = [name for name, value in now.items() if self._told_parameters.get(name) != value]
+        gone = [name for name in self._told_parameters if name not in now]
+        self._told_parameters = dict(now)
+        if self._watched & {*changed, *gone}:
+            self._say_parameters([name for name in (*changed, *gone) if name in self._watched])
+
+    def _get_parameters(self, request: Request) -> None:
+        wanted = request.get("parameterNames") or list(self._bridge.link.parameters)
+        self._say_parameters([name for name in wanted if name in self._bridge.link.parameters], request)
+
+    def _set_parameters(self, request: Request) -> None:
+        names = []
+        for item in request["parameters"]:
+            names.append(absolute(str(item["name"])))
+            self._bridge.link.set_parameter(names[-1], item.get("value"))
+        if "id" in request:
+            self._say_parameters(names, request)
+
+    def _watch_parameters(self, request: Request) -> None:
+        self._watched.update(map(str, request["parameterNames"]))
+
+    def _unwatch_parameters(self, request: Request) -> None:
+        self._watched.difference_update(map(str, request["parameterNames"]))
+
+    def _say_parameters(self, names: list[str], request: Request | None = None) -> None:
+        values = self._bridge.link.parameters
+        found = [{"name": name, **({"value": values[name]} if name in values else {})} for name in names]
+        answer = {"id": request["id"]} if request and "id" in request else {}
+        self._wire.put(json.dumps({"op": "parameterValues", "parameters": found, **answer}))
+
+    def _tell_time(self, packet: Packet) -> None:
+        self._wire.add(struct.pack("<BQ", TIME, packet.nanoseconds))
+
+    def _channel(self, topic: Topic) -> dict[str, Any]:
+        return {
+            "id": self._bridge.channels[topic.name],
+            "topic": topic.name,
+            "encoding": "cdr",
+            "schemaName": topic.type_name,
+            "schema": ros2_definition(topic.type_name)[0],
+            "schemaEncoding": "ros2msg",
+        }
+
+    def _say(self, **message: object) -> None:
+        self._wire.put(json.dumps(message), keep=True)
+
+    operations = {  # noqa: RUF012 - never changed
+        "subscribe": _subscribe,
+        "unsubscribe": _unsubscribe,
+        "advertise": _advertise,
+        "unadvertise": _unadvertise,
+        "getParameters": _get_parameters,
+        "setParameters": _set_parameters,
+        "subscribeParameterUpdates": _watch_parameters,
+        "unsubscribeParameterUpdates": _unwatch_parameters,
+    }

@@ -1,0 +1,99 @@
+"""One topic going out over TCPROS, to each subscriber as fast as it takes it; none waits for another."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from collections import deque
+
+from kbot.record.feed import Packet
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.loop import later
+from kbot.ros.bridges.ros1.tcpros import encode_header
+from kbot.ros.bridges.ros1.topic import TopicEnd
+
+QUEUE = 100
+"""Messages that wait for a slow subscriber; of more the newest are kept."""
+SILENT_SECONDS = 10.0
+"""A subscriber that takes nothing for this long is let go."""
+READ = 1 << 12
+
+
+class Outgoing(TopicEnd):
+    """A topic that subscribers come to. It is heard of the simulation while one is there."""
+
+    def __init__(self, link: Link, topic: Topic, node: str) -> None:
+        super().__init__(link, topic, node)
+        self._subscribers: list[_Subscriber] = []
+
+    @property
+    def peers(self) -> list[str]:
+        """Names of the nodes that are connected."""
+        return [subscriber.node for subscriber in self._subscribers.copy()]
+
+    async def serve(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, header: dict[str, str]
+    ) -> None:
+        """Talk to one subscriber until it goes; what it says is not heard.
+
+        Raises:
+            ProtocolError: it wants another type.
+            OSError: it is gone.
+        """
+        self.check(header)
+        writer.write(encode_header(self.header(latching=str(int(self.topic.is_latched)))))
+        subscriber = _Subscriber(writer, header.get("callerid", "?"))
+        self._subscribers.append(subscriber)
+        self._link.fan_out.want(self.topic.name, subscriber.send)
+        try:
+            while await reader.read(READ):
+                pass
+        finally:
+            self._link.fan_out.leave(self.topic.name, subscriber.send)
+            self._subscribers.remove(subscriber)
+            subscriber.close()
+
+    def close(self) -> None:
+        """Let every subscriber go; from any thread."""
+        later(self._let_go)
+
+    def _let_go(self) -> None:
+        for subscriber in self._subscribers:
+            subscriber.close()
+
+
+class _Subscriber:
+    def __init__(self, writer: asyncio.StreamWriter, node: str) -> None:
+        self.node = node
+        self._writer = writer
+        self._waiting: deque[bytes] = deque(maxlen=QUEUE)
+        self._sending: asyncio.Task[None] | None = None
+        writer.transport.set_write_buffer_limits(0)  # so that `drain` waits for all to be taken
+
+    def send(self, packet: Packet) -> None:
+        """At once where it keeps up; nothing to one that is gone, which asyncio would complain of aloud."""
+        if self._writer.transport.is_closing():
+            return
+        data = struct.pack("<I", len(packet.ros1)) + packet.ros1
+        if self._sending is not None:
+            self._waiting.append(data)
+            return
+        self._writer.write(data)
+        if self._writer.transport.get_write_buffer_size():
+            self._sending = asyncio.create_task(self._catch_up())
+
+    def close(self) -> None:
+        self._writer.transport.abort()
+
+    async def _catch_up(self) -> None:
+        try:
+            async with asyncio.timeout(SILENT_SECONDS):
+                await self._writer.drain()
+            while self._waiting:
+                self._writer.write(self._waiting.popleft())
+                async with asyncio.timeout(SILENT_SECONDS):
+                    await self._writer.drain()
+        except (OSError, TimeoutError):
+            self.close()
+        finally:
+            self._sending = None

@@ -1,0 +1,98 @@
+"""One topic coming in over TCPROS: a thread for each publisher there is."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+
+from kbot.record.encodings.bytes import decode_ros1
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.rpc import RpcFailed, call
+from kbot.ros.bridges.ros1.tcpros import (
+    HANDSHAKE_SECONDS,
+    ProtocolError,
+    encode_header,
+    read_block,
+    read_header,
+)
+from kbot.ros.bridges.ros1.topic import TopicEnd
+from kbot.text import KbotError
+
+AGAIN_SECONDS = 1.0
+MOST_PUBLISHERS = 32
+
+
+class Incoming(TopicEnd):
+    """Connects to each publisher of a topic and passes its messages on."""
+
+    def __init__(self, link: Link, topic: Topic, node: str, contacts: Contacts) -> None:
+        super().__init__(link, topic, node)
+        self.contacts = contacts
+        self._lock = threading.Lock()
+        self._publishers: dict[str, _Publisher] = {}
+
+    @property
+    def peers(self) -> list[str]:
+        """Addresses of the nodes that are heard."""
+        with self._lock:
+            return list(self._publishers)
+
+    def update(self, uris: list[str]) -> None:
+        """Connect to these publishers, where they may be contacted, and to no others."""
+        with self._lock:
+            gone = [self._publishers.pop(uri) for uri in list(self._publishers) if uri not in uris]
+            allowed = [uri for uri in uris if not self.contacts.refusal_of_uri(uri)]
+            for uri in allowed[:MOST_PUBLISHERS]:
+                if uri not in self._publishers:
+                    self._publishers[uri] = _Publisher(self, self._link, self._node, uri)
+        for publisher in gone:
+            publisher.close()
+
+    def close(self) -> None:
+        self.update([])
+
+
+class _Publisher:
+    def __init__(self, incoming: Incoming, link: Link, node: str, uri: str) -> None:
+        self._incoming, self._link, self._node, self._uri = incoming, link, node, uri
+        self._closed = threading.Event()
+        self._connection: socket.socket | None = None
+        threading.Thread(target=self._run, daemon=True, name="kbot-ros1-in").start()
+
+    def close(self) -> None:
+        self._closed.set()
+        connection = self._connection
+        if connection is not None:
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                self._hear()
+            except (OSError, RpcFailed):
+                pass  # it may come back for as long as the master names it
+            except (ProtocolError, KbotError) as error:
+                self._link.tell(f"ROS 1: {self._uri} is not heard on {self._incoming.topic.name}: {error}")
+            self._closed.wait(AGAIN_SECONDS)
+
+    def _hear(self) -> None:
+        topic = self._incoming.topic
+        answer = call(self._uri, "requestTopic", self._node, topic.name, [["TCPROS"]])
+        try:
+            _, host, port = answer
+            address = str(host), int(port)
+        except (TypeError, ValueError):
+            raise ProtocolError(f"it offers {answer!r} where an address should be") from None
+        if refusal := self._incoming.contacts.refusal(address[0]):
+            raise ProtocolError(refusal)
+        with socket.create_connection(address, HANDSHAKE_SECONDS) as connection:
+            self._connection = connection
+            connection.sendall(encode_header(self._incoming.header(tcp_nodelay="1")))
+            self._incoming.check(read_header(connection))
+            connection.settimeout(None)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+            while not self._closed.is_set():
+                self._link.send(topic.name, decode_ros1(read_block(connection), topic.message_type))

@@ -1,0 +1,32 @@
+"""One end of a topic of ROS 1: its name, type and definition, and the header that says them."""
+
+from __future__ import annotations
+
+from kbot.record.encodings.types import ros1_definition
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.ros1.tcpros import check_header
+
+
+class TopicEnd:
+    """What a publisher and a subscriber of a topic have in common."""
+
+    def __init__(self, link: Link, topic: Topic, node: str) -> None:
+        self.topic = topic
+        self.type_name = topic.type_name.replace("/msg/", "/")
+        self._definition, self._md5 = ros1_definition(topic.type_name)
+        self._link, self._node = link, node
+
+    def header(self, **more: str) -> dict[str, str]:
+        """The fields that a connection begins with."""
+        return {
+            "callerid": self._node,
+            "md5sum": self._md5,
+            "message_definition": self._definition,
+            "topic": self.topic.name,
+            "type": self.type_name,
+            **more,
+        }
+
+    def check(self, header: dict[str, str]) -> None:
+        """Raises ProtocolError: the other side means another topic, type or definition."""
+        check_header(header, self.topic.name, self.type_name, self._md5)

@@ -1,0 +1,188 @@
+"""The rosbridge protocol, version 2, for roslibjs, roslibpy and their like: JSON over a WebSocket.
+
+https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md
+"""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import Future
+from typing import Any
+
+from kbot.record.encodings.plain import from_plain, to_plain
+from kbot.record.encodings.type_names import ros_name
+from kbot.record.encodings.types import known_type
+from kbot.record.feed import Packet
+from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.loop import later
+from kbot.ros.bridges.rosbridge.rosapi import Values, call_rosapi
+from kbot.ros.bridges.websocket.server import Wire
+from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+PORT = 9090
+
+
+class RosbridgeBridge(TopicServer):
+    """Topics out with throttling, inputs in, services, and rosapi's questions about them all."""
+
+    def __init__(
+        self,
+        link: Link,
+        host: str | None = None,
+        port: int = PORT,
+        *,
+        token: str = "",
+        exact: bool = False,
+    ) -> None:
+        """`token` is the path that clients have to know; `exact` sends also numbers that JSON lacks.
+
+        Raises:
+            KbotError: no port is free, or the address is not this machine's.
+        """
+        self.exact = exact
+        super().__init__("rosbridge", link, host, port, lambda wire: _Talk(self, wire), token=token)
+
+    def describe(self) -> str:
+        """Where it is to be found, in one sentence."""
+        return f"rosbridge: {self.address}"
+
+
+class _Subscription:
+    """One client's wish for a topic. `throttle` is the least time between two messages, in nanoseconds
+    of the simulation."""
+
+    def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int, exact: bool) -> None:
+        self._wire, self.topic, self._throttle = wire, topic, throttle
+        self._is_ros1, self._exact = is_ros1, exact
+        self._head = f'{{"op": "publish", "topic": {json.dumps(topic)}, "msg": '
+        self._last: int | None = None
+
+    def send(self, packet: Packet) -> None:
+        now = packet.nanoseconds
+        if self._last is not None and 0 <= now - self._last < self._throttle:
+            return
+        self._last = now
+        self._wire.add(self._head + packet.json(ros1=self._is_ros1, exact=self._exact) + "}")
+
+
+class _Talk(JsonTalk):
+    def __init__(self, bridge: RosbridgeBridge, wire: Wire) -> None:
+        self._bridge, self._wire = bridge, wire
+        self._subscriptions: dict[tuple[str, str], _Subscription] = {}
+        self._types: dict[str, type] = {}
+        self._tells_all = False
+
+    def close(self) -> None:
+        for subscription in self._subscriptions.values():
+            self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
+
+    def fault(self, text: str) -> None:
+        self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
+
+    def _subscribe(self, request: Request) -> None:
+        topic = self._known(str(request["topic"]))
+        wanted = str(request.get("type") or "")
+        if wanted and known_type(wanted) is not topic.message_type:
+            raise KbotError(f"{topic.name} carries {topic.type_name}, not {wanted}")
+        if request.get("compression", "none") != "none":
+            raise KbotError("messages are sent as JSON only, without compression")
+        key = topic.name, str(request.get("id") or "")
+        if key in self._subscriptions:
+            self._end(key)
+        if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
+            raise KbotError("that is more than enough subscriptions")
+        throttle = round(float(request.get("throttle_rate") or 0) * 1e6)
+        subscription = _Subscription(
+            self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
+        )
+        self._subscriptions[key] = subscription
+        self._bridge.link.fan_out.want(topic.name, subscription.send, self._wire.send, late=True)
+
+    def _unsubscribe(self, request: Request) -> None:
+        name, number = str(request["topic"]), request.get("id")
+        for key in [k for k in self._subscriptions if k[0] == name and number in (None, k[1])]:
+            self._end(key)
+
+    def _end(self, key: tuple[str, str]) -> None:
+        subscription = self._subscriptions.pop(key)
+        self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
+
+    def _advertise(self, request: Request) -> None:
+        topic = self._input(str(request["topic"]))
+        kind = known_type(str(request["type"]))
+        if kind is None:
+            raise KbotError(f"{topic.name} carries {topic.type_name}, not {request['type']}")
+        self._types[topic.name] = kind
+
+    def _unadvertise(self, request: Request) -> None:
+        self._types.pop(str(request["topic"]), None)
+
+    def _publish(self, request: Request) -> None:
+        topic = self._input(str(request["topic"]))
+        kind = self._types.get(topic.name, topic.message_type)
+        message, number = from_plain(request["msg"], kind), request.get("id")
+        if number is None:
+            self._bridge.link.send(topic.name, message)
+            return
+
+        def tell(refusal: str) -> None:
+            if refusal or self._tells_all:
+                level, text = ("error", refusal) if refusal else ("info", "taken")
+                status = json.dumps({"op": "status", "level": level, "msg": text, "id": number})
+                later(lambda: self._wire.put(status))
+
+        self._bridge.link.send(topic.name, message, tell)
+
+    def _set_level(self, request: Request) -> None:
+        self._tells_all = request["level"] == "info"
+
+    def _call_service(self, request: Request) -> None:
+        service, number = str(request["service"]), request.get("id")
+        name, arguments = (
+            f"/{service.lstrip('/')}",
+            request.get("args") or {},
+        )  # roslibjs leaves the slash out
+        link = self._bridge.link
+
+        def answer(values: Values, works: bool) -> None:
+            said = {"op": "service_response", "service": service, "values": values, "result": works}
+            self._wire.put(json.dumps(said if number is None else {**said, "id": number}))
+
+        def tell(done: Future[Any]) -> None:
+            error = done.exception()
+            plain = {"message": str(error)} if error else to_plain(done.result(), ros1=not self._bridge.exact)
+            later(lambda: answer(plain, error is None))
+
+        try:
+            if name in link.services:
+                asked = from_plain(arguments, link.services[name].type.request)
+                link.call(name, asked).add_done_callback(tell)
+            else:
+                answer(call_rosapi(link, name, arguments), True)
+        except KbotError as error:
+            answer({"message": str(error)}, False)
+
+    def _known(self, name: str) -> Topic:
+        topics = self._bridge.link.topics
+        if name not in topics:
+            hint = did_you_mean(name, topics)
+            raise KbotError(f"there is no topic {name}" + (f": {hint}" if hint else ""))
+        return topics[name]
+
+    def _input(self, name: str) -> Topic:
+        topic = self._known(name)
+        if not topic.is_input:
+            raise KbotError(f"{name} is what the simulation says ({ros_name(topic.message_type)}), not hears")
+        return topic
+
+    operations = {  # noqa: RUF012 - never changed
+        "subscribe": _subscribe,
+        "unsubscribe": _unsubscribe,
+        "advertise": _advertise,
+        "unadvertise": _unadvertise,
+        "publish": _publish,
+        "call_service": _call_service,
+        "set_level": _set_level,
+    }

@@ -1,0 +1,174 @@
+"""A node's parameters as ROS 2 asks for them: six services over the values that all bridges share.
+
+Values keep no type: any may be set to one of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import cache
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kbot.record.encodings.types import ros2_types
+from kbot.ros.bridges.link import Link, Value
+from kbot.ros.bridges.zenoh.names import OF_PARAMETERS
+from kbot.ros.bridges.zenoh.parameter_values import NOT_SET, Message, dotted, message_of, type_of, value_of
+from kbot.ros.bridges.zenoh.services import Served
+from kbot.ros.service_types import hash_of_service
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+MOST_AT_ONCE = 1000
+"""Parameters of one call."""
+
+_SERVICES = {
+    "list_parameters": ("string[] prefixes\nuint64 depth", "rcl_interfaces/ListParametersResult result"),
+    "get_parameters": ("string[] names", "rcl_interfaces/ParameterValue[] values"),
+    "get_parameter_types": ("string[] names", "uint8[] types"),
+    "describe_parameters": ("string[] names", "rcl_interfaces/ParameterDescriptor[] descriptors"),
+    "set_parameters": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult[] results",
+    ),
+    "set_parameters_atomically": (
+        "rcl_interfaces/Parameter[] parameters",
+        "rcl_interfaces/SetParametersResult result",
+    ),
+}
+"""Each with the fields of its request and of its response."""
+
+
+def parameter_services(link: Link, node: str) -> list[Served]:
+    """The services of a node, by its full name."""
+    asked = _Parameters(link)
+    return [_served(f"{node}/{name}", name, getattr(asked, name)) for name in _SERVICES]
+
+
+def _served(name: str, service: str, work: Callable[[Message], Message]) -> Served:
+    from rosbags.serde import SerdeError
+
+    store = _types()
+    short, request, response = _type_names(service)
+    fields = (dict(store.fielddefs[part][1]) for part in (request, response))
+
+    def call(payload: bytes) -> Future[Message]:
+        try:
+            asked = store.deserialize_cdr(payload, request)
+        except (SerdeError, LookupError, ValueError, MemoryError) as error:
+            raise KbotError(f"{len(payload)} bytes are no {request}: {error}") from None
+        done: Future[Message] = Future()
+        done.set_result(store.types[response](work(asked)))
+        return done
+
+    def encode(message: Message) -> bytes:
+        try:
+            return bytes(store.serialize_cdr(message, response))
+        except (SerdeError, ValueError) as error:  # as of a text that is no Unicode
+            raise KbotError(f"no {response}: {error}") from None
+
+    type_name = f"rcl_interfaces/srv/{short}"
+    return Served(name, type_name, hash_of_service(type_name, *fields), call, encode, OF_PARAMETERS)
+
+
+@cache
+def _types() -> Typestore:
+    """Those of all bridges, and the services' own."""
+    from rosbags.typesys import get_types_from_msg
+
+    store = ros2_types()
+    for service, texts in _SERVICES.items():
+        for name, text in zip(_type_names(service)[1:], texts, strict=True):
+            store.register(get_types_from_msg(text, name))
+    return store
+
+
+def _type_names(service: str) -> tuple[str, str, str]:
+    """Of a service its own, without its package, its request's and its response's."""
+    short = "".join(word.title() for word in service.split("_"))
+    return short, f"rcl_interfaces/msg/{short}_Request", f"rcl_interfaces/msg/{short}_Response"
+
+
+class _Parameters:
+    """Each service's work: of its request the one field of its response."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._known: tuple[dict[str, Value], dict[str, str]] = {}, {}
+
+    def list_parameters(self, request: Message) -> Message:
+        """As rclcpp understands prefixes, and a depth, of which 0 is without end."""
+        prefixes = tuple(f"{prefix}." for prefix in _few(request.prefixes)) or ("",)
+        names: list[str] = []
+        for name in self._names():
+            below = [name[len(p) :].count(".") for p in prefixes if f"{name}.".startswith(p)]
+            if below and (not request.depth or min(below) < request.depth):
+                names.append(name)
+        folders = dict.fromkeys(name.rpartition(".")[0] for name in names if "." in name)
+        return SimpleNamespace(names=names, prefixes=list(folders))
+
+    def get_parameters(self, request: Message) -> Message:
+        return [message_of(self._value(name)) for name in _few(request.names)]
+
+    def get_parameter_types(self, request: Message) -> Message:
+        return np.array([type_of(self._value(name)) for name in _few(request.names)], np.uint8)
+
+    def describe_parameters(self, request: Message) -> Message:
+        return [_description(name, type_of(self._value(name))) for name in _few(request.names)]
+
+    def set_parameters(self, request: Message) -> Message:
+        return [self._set([parameter]) for parameter in _few(request.parameters)]
+
+    def set_parameters_atomically(self, request: Message) -> Message:
+        return self._set(_few(request.parameters))
+
+    def _set(self, parameters: list[Message]) -> Message:
+        """All of them, or none."""
+        try:
+            values = {self._full(p.name): value_of(p.name, p.value) for p in parameters}
+        except KbotError as error:
+            return SimpleNamespace(successful=False, reason=str(error))
+        self._link.set_parameters(values)
+        return SimpleNamespace(successful=True, reason="")
+
+    def _names(self) -> dict[str, str]:
+        """The full name of each that ROS 2 has a type for."""
+        seen, names = self._known
+        values = self._link.parameters
+        if values is not seen:
+            names = {dotted(full): full for full, value in values.items() if type_of(value) != NOT_SET}
+            self._known = values, names
+        return names
+
+    def _value(self, name: str) -> Value:
+        return self._link.parameters.get(self._names().get(dotted(name), ""))
+
+    def _full(self, name: str) -> str:
+        key = dotted(name)
+        if not key:
+            raise KbotError("a parameter needs a name")
+        return self._names().get(key) or f"/{key.replace('.', '/')}"
+
+
+def _few(items: list[Message]) -> list[Message]:
+    if len(items) > MOST_AT_ONCE:
+        raise KbotError(f"{len(items)} parameters in one call: at most {MOST_AT_ONCE} are answered for")
+    return items
+
+
+def _description(name: str, kind: int) -> Message:
+    return SimpleNamespace(
+        name=name,
+        type=kind,
+        description="",
+        additional_constraints="",
+        read_only=False,
+        dynamic_typing=True,
+        floating_point_range=[],
+        integer_range=[],
+    )

@@ -1,0 +1,106 @@
+"""Launch files: the plan's own findings, and what its nodes and its robot do to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from kbot.checks.config import Config
+from kbot.checks.examination import examine, findings
+from kbot.checks.facts.drivers import find_drivers
+from kbot.checks.file_kinds import FileKind
+from kbot.model import Robot
+from kbot.ros.checks.gz_systems import missing_systems
+from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
+from kbot.ros.launch.plan import Description, Param
+from kbot.ros.launch.staging import missing_displays
+from kbot.text import DescriptionError, Diagnostic, Origin, Related, Severity, Source, read_source
+from kbot.xacro import Packages
+
+_SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
+_STEPS_OF_ROBOTS = 1_000_000
+"""Steps of the expansions of the robots that are checked. A check takes up to three times as long, so that
+all take 3 s. The largest of 168 real robots takes 33,000 steps."""
+_PUBLISHERS = ("joint_state_publisher", "joint_state_publisher_gui")
+
+
+def check_launch(
+    source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
+) -> tuple[list[Diagnostic], list[Source]]:
+    """What is wrong with a launch file, and with the robots it loads; and the sources that were read."""
+    if is_ros_2(source.path, source.text):
+        plan = read_launch_2(source.path, arguments, packages, source=source)
+    else:
+        plan = read_launch(source.path, arguments, packages, source=source)
+    found = dict.fromkeys((*plan.problems, *plan.findings))
+    # an included file in Python is a program, which a check does not run
+    own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
+    sources = [source]
+    of_robots: list[Diagnostic] = []
+    robots: list[Robot] = []
+    steps = _STEPS_OF_ROBOTS
+    for description, origin in _descriptions(plan):
+        try:
+            entry = read_source(description.path)
+        except DescriptionError as error:
+            of_robots += error.diagnostics
+            continue
+        if steps < 0:
+            message = f"{description.path} is not checked: the launch file has too many robots"
+            of_robots.append(Diagnostic("K003", Severity.INFO, message, origin, "check it alone"))
+            continue
+        context = examine(entry, description.arguments, packages.beside(entry.path), config)
+        of_robots += findings(context)
+        steps -= context.expansion.steps
+        robots += [context.robot] if context.has("robot") else []
+        sources += [file.source for file in context.sources]
+    said = {_key(d) for d in of_robots}
+    own += [*missing_displays(plan.nodes), *missing_systems(plan, robots), *_two_publishers(plan, packages)]
+    own = [d for d in own if _key(d) not in said]
+    return list(dict.fromkeys((*own, *of_robots))), sources
+
+
+def _descriptions(plan: Plan) -> list[tuple[Description, Origin]]:
+    """The robot files that the parameters hold, each once with the same arguments, and the place of the first
+    parameter."""
+    found: dict[tuple[str, tuple[tuple[str, str], ...]], Param] = {}
+    for param in plan.params.values():
+        if param.description is not None:
+            key = param.description.path, tuple(sorted(param.description.arguments.items()))
+            found.setdefault(key, param)
+    return [(param.description, param.origin) for param in found.values() if param.description]
+
+
+def _key(diagnostic: Diagnostic) -> tuple[str, str]:
+    return diagnostic.code, str(diagnostic.origin)
+
+
+def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
+    """A joint_state_publisher beside a simulated robot whose drive plugin publishes the wheels' states."""
+    publishers = [n for n in plan.nodes if n.package in _PUBLISHERS or n.type in _PUBLISHERS]
+    if not publishers or not any(n.type in _SPAWNERS for n in plan.nodes):
+        return
+    from kbot.model.load import load_robot
+
+    for param in plan.params.values():
+        if param.description is None:
+            continue
+        robot = load_robot(param.description.path, param.description.arguments, packages=packages).robot
+        for driver in find_drivers(robot, packages) if robot else ():
+            if driver.publishes_joints is not None:
+                yield Diagnostic(
+                    "D122",
+                    Severity.WARNING,
+                    f"joint_state_publisher and the plugin '{driver.name}' both publish the wheels' states: "
+                    "they flicker between two angles",
+                    publishers[0].origin,
+                    "leave the joint_state_publisher out where the robot is simulated",
+                    (Related(f"'{driver.name}'", driver.publishes_joints.origin),),
+                )
+
+
+LAUNCH_FILES = FileKind(
+    (".launch", ".launch.xml", ".launch.yaml", ".launch.yml"),
+    check_launch,
+    only_by_name=(".launch.py",),
+    has_arguments=True,
+)

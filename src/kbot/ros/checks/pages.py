@@ -1,0 +1,7 @@
+"""The pages of the codes of launch files. Their text is kept in pages.tsv, a line for each code."""
+
+from pathlib import Path
+
+from kbot.checks.pages import register_pages
+
+register_pages(Path(__file__).with_suffix(".tsv"), {"L053": "safe: the new name is written."})

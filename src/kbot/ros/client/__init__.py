@@ -1,0 +1,6 @@
+"""A node of the user's own: the same program beside KBot alone, on ROS 1 and on ROS 2."""
+
+from kbot.ros.client.node import Node
+from kbot.ros.client.transports import wanted_transport
+
+__all__ = ["Node", "wanted_transport"]

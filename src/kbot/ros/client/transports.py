@@ -1,0 +1,99 @@
+"""How a node reaches others: a KBot of this machine, a master of ROS 1, or DDS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from kbot.ros.bridges.link import Link
+from kbot.ros.client.arguments import NodeArguments
+from kbot.text import KbotError
+
+TRANSPORTS = ("local", "ros1", "ros2")
+_SAYS = "KBOT_TRANSPORT"
+
+
+class Transport(Protocol):
+    """Carries a link's topics, on threads of its own."""
+
+    uses_sim_time: bool
+    """Whether the node's time is that of /clock."""
+    failure: KbotError | None
+    """Why it reaches nobody any more, if that is for good."""
+
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - whatever a parameter can hold
+        """The value of a parameter by its full name; None where there is none."""
+        ...
+
+    def close(self) -> None: ...
+
+
+def wanted_transport(environment: Mapping[str, str]) -> str:
+    """`ros1` in an environment of ROS 1, `ros2` in one of ROS 2, else `local`; KBOT_TRANSPORT says otherwise.
+
+    Raises:
+        KbotError: KBOT_TRANSPORT is none of these.
+    """
+    said = environment.get(_SAYS)
+    if said:
+        if said not in TRANSPORTS:
+            raise KbotError(f"{_SAYS} is {', '.join(TRANSPORTS[:-1])} or {TRANSPORTS[-1]}, not '{said}'")
+        return said
+    if environment.get("ROS_VERSION") == "2":
+        return "ros2"
+    if environment.get("ROS_MASTER_URI") or environment.get("ROS_VERSION") == "1":
+        return "ros1"
+    return "ros2" if environment.get("ROS_DISTRO") else "local"
+
+
+def open_transport(kind: str, link: Link, node: NodeArguments) -> Transport:
+    """Raises KbotError: there is nothing to reach that way; the text says what to start."""
+    if kind == "local":
+        from kbot.ros.client.local import LocalTransport
+
+        return LocalTransport(link)
+    if kind == "ros1":
+        return _Ros1(link, node)
+    return _Ros2(link, node)
+
+
+class _Ros1:
+    failure: KbotError | None = None
+    """Never: a master may come back."""
+
+    def __init__(self, link: Link, node: NodeArguments) -> None:
+        from kbot.ros.bridges.ros1 import Ros1Bridge
+
+        self._node = node.full_name
+        # a user's own node trusts the master that its environment names, like any node of ROS 1
+        self._bridge = Ros1Bridge(link, node=self._node, own_master=False, other_machines=True)
+        self.uses_sim_time = bool(self.parameter("/use_sim_time"))
+
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
+        from kbot.ros.bridges.ros1.rpc import RpcFailed, call
+
+        try:
+            if not call(self._bridge.master, "hasParam", self._node, name):
+                return None
+            return call(self._bridge.master, "getParam", self._node, name)
+        except RpcFailed:
+            return None
+
+    def close(self) -> None:
+        self._bridge.close()
+
+
+class _Ros2:
+    failure: KbotError | None = None
+
+    def __init__(self, link: Link, node: NodeArguments) -> None:
+        from kbot.ros.peers import ros2_bridge
+
+        self._bridge = ros2_bridge(link, None, node.full_name)
+        self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
+
+    def parameter(self, name: str) -> Any:  # noqa: ANN401 - the same
+        return None  # a node of ROS 2 has its parameters from its command line alone
+
+    def close(self) -> None:
+        self._bridge.close()

@@ -1,0 +1,211 @@
+"""Gazebo's services by their names, as gazebo_ros has them for ROS 1 and for ROS 2.
+
+A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kbot.messages import services as srv
+from kbot.messages import types as msg
+from kbot.ros.bridges.service import Answer, Service
+from kbot.ros.gazebo.gz_services import gz_services
+from kbot.ros.gazebo.peer_descriptions import spawn_text, told_of
+from kbot.ros.gazebo.states import (
+    in_world,
+    link_named,
+    link_state,
+    models_of,
+    put,
+    relative_state,
+    seen_from,
+    world_from_frame,
+    xyz,
+)
+from kbot.ros.service_types import service_type
+from kbot.sim import Simulation
+from kbot.text import DescriptionError, KbotError
+
+FOR_GOOD = 1e6
+"""Seconds that a wrench lasts where it is to last for good."""
+
+
+def gazebo_services(world: str) -> dict[str, Service]:
+    """By name; those of ROS 2 stand at the root, as gazebo_ros has them there, and those of gz beneath the
+    name of the `world`."""
+    empty = {
+        "pause_physics": _quietly(Simulation.pause_physics),
+        "unpause_physics": _quietly(Simulation.unpause_physics),
+        "reset_world": _quietly(Simulation.reset_world),
+        "reset_simulation": _quietly(Simulation.reset),
+    }
+    found: list[tuple[str, str, Answer]] = [
+        *((f"/gazebo/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
+        ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
+        ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
+        ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
+        ("/gazebo/get_model_state", "gazebo_msgs/GetModelState", _get_model_state),
+        ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
+        ("/gazebo/get_link_state", "gazebo_msgs/GetLinkState", _get_link_state),
+        ("/gazebo/get_world_properties", "gazebo_msgs/GetWorldProperties", _get_world_properties),
+        ("/gazebo/get_model_properties", "gazebo_msgs/GetModelProperties", _get_model_properties),
+        ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
+        *((f"/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
+        ("/spawn_entity", "gazebo_msgs/SpawnEntity", _spawn_entity),
+        ("/delete_entity", "gazebo_msgs/DeleteEntity", _delete_entity),
+        ("/gazebo/get_entity_state", "gazebo_msgs/GetEntityState", _get_entity_state),
+        ("/gazebo/set_entity_state", "gazebo_msgs/SetEntityState", _set_entity_state),
+    ]
+    own = {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
+    return own | gz_services(world)
+
+
+def _quietly(work: Callable[[Simulation], None]) -> Answer:
+    def answer(simulation: Simulation, request: srv.EmptyRequest) -> srv.EmptyResponse:
+        work(simulation)
+        return srv.EmptyResponse()
+
+    return answer
+
+
+def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
+    """A service that answers whether it went well, and in words."""
+
+    def answer(simulation: Simulation, request: Any) -> srv.StatusResponse:  # noqa: ANN401 - its own
+        try:
+            return srv.StatusResponse(True, work(simulation, request))
+        except DescriptionError as error:
+            return srv.StatusResponse(False, told_of(error))
+        except KbotError as error:
+            return srv.StatusResponse(False, str(error))
+
+    return answer
+
+
+def _spawn_model(usual: str) -> Answer:
+    """Of a text that is taken for URDF or SDF where its first tag does not tell."""
+
+    @_telling
+    def spawn(simulation: Simulation, request: srv.SpawnModelRequest) -> str:
+        place = in_world(simulation, request.initial_pose, request.reference_frame)
+        namespace = request.robot_namespace.strip("/") or None
+        return spawn_text(simulation, request.model_name, request.model_xml, place, namespace, usual)
+
+    return spawn
+
+
+@_telling
+def _spawn_entity(simulation: Simulation, request: srv.SpawnEntityRequest) -> str:
+    place = in_world(simulation, request.initial_pose, request.reference_frame)
+    return spawn_text(
+        simulation, request.name, request.xml, place, request.robot_namespace.strip("/") or None
+    )
+
+
+@_telling
+def _delete_model(simulation: Simulation, request: srv.DeleteModelRequest) -> str:
+    simulation.delete_model(request.model_name)
+    return f"{request.model_name} is gone"
+
+
+@_telling
+def _delete_entity(simulation: Simulation, request: srv.DeleteEntityRequest) -> str:
+    simulation.delete_model(request.name)
+    return f"{request.name} is gone"
+
+
+@_telling
+def _set_model_state(simulation: Simulation, request: srv.SetModelStateRequest) -> str:
+    state = request.model_state
+    put(simulation, state.model_name, state.pose, state.twist, state.reference_frame)
+    return f"{state.model_name} is there"
+
+
+def _set_entity_state(simulation: Simulation, request: srv.SetEntityStateRequest) -> srv.SuccessResponse:
+    state = request.state
+    put(simulation, state.name, state.pose, state.twist, state.reference_frame)
+    return srv.SuccessResponse(True)
+
+
+@_telling
+def _apply_body_wrench(simulation: Simulation, request: srv.ApplyBodyWrenchRequest) -> str:
+    """Axes are the world's, or those of the frame; acting off the centre of mass adds a torque."""
+    robot, link = link_named(simulation, request.body_name)
+    if request.start_time.nanoseconds > simulation.clock.nanoseconds:
+        raise KbotError("a wrench begins at once here: leave start_time out")
+    axes = world_from_frame(simulation, request.reference_frame).rotation
+    lever = axes @ np.array(xyz(request.reference_point))
+    force = axes @ np.array(xyz(request.wrench.force))
+    torque = axes @ np.array(xyz(request.wrench.torque)) + np.cross(lever, force)
+    seconds = request.duration.seconds
+    simulation.apply_body_wrench(
+        link, tuple(force.tolist()), seconds if seconds >= 0.0 else FOR_GOOD, tuple(torque.tolist()), robot
+    )
+    return f"{robot}::{link} is pushed"
+
+
+def _get_model_state(simulation: Simulation, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
+    try:
+        pose, twist = relative_state(simulation, request.model_name, request.relative_entity_name)
+    except KbotError as error:
+        return srv.GetModelStateResponse(status_message=str(error))
+    header = msg.Header(simulation.clock.stamp, request.relative_entity_name or "world")
+    return srv.GetModelStateResponse(header, pose, twist, True, "here it is")
+
+
+def _get_entity_state(
+    simulation: Simulation, request: srv.GetEntityStateRequest
+) -> srv.GetEntityStateResponse:
+    try:
+        pose, twist = relative_state(simulation, request.name, request.reference_frame)
+    except KbotError:
+        return srv.GetEntityStateResponse()
+    header = msg.Header(simulation.clock.stamp, request.reference_frame or "world")
+    state = srv.EntityState(request.name, pose, twist, request.reference_frame)
+    return srv.GetEntityStateResponse(header, state, True)
+
+
+def _get_link_state(simulation: Simulation, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
+    try:
+        robot, link = link_named(simulation, request.link_name)
+        frame = world_from_frame(simulation, request.reference_frame)
+    except KbotError as error:
+        return srv.GetLinkStateResponse(status_message=str(error))
+    pose, twist = seen_from(frame, *link_state(simulation, robot, link))
+    state = srv.LinkState(request.link_name, pose, twist, request.reference_frame)
+    return srv.GetLinkStateResponse(state, True, "here it is")
+
+
+def _get_world_properties(
+    simulation: Simulation, request: srv.EmptyRequest
+) -> srv.GetWorldPropertiesResponse:
+    names = tuple(models_of(simulation))
+    return srv.GetWorldPropertiesResponse(simulation.time, names, True, True, simulation.world.name)
+
+
+def _get_model_properties(
+    simulation: Simulation, request: srv.GetModelPropertiesRequest
+) -> srv.GetModelPropertiesResponse:
+    name = request.model_name
+    if name in simulation.robots:
+        robot = simulation.robots[name].robot
+        return srv.GetModelPropertiesResponse(
+            canonical_body_name=robot.root,
+            body_names=tuple(robot.links),
+            joint_names=tuple(robot.joints),
+            success=True,
+            status_message="a robot",
+        )
+    if name in models_of(simulation):
+        return srv.GetModelPropertiesResponse(
+            canonical_body_name=name,
+            body_names=(name,),
+            is_static=name not in simulation.body_poses(),
+            success=True,
+            status_message="a body of the world",
+        )
+    return srv.GetModelPropertiesResponse(status_message=f"there is no model '{name}'")

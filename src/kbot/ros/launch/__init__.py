@@ -1,0 +1,35 @@
+"""ROS launch files: a plan of what would run, with which parameters, and from which line."""
+
+from kbot.ros.launch.plan import Argument, Description, Included, Machine, Node, Param, Plan
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.ros.launch.ros1 import read_launch
+    from kbot.ros.launch.ros2 import read_launch_2
+    from kbot.ros.launch.ros_version import is_ros_2
+
+_READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "ros2"}
+
+__all__ = [
+    "Argument",
+    "Description",
+    "Included",
+    "Machine",
+    "Node",
+    "Param",
+    "Plan",
+    "is_ros_2",
+    "read_launch",
+    "read_launch_2",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Readers are imported when they are asked for: nodes and bridges know plans, and read none."""
+    if name in _READERS:
+        from importlib import import_module
+
+        value: object = getattr(import_module(f"kbot.ros.launch.{_READERS[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'kbot.ros.launch' has no attribute '{name}'")

@@ -1,0 +1,122 @@
+"""A parameter's `command=`: what KBot runs in its stead. Nothing else runs without leave."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.includes import charge
+from kbot.ros.launch.plan import Description
+from kbot.ros.launch.quoting import split_words
+from kbot.ros.launch.reporter import part_of
+from kbot.text import Diagnostic, Origin, Severity, read_source
+from kbot.xacro.budget import Budget
+from kbot.xacro.limits import Limits
+from kbot.xacro.packages import Packages
+
+if TYPE_CHECKING:
+    from kbot.xacro import Expansion
+
+_XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
+_XACRO_VALUES = {"--verbosity", "-o"}
+_TIMEOUT_S = 60.0
+_COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
+
+Note = Callable[[Diagnostic], None]
+
+
+def run(
+    command: str, packages: Packages, origin: Origin, note: Note, budget: Budget, allowed: bool
+) -> tuple[str, Description | None]:
+    """What a command prints, and the description it expands if it is xacro.
+
+    Faults of the description are notes: the launch goes on, to show what can be shown of it.
+
+    Raises:
+        Fault: L040 the command is not xacro or cat, L041 it fails, L070 it takes too much work.
+    """
+    try:
+        words = split_words(command)
+    except ValueError as error:
+        raise Fault("L041", f"the command cannot be split into words: {error}", "", command) from None
+    if not words:
+        raise Fault("L041", "the command is empty")
+    name = PurePath(words[0]).name
+    if name in ("xacro", "xacro.py"):
+        return _xacro(words, packages, origin, note, budget)
+    if name == "cat" and len(words) == 2:
+        text = read_source(words[1]).text
+        return text, description_of(words[1], text)
+    if not allowed:
+        hint = "KBot runs xacro and cat itself; --allow-commands lets a launch file run anything"
+        raise Fault("L040", f"the command '{name}' is not run", hint, words[0])
+    return _process(words), None
+
+
+def description_of(path: str, text: str) -> Description | None:
+    """The robot that a file's text is as it stands; xacro would have to be expanded first."""
+    is_robot = "<robot" in text and "xacro:" not in _COMMENT.sub("", text)
+    return Description(path, {}) if is_robot else None
+
+
+def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packages: Packages) -> Expansion:
+    """Expand a description. The work counts toward what the launch file may take.
+
+    Raises:
+        Fault: L070, all descriptions and files together take too much work.
+    """
+    from kbot.xacro import expand
+
+    limits = Limits(steps=max(budget.steps, 0))
+    expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
+    charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too much work to expand")
+    return expansion
+
+
+def _xacro(
+    words: list[str], packages: Packages, origin: Origin, note: Note, budget: Budget
+) -> tuple[str, Description | None]:
+    files: list[str] = []
+    arguments: dict[str, str] = {}
+    if PurePath(words[0]).name == "xacro.py":
+        message, hint = "xacro.py is gone since xacro 1.14 (Noetic)", "write xacro, without .py"
+        note(Diagnostic("L053", Severity.ERROR, message, part_of(origin, "xacro.py"), hint))
+    rest = iter(words[1:])
+    for word in rest:
+        if ":=" in word:
+            key, _, value = word.partition(":=")
+            arguments[key] = value
+        elif word in ("--inorder", "-i"):
+            message = f"{word} says nothing any more: xacro reads in order since Melodic"
+            note(Diagnostic("L057", Severity.INFO, message, part_of(origin, word), "drop the option"))
+        elif word in _XACRO_VALUES:
+            next(rest, None)
+        elif word.startswith("-") and word not in _XACRO_FLAGS:
+            raise Fault("L056", f"xacro has no option {word}", "", word)
+        elif not word.startswith("-"):
+            files.append(word)
+    if len(files) != 1:
+        raise Fault("L041", f"xacro takes one file, not {len(files)}")
+    from kbot.text.installed import find_file
+
+    file = find_file(files[0]) or files[0]
+    expansion = expand_within(budget, file, arguments, packages)
+    for diagnostic in expansion.diagnostics:
+        note(diagnostic)
+    return expansion.text, Description(file, arguments)
+
+
+def _process(words: list[str]) -> str:
+    try:
+        done = subprocess.run(words, capture_output=True, timeout=_TIMEOUT_S, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Fault("L041", f"the command cannot be run: {error}", "", words[0]) from None
+    if done.returncode:
+        last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+        said = f": {last[0]}" if last else ""
+        raise Fault("L041", f"the command ended with status {done.returncode}{said}", "", words[0])
+    return done.stdout.decode("utf-8", "replace")

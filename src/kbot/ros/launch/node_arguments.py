@@ -1,0 +1,118 @@
+"""A node's arguments as words: options, what follows them, and where each was written."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from kbot.ros.launch.plan import Node
+from kbot.ros.launch.quoting import split_words
+from kbot.text import Diagnostic, Origin, Severity, Span
+from kbot.text.numbers import to_float
+
+
+@dataclass(frozen=True)
+class Options:
+    """Words after each option that was given (the last of its name counts), and all other words."""
+
+    node: Node
+    given: Mapping[str, tuple[str, ...]]
+    rest: tuple[str, ...]
+    notes: list[Diagnostic] = field(default_factory=list)
+    """What is wrong with their values, as it is found."""
+
+    def text(self, *names: str) -> str | None:
+        """The word after the first of these options that was given."""
+        found = next((self.given[name] for name in names if self.given.get(name)), None)
+        return found[0] if found else None
+
+    def has(self, *names: str) -> bool:
+        return any(name in self.given for name in names)
+
+    def number(self, name: str, default: float = 0.0) -> float:
+        """The number after an option; what is none is a note, and the default."""
+        word = self.text(name)
+        return default if word is None else number(self.node, word, name, default, self.notes)
+
+
+def split(node: Node) -> list[str]:
+    """The words of a node's arguments; none where a quote is not closed."""
+    try:
+        return split_words(node.args)
+    except ValueError:
+        return []
+
+
+def read_options(node: Node, values: Mapping[str, int]) -> Options:
+    """`values` tells how many words follow each option that there is; `-1` is all up to the next option.
+    A long one may have its word after a `=` too."""
+    given: dict[str, tuple[str, ...]] = {}
+    rest: list[str] = []
+    words = split(node)
+    at = 0
+    while at < len(words):
+        word, at = words[at], at + 1
+        name, mark, value = word.partition("=")
+        if mark and name.startswith("--") and values.get(name):
+            given[name] = (*given.get(name, ()), value) if values[name] < 0 else (value,)
+            continue
+        if word not in values:
+            rest.append(word)
+            continue
+        count = values[word]
+        if count < 0:
+            ends = (i for i, w in enumerate(words[at:]) if w in values or w.partition("=")[0] in values)
+            count = next(ends, len(words) - at)
+        given[word] = (*given.get(word, ()), *words[at : at + count]) if count else ()
+        at += count
+    return Options(node, given, tuple(rest))
+
+
+def number(node: Node, word: str, what: str, default: float, notes: list[Diagnostic]) -> float:
+    """A finite number of a node's arguments; what is none is a note, and the default."""
+    try:
+        value = to_float(word)
+    except ValueError:
+        value = math.nan
+    if math.isfinite(value):
+        return value
+    message = f"{what} is a finite number, not '{word}'"
+    notes.append(Diagnostic("L062", Severity.ERROR, message, place_of(node, word), "the node refuses it"))
+    return default
+
+
+_WRITTEN = re.compile(r"(?:\$\([^)]*(?:\)|\Z)|\S)+")
+"""A word as it is written, `$(find a)/b` among them."""
+
+
+def place_of(node: Node, word: str) -> Origin:
+    """Where a word of a node's arguments was written; all of them where it is not found."""
+    origin = node.spans.get("args", node.origin)
+    words = _WRITTEN.findall(origin.span.text)
+    return _nth(origin, words.index(word)) if word in words else origin
+
+
+def place_of_value(node: Node, option: str) -> Origin:
+    """Where the word that an option gives was written (the last of its name counts), with the option where a
+    `=` joins them; all of the arguments where it is not found."""
+    origin = node.spans.get("args", node.origin)
+    words = _WRITTEN.findall(origin.span.text)
+    for at in reversed(range(len(words))):
+        if words[at].startswith(f"{option}="):
+            return _nth(origin, at)
+        if words[at] == option and at + 1 < len(words):
+            return _nth(origin, at + 1)
+    return origin
+
+
+def _nth(origin: Origin, number: int) -> Origin:
+    span = origin.span
+    at = span.start
+    for count, word in enumerate(_WRITTEN.findall(span.text)):
+        at = span.source.data.index(word.encode(), at)
+        if count == number:
+            return Origin(Span(span.source, at, at + len(word.encode())), origin.call)
+        at += len(word.encode())
+    return origin

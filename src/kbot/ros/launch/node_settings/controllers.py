@@ -1,0 +1,209 @@
+"""Which controllers a launch spawns, as the spawners of controller_manager are told, and their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kbot.model.spawned import Setting, SpawnedController
+from kbot.ros import names
+from kbot.ros.launch.node_arguments import Options, place_of, read_options
+from kbot.ros.launch.plan import Node, Plan
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
+from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.text.span import Call
+from kbot.text.suggest import did_you_mean
+
+_SPAWNER_1 = {"--stopped": 0, "--no-timeout": 0} | dict.fromkeys(
+    ("--wait-for", "--namespace", "--timeout", "--shutdown-timeout"), 1
+)
+_SPAWNER_2 = {
+    **dict.fromkeys(("--stopped", "--inactive", "--load-only", "--activate-as-group"), 0),
+    **dict.fromkeys(("-u", "--unload-on-kill"), 0),
+    **dict.fromkeys(("-c", "--controller-manager", "-p", "--param-file", "-t", "--controller-type"), 1),
+    **dict.fromkeys(("-n", "--namespace", "--controller-manager-timeout", "--switch-timeout"), 1),
+    **dict.fromkeys(("--service-call-timeout", "--controller-ros-args"), 1),
+    "--fallback_controllers": -1,
+}
+_COMMAND_2 = {"-c": 1, "--controller-manager": 1, "--set-state": 1, "--spin-time": 1}
+
+
+@dataclass(frozen=True, slots=True)
+class _Wish:
+    """A controller that a node spawns; `files` and `kind` are what ROS 2's spawner is told of it."""
+
+    name: str
+    manager: str
+    is_active: bool
+    origin: Origin
+    files: tuple[str, ...] = ()
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """A parameter file of ROS 2, and who loads it."""
+
+    data: Mapping[Any, Any]
+    places: Mapping[Keys, Span]
+    call: Call
+
+
+def read_controllers(
+    plan: Plan, nodes: Iterable[Node]
+) -> tuple[tuple[SpawnedController, ...], list[Diagnostic]]:
+    """What the `nodes` of controller managers spawn, each controller once, and what is wrong with files."""
+    notes: list[Diagnostic] = []
+    wishes: dict[str, _Wish] = {}
+    shared: list[_File] = []
+    for node in nodes:
+        if runs_hardware(node):
+            shared += _files(node.parameter_files, node.origin, notes)
+        for wish in _wishes(node, plan.is_ros_2):
+            wishes[names.join(wish.manager, wish.name)] = wish
+    spawned = []
+    for full, wish in wishes.items():
+        if plan.is_ros_2:
+            settings = _settings_2(plan, full, wish, [*shared, *_files(wish.files, wish.origin, notes)])
+        else:
+            settings = {
+                name.removeprefix(f"{full}/").replace("/", "."): Setting(param.value, param.origin)
+                for name, param in plan.params.items()
+                if name.startswith(f"{full}/")
+            }
+            if not settings:
+                notes.append(_unknown(plan, full, wish))
+                continue
+        ros = 2 if plan.is_ros_2 else 1
+        spawned.append(SpawnedController(full, settings, wish.is_active, ros, wish.origin))
+    return tuple(spawned), notes
+
+
+def _unknown(plan: Plan, full: str, wish: _Wish) -> Diagnostic:
+    """A controller of ROS 1 is its parameters; those of ROS 2 may be in the description."""
+    known = [name.removesuffix("/type") for name in plan.params if name.endswith("/type")]
+    what = f"the controller {full} is not loaded: there are no parameters beneath that name"
+    hint = did_you_mean(full, known) or (f"there are {', '.join(known)}" if known else "")
+    return Diagnostic("L064", Severity.WARNING, what, wish.origin, hint)
+
+
+def runs_hardware(node: Node) -> bool:
+    """Whether a node is the controller manager of ROS 2 for a robot's hardware, true or made up."""
+    return (node.package, node.type) == ("controller_manager", "ros2_control_node")
+
+
+def _wishes(node: Node, is_ros_2: bool) -> Iterator[_Wish]:
+    if not node.package:
+        yield from _command(node)
+    elif node.type == "spawner" and not is_ros_2:
+        options = read_options(node, _SPAWNER_1)
+        below = options.text("--namespace")
+        manager = names.as_namespace(names.join(node.namespace, below) if below else node.namespace)
+        for word in _plain(options.rest):
+            yield _Wish(word, manager, not options.has("--stopped"), place_of(node, word))
+    elif node.type in ("spawner", "spawner.py"):
+        options = read_options(node, _SPAWNER_2)
+        is_active = not options.has("--stopped", "--inactive", "--load-only")
+        kind = options.text("-t", "--controller-type") or ""
+        files = (*options.given.get("-p", ()), *options.given.get("--param-file", ()))
+        for word in _plain(options.rest):
+            yield _Wish(word, _manager(node, options), is_active, place_of(node, word), files, kind)
+    elif node.type == "controller_manager" and not is_ros_2:
+        action, *rest = node.args.split() or [""]
+        if action in ("spawn", "load"):
+            for word in _plain(rest):
+                yield _Wish(word, node.namespace, action == "spawn", place_of(node, word))
+
+
+def _command(node: Node) -> Iterator[_Wish]:
+    """`ros2 control load_controller --set-state active NAME`, as a process."""
+    options = read_options(node, _COMMAND_2)
+    verb, *rest = options.rest[1:] or ("",)
+    states = ("active", "start")
+    if verb in ("load_controller", "load_start_controller") and rest:
+        is_active = verb == "load_start_controller" or options.text("--set-state") in states
+        origin = place_of(node, rest[0])
+        yield _Wish(rest[0], _manager(node, options), is_active, origin, tuple(rest[1:2]))
+    elif verb == "set_controller_state" and len(rest) == 2:
+        yield _Wish(rest[0], _manager(node, options), rest[1] in states, place_of(node, rest[0]))
+
+
+def _plain(words: Iterable[str]) -> list[str]:
+    """Words that are names: no remapping, nothing after `--ros-args`, and no option that is unknown."""
+    found: list[str] = []
+    for word in words:
+        if word == "--ros-args":
+            break
+        if ":=" not in word and not word.startswith("-"):
+            found.append(word)
+    return found
+
+
+def _manager(node: Node, options: Options) -> str:
+    """The namespace of the controller manager that a node of ROS 2 speaks to."""
+    below = options.text("-n", "--namespace") or ""
+    here = names.as_namespace(names.join(node.namespace, below)) if below else node.namespace
+    manager = names.join(here, options.text("-c", "--controller-manager") or "controller_manager")
+    return names.as_namespace(manager.rpartition("/")[0])
+
+
+def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> list[_File]:
+    found = []
+    for path in paths:
+        try:
+            data, places = load_placed_yaml(read_source(path))
+        except DescriptionError as error:
+            first = error.diagnostics[0]
+            notes.append(Diagnostic("L059", Severity.WARNING, first.message, origin, first.hint))
+            continue
+        except BadYaml as error:
+            message = f"the controllers' file is no YAML: {error.problem}"
+            place = Origin(error.span, Call("include", path, origin.span, origin.call))
+            notes.append(Diagnostic("L059", Severity.WARNING, message, place))
+            continue
+        if isinstance(data, dict):
+            found.append(_File(data, places, Call("include", path, origin.span, origin.call)))
+    return found
+
+
+def _settings_2(plan: Plan, full: str, wish: _Wish, files: Iterable[_File]) -> dict[str, Setting]:
+    """What files and launch tell the controller's own node, and its manager of its type."""
+    manager = names.join(wish.manager, "controller_manager")
+    found: dict[str, Setting] = {}
+    for file in files:
+        kind = _section(file, manager).get(f"{wish.name}.type")
+        found |= {"type": kind} if kind else {}
+        found |= _section(file, full)
+    for node in plan.nodes:
+        if runs_hardware(node) and (param := plan.params.get(f"{node.full_name}/{wish.name}.type")):
+            found.setdefault("type", Setting(param.value, param.origin))
+    if wish.kind:
+        found["type"] = Setting(wish.kind, wish.origin)
+    return found
+
+
+def _section(file: _File, node: str) -> dict[str, Setting]:
+    """What a file says of a node, by dotted name."""
+    found: dict[str, Setting] = {}
+
+    def look(data: Mapping[Any, Any], prefix: str, keys: Keys) -> None:
+        for key, value in data.items():
+            if not isinstance(value, dict):
+                continue
+            name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
+            if "ros__parameters" not in value:
+                look(value, name, below)
+            elif names.matches(name, node):
+                flatten(value["ros__parameters"], "", (*below, "ros__parameters"))
+
+    def flatten(values: Any, prefix: str, keys: Keys) -> None:
+        for key, value in values.items() if isinstance(values, dict) else ():
+            below = (*keys, str(key))
+            if isinstance(value, dict):
+                flatten(value, f"{prefix}{key}.", below)
+            elif below in file.places:
+                found[f"{prefix}{key}"] = Setting(value, Origin(file.places[below], file.call))
+
+    look(file.data, "", ())
+    return found

@@ -1,0 +1,105 @@
+"""What a launch file asks of Gazebo: the world, whether it starts paused, whether there is a window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.node_arguments import split
+from kbot.ros.launch.plan import Included, Node, Plan
+from kbot.ros.launch.quoting import split_words
+from kbot.text import Diagnostic, Severity
+
+_TAKE_A_WORD = frozenset(
+    ("--render-engine", "--physics-engine", "--record-path", "--playback", "--gui-config", "-z", "--levels")
+)
+_ELSEWHERE: Mapping[str, str] = {
+    "recording": "--record FILE records the run",
+    "respawn_gazebo": "the simulation does not end by itself",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GazeboSettings:
+    """`world` is as the launch file names it."""
+
+    world: str = "empty"
+    paused: bool = False
+    window: bool = True
+
+
+def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
+    """The settings of the launch's first Gazebo, and what of them is done otherwise."""
+    notes: list[Diagnostic] = []
+    for included in plan.included:
+        notes += _notes(included)
+    for included in plan.included:
+        settings = _included(included)
+        if settings is not None:
+            return settings, notes
+    for node in plan.nodes:
+        if role(node.package, node.type, node.args) is Role.SIMULATOR:
+            return _gz_process(node) or _server(node), notes
+    return GazeboSettings(), notes
+
+
+def _included(included: Included) -> GazeboSettings | None:
+    given = included.arguments
+    if included.package == "ros_gz_bridge":
+        return None
+    if included.package in ("ros_gz_sim", "ros_ign_gazebo"):
+        words = given.get("gz_args") or given.get("ign_args")
+        return _gz(words or given.get("world_sdf_file") or "", given)
+    if included.package != "gazebo_ros" or included.name.startswith("gzclient"):
+        return None
+    world = given.get("world_name") or given.get("world") or included.name.replace("_world.launch", ".world")
+    return GazeboSettings(
+        world if not included.name.endswith(".py") or given.get("world") else "empty",
+        paused=_is_on(given, "paused") or _is_on(given, "pause"),
+        window=not (_is_on(given, "headless") or given.get("gui", "true").lower() in ("false", "0")),
+    )
+
+
+def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
+    """Gazebo starts paused unless `-r` is given, and without a window where `-s` is."""
+    try:
+        parts = split_words(words)
+    except ValueError:
+        parts = words.split()
+    world, skip = "", False
+    for word in parts:
+        if skip:
+            skip = False
+        elif word in _TAKE_A_WORD or word == "-v":
+            skip = word != "-v"
+        elif not word.startswith("-") and not word.isdecimal():
+            world = world or word
+    runs = "-r" in parts or "world_sdf_file" in given
+    return GazeboSettings(world or "empty", paused=not runs, window="-s" not in parts)
+
+
+def _gz_process(node: Node) -> GazeboSettings | None:
+    """`gz sim …` and `ign gazebo …`; None for any other."""
+    _, _, words = node.args.partition(" ")
+    return _gz(words, {}) if node.type in ("gz", "ign") and not node.package else None
+
+
+def _server(node: Node) -> GazeboSettings:
+    """gazebo or gzserver as a node, with the world among its arguments."""
+    words = split(node)
+    worlds = [word for word in words if word.endswith((".world", ".sdf"))]
+    world = worlds[0] if worlds else "empty"
+    return GazeboSettings(world, paused="-u" in words or "--pause" in words)
+
+
+def _notes(included: Included) -> list[Diagnostic]:
+    return [
+        Diagnostic("L063", Severity.INFO, f"{name}: {why}", included.origin)
+        for name, why in _ELSEWHERE.items()
+        if _is_on(included.arguments, name)
+    ]
+
+
+def _is_on(arguments: Mapping[str, str], name: str) -> bool:
+    return arguments.get(name, "false").lower() in ("true", "1")

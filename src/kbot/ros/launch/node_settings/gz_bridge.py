@@ -1,0 +1,240 @@
+"""ros_gz_bridge: which topics of gz are which of ROS, from its YAML and from its arguments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import Any
+
+from kbot.ros import names
+from kbot.ros.launch.node_arguments import place_of, split
+from kbot.ros.launch.plan import Node, Plan
+from kbot.ros.nodes.gz_bridge import Bridged, Direction
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
+from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.text.span import Call
+from kbot.text.suggest import did_you_mean
+
+_MARKS = {"@": Direction.BOTH, "[": Direction.TO_ROS, "]": Direction.TO_GZ}
+_ARGUMENT = re.compile(r"(?P<topic>[^@\s]+)@(?P<ros>[\w/]+)(?P<mark>[@\[\]])(?P<gz>[\w.]+)")
+_SERVICE = re.compile(r"[^@\s]+@\w+/srv/\w+(?:@[\w.]+@[\w.]+)?")
+_TOPIC = re.compile(r"[~/]?\w[\w/]*", re.ASCII)
+_GZ_TOPIC = re.compile(r"[^\s@]+")
+_WORDS = (
+    *((name, _TOPIC, "topic of ROS") for name in ("topic_name", "ros_topic_name")),
+    ("gz_topic_name", _GZ_TOPIC, "topic of gz"),
+    ("ros_type_name", re.compile(r"\w+(/msg)?/\w+", re.ASCII), "type of ROS, as in geometry_msgs/msg/Twist"),
+    ("gz_type_name", re.compile(r"\w+(\.\w+)+", re.ASCII), "type of gz, as in gz.msgs.Twist"),
+)
+_KEYS = (
+    *("topic_name", "ros_topic_name", "gz_topic_name", "ros_type_name", "gz_type_name", "direction"),
+    *("lazy", "subscriber_queue", "publisher_queue", "qos_profile"),
+    *("service_name", "gz_req_type_name", "gz_rep_type_name"),
+)
+TYPES: Mapping[str, tuple[str, ...]] = {
+    "std_msgs/msg/Bool": ("Boolean",),
+    "std_msgs/msg/Float32": ("Float",),
+    "std_msgs/msg/Float64": ("Double",),
+    "std_msgs/msg/Header": ("Header",),
+    "std_msgs/msg/Int32": ("Int32",),
+    "std_msgs/msg/UInt32": ("UInt32",),
+    "std_msgs/msg/String": ("StringMsg",),
+    "std_msgs/msg/Empty": ("Empty",),
+    "std_msgs/msg/ColorRGBA": ("Color",),
+    "geometry_msgs/msg/Point": ("Vector3d",),
+    "geometry_msgs/msg/Pose": ("Pose",),
+    "geometry_msgs/msg/PoseArray": ("Pose_V",),
+    "geometry_msgs/msg/PoseStamped": ("Pose",),
+    "geometry_msgs/msg/PoseWithCovariance": ("PoseWithCovariance",),
+    "geometry_msgs/msg/Quaternion": ("Quaternion",),
+    "geometry_msgs/msg/Transform": ("Pose",),
+    "geometry_msgs/msg/TransformStamped": ("Pose",),
+    "geometry_msgs/msg/Twist": ("Twist",),
+    "geometry_msgs/msg/TwistStamped": ("Twist",),
+    "geometry_msgs/msg/Vector3": ("Vector3d",),
+    "geometry_msgs/msg/Wrench": ("Wrench",),
+    "geometry_msgs/msg/WrenchStamped": ("Wrench",),
+    "nav_msgs/msg/Odometry": ("Odometry", "OdometryWithCovariance"),
+    "rosgraph_msgs/msg/Clock": ("Clock",),
+    "sensor_msgs/msg/BatteryState": ("BatteryState",),
+    "sensor_msgs/msg/CameraInfo": ("CameraInfo",),
+    "sensor_msgs/msg/FluidPressure": ("FluidPressure",),
+    "sensor_msgs/msg/Image": ("Image",),
+    "sensor_msgs/msg/Imu": ("IMU",),
+    "sensor_msgs/msg/JointState": ("Model",),
+    "sensor_msgs/msg/Joy": ("Joy",),
+    "sensor_msgs/msg/LaserScan": ("LaserScan",),
+    "sensor_msgs/msg/MagneticField": ("Magnetometer",),
+    "sensor_msgs/msg/NavSatFix": ("NavSat",),
+    "sensor_msgs/msg/PointCloud2": ("PointCloudPacked",),
+    "tf2_msgs/msg/TFMessage": ("Pose_V",),
+    "trajectory_msgs/msg/JointTrajectory": ("JointTrajectory",),
+}
+"""Types of ROS and what each is in gz.msgs, as ros_gz_bridge converts them."""
+
+
+def read_bridged(plan: Plan, nodes: Iterable[Node]) -> tuple[tuple[Bridged, ...], list[Diagnostic]]:
+    """What a launch's bridges carry, and what is wrong with what they are told."""
+    reader = _Reader(plan)
+    for node in nodes:
+        reader.node(node)
+    for included in plan.included:
+        path = included.arguments.get("config_file")
+        if path and included.package in ("ros_gz_bridge", "ros_gz_sim"):
+            reader.file(path, included.origin, included.namespace, {})
+    return tuple(reader.found), reader.notes
+
+
+class _Reader:
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self.found: list[Bridged] = []
+        self.notes: list[Diagnostic] = []
+
+    def node(self, node: Node) -> None:
+        words = split(node)
+        remaps = dict(node.remaps) | dict(word.split(":=", 1) for word in words if ":=" in word)
+        told = {
+            _full(source, node.namespace): _full(target, node.namespace) for source, target in remaps.items()
+        }
+        config = self._plan.params.get(f"{node.full_name}/config_file")
+        if config is not None and config.value:
+            self.file(str(config.value), config.origin, node.namespace, told)
+        for word in words:
+            if word == "--ros-args":
+                break
+            if ":=" not in word and not word.startswith("-"):
+                self._argument(node, word, told)
+
+    def _argument(self, node: Node, word: str, remaps: Mapping[str, str]) -> None:
+        where = place_of(node, word)
+        if node.type == "image_bridge":
+            topic = _full(word, "/")
+            image = "sensor_msgs/msg/Image"
+            self.found.append(Bridged(topic, remaps.get(topic, topic), image, Direction.TO_ROS, where))
+            return
+        if _SERVICE.fullmatch(word):
+            return  # services are there by their names
+        match = _ARGUMENT.fullmatch(word)
+        if match is None:
+            message = f"'{word}' is no topic for a bridge"
+            hint = "/topic@ros_type@gz_type, with [ in the place of the second @ for from gz to ROS, ] back"
+            self._note(message, where, hint)
+            return
+        gz = _full(match["topic"], "/")
+        ros = _full(match["topic"], node.namespace)
+        direction = _MARKS[match["mark"]]
+        self._add(gz, remaps.get(ros, ros), match["ros"], match["gz"], direction, where, where)
+
+    def file(self, path: str, origin: Origin, namespace: str, remaps: Mapping[str, str]) -> None:
+        """Read a configuration; it may be absent, which is said where it is named."""
+        call = Call("include", path, origin.span, origin.call)
+        try:
+            source = read_source(path)
+            data, places = load_placed_yaml(source)
+        except DescriptionError as error:
+            (found,) = error.diagnostics
+            is_within = found.code == "F005" and found.origin is not None
+            where = Origin(found.origin.span, call) if is_within and found.origin else origin
+            self._note(found.message, where, found.hint)
+            return
+        except BadYaml as error:
+            self._note(f"the YAML cannot be read: {error}", Origin(error.span, call))
+            return
+        if not isinstance(data, list):
+            self._note(
+                f"{path} is to hold a list of topics", Origin(source.whole()), "- ros_topic_name: /cmd_vel …"
+            )
+            return
+        all_places = _Places(places, call, Origin(source.whole(), call))
+        for number, entry in enumerate(data):
+            keys = (str(number),)
+            if isinstance(entry, dict):
+                self._entry(entry, keys, all_places, namespace, remaps)
+            else:
+                self._note(
+                    f"{entry!r:.60} is no entry of a bridge", all_places.of(*keys), "- ros_topic_name: …"
+                )
+
+    def _entry(
+        self,
+        entry: Mapping[Any, Any],
+        keys: Keys,
+        places: _Places,
+        namespace: str,
+        remaps: Mapping[str, str],
+    ) -> None:
+        for key in entry:
+            if str(key) not in _KEYS:
+                hint = did_you_mean(str(key), _KEYS) or f"there are {', '.join(_KEYS)}"
+                self._note(f"a bridge has no '{key}'", places.of(*keys, str(key)), hint)
+        if "service_name" in entry:
+            return
+        first = places.of(*keys, str(next(iter(entry), "")))
+        either = entry.get("topic_name")
+        gz, ros = entry.get("gz_topic_name", either), entry.get("ros_topic_name", either)
+        gz, ros = gz or ros, ros or gz
+        if not gz or not ros:
+            self._note("this entry names no topic", first, "gz_topic_name: and ros_topic_name:")
+            return
+        for name, pattern, what in _WORDS:
+            if entry.get(name) and not (isinstance(entry[name], str) and pattern.fullmatch(entry[name])):
+                self._note(f"{entry[name]!r:.60} is no name of a {what}", places.of(*keys, name))
+                return
+        missing = [name for name in ("ros_type_name", "gz_type_name") if not entry.get(name)]
+        if missing:
+            self._note(f"the entry of {ros} lacks {' and '.join(missing)}", first)
+            return
+        wanted = str(entry.get("direction", Direction.BOTH))
+        if wanted not in list(Direction):
+            hint = did_you_mean(wanted, list(Direction)) or f"there are {', '.join(Direction)}"
+            self._note(f"'{wanted}' is no direction", places.of(*keys, "direction"), hint)
+            return
+        full = _full(str(ros), namespace)
+        self._add(
+            _full(str(gz), "/"),
+            remaps.get(full, full),
+            str(entry["ros_type_name"]),
+            str(entry["gz_type_name"]),
+            Direction(wanted),
+            first,
+            places.of(*keys, "ros_type_name"),
+        )
+
+    def _add(
+        self,
+        gz: str,
+        ros: str,
+        ros_type: str,
+        gz_type: str,
+        direction: Direction,
+        where: Origin,
+        typed: Origin,
+    ) -> None:
+        package, _, name = ros_type.partition("/")
+        kind = f"{package}/msg/{name.removeprefix('msg/')}"
+        fitting = TYPES.get(kind)
+        if fitting is not None and PurePosixPath(gz_type.replace(".", "/")).name not in fitting:
+            self._note(f"{kind} is gz.msgs.{fitting[0]} in gz, not {gz_type}: nothing is carried", typed)
+            return
+        self.found.append(Bridged(gz, ros, kind, direction, where))
+
+    def _note(self, message: str, where: Origin, hint: str = "") -> None:
+        self.notes.append(Diagnostic("L062", Severity.WARNING, message, where, hint))
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    spans: Mapping[Keys, Span]
+    call: Call
+    otherwise: Origin
+
+    def of(self, *keys: str) -> Origin:
+        span = self.spans.get(keys)
+        return self.otherwise if span is None else Origin(span, self.call)
+
+
+def _full(topic: str, namespace: str) -> str:
+    return names.canonical(names.join(names.as_namespace(namespace), topic))

@@ -1,0 +1,65 @@
+"""rosbag record and ros2 bag record: what is to be recorded, and into which file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+
+from kbot.ros.launch.node_arguments import Options, place_of, read_options
+from kbot.ros.launch.plan import Node
+from kbot.text import Diagnostic, Severity
+
+_ROS1: Mapping[str, int] = {
+    **dict.fromkeys(("-a", "--all", "-j", "--bz2", "--lz4", "-q", "--quiet", "-p", "--publish"), 0),
+    **dict.fromkeys(("--split", "--repeat-latched", "--tcpnodelay", "--udp"), 0),
+    **dict.fromkeys(("-O", "--output-name", "-o", "--output-prefix", "-b", "--buffsize", "--chunksize"), 1),
+    **dict.fromkeys(("-l", "--limit", "--min-space", "--node", "--duration", "--size", "--max-splits"), 1),
+    **dict.fromkeys(("-e", "--regex"), 0),
+    **dict.fromkeys(("-x", "--exclude"), 1),
+}
+_ROS2: Mapping[str, int] = {
+    **dict.fromkeys(("-a", "--all", "--include-hidden-topics", "--use-sim-time", "--no-discovery"), 0),
+    **dict.fromkeys(("-o", "--output", "-s", "--storage", "-e", "--regex", "-x", "--exclude"), 1),
+    **dict.fromkeys(("-d", "--max-bag-duration", "-b", "--max-bag-size", "--max-cache-size"), 1),
+    **dict.fromkeys(("--compression-mode", "--compression-format", "-f", "--serialization-format"), 1),
+    "--topics": -1,
+}
+_CHOICES = ("-e", "--regex", "-x", "--exclude", "--node", "--duration", "--split", "-l", "--limit")
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A file, and the topics that are recorded; all where there are none."""
+
+    path: str
+    topics: tuple[str, ...]
+
+
+def read_recording(node: Node, now: datetime) -> tuple[Recording, list[Diagnostic]]:
+    """What a recorder of ROS 1 (rosbag record) or of ROS 2 (ros2 bag record) would write.
+
+    `now` names the file where its arguments do not, as those programs do.
+    """
+    ros2 = node.package != "rosbag"
+    options = read_options(node, _ROS2 if ros2 else _ROS1)
+    words = options.rest[2:] if ros2 else options.rest
+    topics = [*words, *options.given.get("--topics", ())]
+    for option in _CHOICES:
+        if options.has(option):
+            message = f"{option}: the recording goes on from start to end with all topics that are named"
+            options.notes.append(Diagnostic("L063", Severity.WARNING, message, place_of(node, option)))
+    chosen = () if options.has("-a", "--all", "-e", "--regex") else tuple(topics)
+    path = _rosbag2(options, now) if ros2 else _bag(options, now)
+    return Recording(path, tuple(f"/{t.lstrip('/')}" for t in chosen if ":=" not in t)), options.notes
+
+
+def _bag(options: Options, now: datetime) -> str:
+    stamp = now.strftime("%Y-%m-%d-%H-%M-%S")
+    prefix = options.text("-o", "--output-prefix")
+    name = options.text("-O", "--output-name") or (f"{prefix}_{stamp}" if prefix else stamp)
+    return name if name.endswith(".bag") else f"{name}.bag"
+
+
+def _rosbag2(options: Options, now: datetime) -> str:
+    return options.text("-o", "--output") or now.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")

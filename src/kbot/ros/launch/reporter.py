@@ -1,0 +1,61 @@
+"""What is wrong with a launch file, collected."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from kbot.ros.launch.faults import Fault
+from kbot.text import Diagnostic, Origin, Related, Severity, Span
+from kbot.xacro.budget import Budget
+from kbot.xacro.limits import DEFAULT
+from kbot.xacro.packages import Packages
+
+
+class Reporter:
+    """Collects what is wrong; the same fault at the same place is reported once."""
+
+    def __init__(self, packages: Packages) -> None:
+        self.packages = packages
+        self.problems: list[Diagnostic] = []
+        self.findings: list[Diagnostic] = []
+        self.budget = Budget(DEFAULT)
+        """The work that the expressions and substitutions of the file and of those it includes may take."""
+        self._seen: set[tuple[str, str, str, int]] = set()
+        self._is_limit_reached = False
+
+    def problem(
+        self,
+        code: str,
+        message: str,
+        origin: Origin,
+        hint: str = "",
+        *,
+        warning: bool = False,
+        related: Iterable[Related] = (),
+    ) -> None:
+        """Report what keeps the file from being read as it is meant."""
+        severity = Severity.WARNING if warning else Severity.ERROR
+        key = (code, message, origin.span.file, origin.span.start)
+        if key not in self._seen:
+            self._seen.add(key)
+            self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
+
+    def fault(self, fault: Fault, origin: Origin) -> None:
+        """Report a fault, unless a limit was reached before: what follows is missing because of that."""
+        if not self._is_limit_reached:
+            self.problem(fault.code, fault.message, origin, fault.hint)
+            self._is_limit_reached = fault.is_limit
+
+    def finding(self, diagnostic: Diagnostic) -> None:
+        """Report what a ROS would stumble over."""
+        if diagnostic not in self.findings:
+            self.findings.append(diagnostic)
+
+
+def part_of(origin: Origin, piece: str) -> Origin:
+    """The part of an attribute's value that holds a piece of its text; all of it where it is not found."""
+    span = origin.span
+    at = span.source.data.find(piece.encode(), span.start, span.end) if piece else -1
+    if at < 0:
+        return origin
+    return Origin(Span(span.source, at, at + len(piece.encode())), origin.call)

@@ -1,0 +1,194 @@
+"""`<param>` and `<rosparam>`: values for the parameter store."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from kbot.ros import names
+from kbot.ros.launch import commands
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.includes import charge_text, charge_yaml
+from kbot.ros.launch.plan import Description, Param
+from kbot.ros.launch.ros1.attributes import Attributes, TagReporter
+from kbot.ros.launch.ros1.context import Context
+from kbot.ros.parameter_values import TYPES, convert, load_yaml
+from kbot.text import DescriptionError, Element, Origin, Span, read_source
+from kbot.text.files import read_bytes
+from kbot.text.placed_yaml import Keys, load_placed_yaml
+from kbot.text.span import Call
+from kbot.text.suggest import did_you_mean
+
+_SOURCES = ("value", "textfile", "binfile", "command")
+_YAML_COMMANDS = ("load", "dump", "delete")
+
+
+class Parameters:
+    """The parameters that a launch file sets, in order."""
+
+    def __init__(self, reporter: TagReporter, allow_commands: bool) -> None:
+        self.reporter = reporter
+        self.allow_commands = allow_commands
+        self.store: dict[str, Param] = {}
+        self.others: list[tuple[str, str, str]] = []
+
+    def add(self, param: Param) -> None:
+        """Set a parameter; a later value replaces an earlier one."""
+        parts = param.name.split("/")[1:-1]
+        for count in range(1, len(parts) + 1):
+            above = "/" + "/".join(parts[:count])
+            if above in self.store:
+                message = f"the parameter {param.name} lies beneath {above}, which has a value of its own"
+                self.reporter.problem("L035", message, param.origin, warning=True)
+        self.store[param.name] = param
+
+    def param(self, element: Element, context: Context) -> Param | None:
+        """The parameter of a `<param>`, its name as written; None where it cannot be had."""
+        reporter = self.reporter
+        found = reporter.attributes(element, context)
+        given = [name for name in _SOURCES if name in element.attributes]
+        if len(given) != 1:
+            what = f"exactly one of {', '.join(_SOURCES)}"
+            said = " and ".join(given) or "none of them"
+            reporter.problem("L030", f"<param> needs {what}, and has {said}", context.origin(element))
+            return None
+        if not found.ok:
+            return None
+        source = given[0]
+        origin = context.attribute_origin(element, source)
+        type_ = (found.get("type") or "auto").lower().strip()
+        if type_ not in TYPES:
+            hint = did_you_mean(type_, TYPES) or f"there are {', '.join(TYPES)}"
+            where = context.attribute_origin(element, "type")
+            reporter.problem("L031", f"there is no type '{type_}'", where, hint)
+            return None
+        try:
+            value, description = self._value(source, found, type_, origin)
+        except Fault as fault:
+            reporter.fault(fault, origin)
+        except DescriptionError as error:
+            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+        except ValueError as error:
+            reporter.problem("L031", str(error), origin)
+        else:
+            return Param(names.canonical(found["name"].strip()), value, context.origin(element), description)
+        return None
+
+    def _value(
+        self, source: str, found: Attributes, type_: str, origin: Origin
+    ) -> tuple[Any, Description | None]:
+        text = found[source]
+        budget = self.reporter.budget
+        match source:
+            case "value":
+                return convert(text.strip(), type_), None
+            case "textfile":
+                content = read_source(text).text
+                charge_text(budget, text, content)
+                if type_ == "yaml":
+                    charge_yaml(budget, text, content)
+                return convert(content, type_), commands.description_of(text, content)
+            case "binfile":
+                data = _bytes(text)
+                charge_text(budget, text, data)
+                return data, None
+        packages, note = self.reporter.packages, self.reporter.finding
+        output, description = commands.run(text, packages, origin, note, budget, self.allow_commands)
+        return convert(output, type_), description
+
+    def rosparam(self, element: Element, context: Context) -> None:
+        """A `<rosparam>`: YAML into the store, or a dump or deletion to be done at the launch."""
+        reporter = self.reporter
+        found = reporter.attributes(element, context)
+        if not found.ok:
+            return
+        command = found.get("command") or "load"
+        file = found.get("file")
+        name = names.join(found.get("ns", ""), found.get("param", ""))
+        full = names.join(context.namespace, name) if name else context.namespace
+        if command not in _YAML_COMMANDS:
+            hint = did_you_mean(command, _YAML_COMMANDS) or f"there are {', '.join(_YAML_COMMANDS)}"
+            origin = context.attribute_origin(element, "command")
+            reporter.problem("L033", f"<rosparam> has no command '{command}'", origin, hint)
+        elif command == "load":
+            substituted = reporter.flag(element, found, "subst_value", context)
+            self._load(element, context, file, full, bool(name), substituted)
+        elif command == "delete" and file is not None:
+            origin = context.attribute_origin(element, "file")
+            reporter.problem("L033", "'delete' takes no file", origin)
+        elif command == "dump" and file is None:
+            reporter.problem("L004", "'dump' lacks its attribute 'file'", context.origin(element))
+        else:
+            self.others.append((command, full, file or ""))
+
+    def _load(
+        self,
+        element: Element,
+        context: Context,
+        file: str | None,
+        full: str,
+        named: bool,
+        substituted: bool,
+    ) -> None:
+        reporter = self.reporter
+        origin = context.attribute_origin(element, "file") if file else context.origin(element)
+        places: Mapping[Keys, Span] = {}
+        try:
+            source = read_source(file) if file else None
+        except DescriptionError as error:
+            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+            return
+        text: str | None = source.text if source else element.text
+        if substituted:
+            text = reporter.resolve_text(text or "", element, context)
+            if text is None:
+                return
+        try:
+            charge_yaml(reporter.budget, file or context.file, text or "")
+            if source is not None and source.text == text:
+                data, places = load_placed_yaml(source)
+            else:
+                data = load_yaml(text or "")
+        except Fault as fault:
+            reporter.fault(fault, origin)
+            return
+        except ValueError as error:
+            where = f" in {file}" if file else ""
+            reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)
+            return
+        data = {} if data is None else data
+        if not isinstance(data, dict) and not named:
+            message = "YAML that is no mapping needs a name: the attribute 'param'"
+            reporter.problem("L034", message, context.origin(element))
+            return
+        call = Call("include", file or "", context.origin(element).span, context.call)
+        written = {keys: Origin(span, call) for keys, span in places.items()}
+        self._spread(full, data, context.origin(element), written)
+
+    def _spread(
+        self,
+        name: str,
+        value: Any,
+        origin: Origin,
+        written: Mapping[Keys, Origin],
+        keys: Keys = (),
+    ) -> None:
+        """Set what a mapping holds, each at the line that it is `written` on, else at `origin`."""
+        if isinstance(value, dict):
+            for key, item in value.items():
+                if isinstance(key, str):
+                    below = (*keys, key)
+                    here = written.get(below, origin)
+                    self._spread(names.join(name, key), item, here, written, below)
+                else:  # as `on:` and `1:`, which YAML does not read as texts
+                    message = f"the key {key!r} of the YAML is no name"
+                    self.reporter.problem("L033", message, origin, "put it in quotes")
+        else:
+            self.add(Param(names.canonical(name), value, origin))
+
+
+def _bytes(path: str) -> bytes:
+    try:
+        return read_bytes(path)
+    except OSError as error:
+        raise Fault("L032", f"{path} cannot be read: {error.strerror}") from None

@@ -1,0 +1,185 @@
+"""Substitutions of a ROS 1 launch file: `$(find …)`, `$(arg …)`, `$(eval …)` and their like."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from kbot.ros.launch.evaluation import BUILTINS, evaluated, joined
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
+from kbot.ros.parameter_values import convert
+from kbot.text.suggest import did_you_mean
+from kbot.xacro.budget import Budget
+from kbot.xacro.packages import PackageNotFound, Packages
+
+_MARK = re.compile(r"[$()]")
+COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
+
+
+@dataclass
+class Scope:
+    """What substitutions can see.
+
+    `anonymous` remembers the names that `$(anon …)` gave; None leaves such substitutions as they are.
+    """
+
+    file: str
+    packages: Packages
+    arguments: Mapping[str, str]
+    budget: Budget
+    anonymous: dict[str, str] | None = field(default_factory=dict)
+
+    def resolve(self, text: str) -> str:
+        """The text with its substitutions made.
+
+        Raises:
+            Fault: L010 to L016.
+        """
+        if "$" not in text:
+            return text
+        if text.startswith("$(eval ") and text.endswith(")"):
+            return self._eval(text[7:-1])
+        # `find` comes last, because the path after it must be complete by then
+        return self._replace(self._replace(text, finding=False), finding=True)
+
+    def _replace(self, text: str, finding: bool) -> str:
+        result: list[str] = []
+        at = 0
+        for start, end in _substitutions(text):
+            whole = text[start:end]
+            result.append(text[at:start])
+            at = end
+            word, *rest = whole[2:-1].split() or [""]
+            if word == "eval":
+                raise Fault("L015", "$(eval …) must be the whole value", "put the rest into it", whole)
+            if word not in COMMANDS:
+                hint = did_you_mean(word, COMMANDS) or f"there are {', '.join(COMMANDS)}"
+                raise Fault("L010", f"unknown substitution $({word})", hint, whole)
+            value = self._command(word, rest, whole) if (word == "find") is finding else whole
+            if finding and word == "find":
+                value, at = _before_path(value, text, end)
+            result.append(value)
+        return joined([*result, text[at:]], self.budget)
+
+    def _command(self, word: str, rest: list[str], whole: str) -> str:
+        if word == "dirname":
+            return self.dirname()
+        if word == "optenv" and rest:
+            return self.optenv(rest[0], " ".join(rest[1:]))
+        if len(rest) != 1:
+            raise Fault("L015", f"$({word} …) takes one name, not {len(rest)}", "", whole)
+        if word == "anon":
+            return whole if self.anonymous is None else self.anon(rest[0])
+        lookups: dict[str, Callable[[str], str]] = {"find": self.find, "env": self.env, "arg": self.arg}
+        if word not in lookups:
+            raise Fault("L015", f"$({word} …) needs a name", "", whole)
+        try:
+            return lookups[word](rest[0])
+        except Fault as fault:
+            fault.piece = fault.piece or whole
+            raise
+
+    def find(self, name: str) -> str:
+        try:
+            return self.packages.find(name)
+        except PackageNotFound as error:
+            if name in STAND_IN_PACKAGES:
+                return share_of(name)
+            raise Fault("L012", f"the package '{name}' is not found", error.hint) from None
+
+    def env(self, name: str) -> str:
+        if name not in os.environ:
+            raise Fault("L013", f"the environment variable {name} is not set", f"$(optenv {name} DEFAULT)")
+        return os.environ[name]
+
+    def optenv(self, name: str, default: str = "") -> str:
+        return os.environ.get(name, default)
+
+    def anon(self, name: str) -> str:
+        if self.anonymous is None:
+            return f"$(anon {name})"
+        return self.anonymous.setdefault(name, f"{name}_{os.getpid()}_{len(self.anonymous) + 1}")
+
+    def dirname(self) -> str:
+        return os.path.normpath(Path(self.file).absolute().parent)
+
+    def arg(self, name: str) -> str:
+        if name not in self.arguments:
+            hint = did_you_mean(name, self.arguments) or f"declare it with <arg name='{name}'/>"
+            raise Fault("L011", f"the argument '{name}' is not set", hint)
+        return self.arguments[name]
+
+    def _eval(self, expression: str) -> str:
+        return evaluated(expression, _Names(self))
+
+
+class _Names:
+    """What an `$(eval …)` may name: the substitutions as functions, mathematics, the arguments."""
+
+    def __init__(self, scope: Scope) -> None:
+        import math
+
+        self.budget = scope.budget
+        self._scope = scope
+        self._known: dict[str, Any] = {
+            **{name: value for name, value in vars(math).items() if not name.startswith("_")},
+            "true": True,
+            "false": False,
+            "anon": scope.anon,
+            "dirname": scope.dirname,
+            "env": scope.env,
+            "find": scope.find,
+            "optenv": scope.optenv,
+            "arg": lambda name: convert(scope.arg(name), "auto"),
+        }
+
+    def lookup(self, name: str) -> Any:
+        if name in self._known:
+            return self._known[name]
+        if name in self._scope.arguments:
+            return convert(self._scope.arguments[name], "auto")
+        if name in BUILTINS:  # roslaunch lets arguments of these names come first
+            return BUILTINS[name]
+        hint = did_you_mean(name, [*self._known, *self._scope.arguments, *BUILTINS])
+        raise Fault("L014", f"the name '{name}' is not defined", hint, name)
+
+    def assign(self, name: str, value: object) -> None:
+        raise Fault("L014", f"an expression cannot set '{name}'", "", name)
+
+
+def _before_path(folder: str, text: str, at: int) -> tuple[str, int]:
+    """A package's folder, ready for the path that follows it at `at`, and where that path goes on: roslaunch
+    joins both, so that a slash is put between, and a path that begins with two is a path from the root."""
+    slash = text.startswith("/", at)
+    at += slash
+    following = text[at : at + 1]
+    if following in ("", " "):
+        return folder, at
+    return ("" if slash and following == "/" else f"{folder}/"), at
+
+
+def _substitutions(text: str) -> list[tuple[int, int]]:
+    """Start and end of each `$(…)`, the end not included; one that is never closed stays as it is.
+
+    Raises:
+        Fault: L015, a `$` or `(` within one.
+    """
+    found: list[tuple[int, int]] = []
+    at = text.find("$(")
+    while at >= 0:
+        mark = _MARK.search(text, at + 2)
+        if mark is None:
+            break
+        stop = mark.start()
+        if text[stop] != ")":
+            piece = text[at : stop + 1]
+            raise Fault("L015", f"'{text[stop]}' cannot stand within $(…)", "they do not nest", piece)
+        if stop > at + 2:
+            found.append((at, stop + 1))
+        at = text.find("$(", stop)
+    return found

@@ -1,0 +1,273 @@
+"""Carries out the actions of a ROS 2 launch file as far as a plan needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from kbot.ros import names
+from kbot.ros.launch import known_packages
+from kbot.ros.launch.evaluation import joined
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.includes import charge_file, require_end
+from kbot.ros.launch.plan import Argument, Included, Node, Param, Plan
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros2 import actions as act
+from kbot.ros.launch.ros2 import neighbours
+from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.handlers import EventHandler, RegisterEventHandler
+from kbot.ros.launch.ros2.parameters import Placed, parameters_of, parameters_of_file, plain
+from kbot.ros.launch.ros2.processes import ends_launch, node_of, process_of, seconds_of
+from kbot.ros.launch.ros2.substitutions import is_true, performed
+from kbot.text import Diagnostic, Origin, Severity, Source, read_source
+from kbot.text.errors import DescriptionError
+from kbot.text.suggest import did_you_mean
+
+Load = Callable[[Source, "Carrier"], list[object]]
+
+
+class Carrier:
+    """Visits actions in order; what they come to is in `plan()`."""
+
+    def __init__(self, context: Context, reporter: Reporter, given: dict[str, str], load: Load) -> None:
+        self.context, self.reporter, self.given, self.load = context, reporter, given, load
+        self.nodes: list[Node] = []
+        self.params: dict[str, Param] = {}
+        context.launched = self.params
+        self.arguments: dict[str, Argument] = {}
+        self.included: list[Included] = []
+        self.files: list[str] = []
+        self.depth = 0
+        self._delay = 0.0
+        self._pushed: list[dict[str, str]] = []
+        self._after: tuple[str, str] | None = None
+        self._names: dict[int, str] = {}
+        """Full names of the nodes that actions made, by the action's identity."""
+
+    def plan(self, path: str) -> Plan:
+        return Plan(
+            path,
+            nodes=tuple(self.nodes),
+            params=self.params,
+            arguments=self.arguments,
+            included=tuple(self.included),
+            files=tuple(self.files),
+            problems=tuple(self.reporter.problems),
+            findings=tuple(self.reporter.findings),
+            is_ros_2=True,
+        )
+
+    def read(self, source: Source) -> None:
+        """Carry out a launch file within the context as it is."""
+        outer, self.context.file = self.context.file, source.path
+        self.files.append(source.path)
+        charge_file(self.context.budget, source)
+        self.depth += 1
+        try:
+            self.visit_all(self.load(source, self))
+        finally:
+            self.context.file = outer
+            self.depth -= 1
+
+    def visit_all(self, entities: Iterable[object]) -> None:
+        for entity in entities:
+            if isinstance(entity, act.LaunchDescription):
+                self.visit_all(entity.entities)
+            elif isinstance(entity, act.Action):
+                self.visit(entity)
+            elif isinstance(entity, list | tuple):
+                self.visit_all(entity)
+            else:
+                message = f"{type(entity).__name__} stands where an action is expected"
+                self.reporter.problem("L081", message, self.context.here)
+
+    def visit(self, action: act.Action) -> None:
+        """Carry out one action; a fault of it is a problem at the line that made it."""
+        self.context.here = origin = action.origin or self.context.here
+        try:
+            if action.condition is None or action.condition.evaluate(self.context):
+                self._visit(action, origin)
+        except Fault as fault:
+            self.reporter.fault(fault, origin)
+        except DescriptionError as error:
+            for diagnostic in error.diagnostics:
+                kept = diagnostic.origin if diagnostic.code[0] != "F" else None
+                self.reporter.problem(diagnostic.code, diagnostic.message, kept or origin, diagnostic.hint)
+
+    def _visit(self, action: act.Action, origin: Origin) -> None:
+        context = self.context
+        match action:
+            case act.DeclareLaunchArgument():
+                self._declare(action, origin)
+            case act.SetLaunchConfiguration():
+                name = performed(action.name, context)
+                context.launch_configurations[name] = performed(action.value, context)
+            case act.PushLaunchConfigurations():
+                self._pushed.append(dict(context.launch_configurations))
+            case act.PopLaunchConfigurations():
+                context.launch_configurations = self._pushed.pop() if self._pushed else {}
+            case act.ResetLaunchConfigurations():
+                given = action.launch_configurations.items()
+                values = {performed(k, context): performed(v, context) for k, v in given}
+                context.launch_configurations = values
+            case act.UnsetLaunchConfiguration():
+                context.launch_configurations.pop(performed(action.name, context), None)
+            case act.AppendEnvironmentVariable():
+                self._append_to_environment(action)
+            case act.SetEnvironmentVariable():
+                context.environment[performed(action.name, context)] = performed(action.value, context)
+            case act.UnsetEnvironmentVariable():
+                context.environment.pop(performed(action.name, context), None)
+            case act.IncludeLaunchDescription():
+                self._include(action, origin)
+            case act.GroupAction():
+                self._group(action)
+            case act.PushRosNamespace():
+                below = names.join(context.namespace, performed(action.namespace, context))
+                context.namespace = names.as_namespace(below)
+            case act.SetRemap():
+                context.remaps.append(
+                    (performed(action.pair[0], context), performed(action.pair[1], context))
+                )
+            case act.SetParameter():
+                value = Placed(plain(action.value, context), origin)
+                context.parameters[performed(action.name, context)] = value
+            case act.SetParametersFromFile():
+                found = parameters_of_file(performed(action.filename, context), "/**", context)
+                context.parameters.update(found)
+            case act.Node():
+                self._node(action, origin)
+            case act.ExecuteProcess():
+                self._process(action, origin)
+            case act.TimerAction():
+                self._timer(action)
+            case RegisterEventHandler():
+                self._handler(action.handler)
+            case act.OpaqueFunction():
+                self.visit_all(action.function(context, *action.args, **action.kwargs) or ())
+
+    def _append_to_environment(self, action: act.AppendEnvironmentVariable) -> None:
+        context = self.context
+        name, value = performed(action.name, context), performed(action.value, context)
+        parts = [context.environment[name], value] if name in context.environment else [value]
+        first = is_true(performed(action.prepend, context))
+        separator = performed(action.separator, context)
+        ordered = parts[::-1] if first else parts
+        pieces = [piece for part in ordered for piece in (separator, part)][1:]
+        context.environment[name] = joined(pieces, context.budget)
+
+    def _declare(self, action: act.DeclareLaunchArgument, origin: Origin) -> None:
+        context, name = self.context, action.name
+        default = None if action.default is None else performed(action.default, context)
+        if name not in context.launch_configurations:
+            if default is None:
+                hint = f"give it: {name}:=…"
+                raise Fault("L011", f"the launch argument '{name}' has no default and was not given", hint)
+            context.launch_configurations[name] = default
+        value = context.launch_configurations[name]
+        if action.choices is not None and value not in action.choices:
+            hint = did_you_mean(value, action.choices) or f"there are {', '.join(action.choices)}"
+            raise Fault("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
+        if self.depth == 1 or name not in self.arguments:
+            self.arguments[name] = Argument(name, value, default, action.description, origin)
+
+    def _timer(self, action: act.TimerAction) -> None:
+        outer, self._delay = self._delay, self._delay + seconds_of(action.period, self.context)
+        try:
+            self.visit_all(action.actions)
+        finally:
+            self._delay = outer
+
+    def _handler(self, handler: EventHandler) -> None:
+        """What is done when a process ends or starts; of one that is not there it is done at once."""
+        outer, target = self._after, self._names.get(id(handler.target))
+        if target is not None:
+            self._after = handler.event, target
+            if handler.event == "exit" and ends_launch(handler.actions):
+                self.nodes = [replace(n, required=True) if n.full_name == target else n for n in self.nodes]
+        try:
+            self.visit_all(handler.actions)
+        finally:
+            self._after = outer
+
+    def _group(self, action: act.GroupAction) -> None:
+        context = self.context
+        given = action.launch_configurations.items()
+        configurations = {performed(name, context): performed(value, context) for name, value in given}
+        kept = (
+            dict(context.launch_configurations),
+            dict(context.environment),
+            context.namespace,
+            list(context.remaps),
+            dict(context.parameters),
+        )
+        is_scoped = is_true(performed(action.scoped, context))
+        if is_scoped and not is_true(performed(action.forwarding, context)):
+            context.begin_anew()
+        context.launch_configurations.update(configurations)
+        try:
+            self.visit_all(action.actions)
+        finally:
+            if is_scoped:
+                (
+                    context.launch_configurations,
+                    context.environment,
+                    context.namespace,
+                    context.remaps,
+                    context.parameters,
+                ) = kept
+
+    def _include(self, action: act.IncludeLaunchDescription, origin: Origin) -> None:
+        context = self.context
+        path = performed(action.location, context)
+        passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
+        context.launch_configurations.update(passed)
+        stand_in = known_packages.stand_in_file(path) or _not_built(path)
+        if stand_in:
+            package, name = stand_in[0], Path(stand_in[1]).name
+            makers = neighbours.LAUNCH_FILES.get((package, name), ())
+            for maker in makers:
+                self.visit_all([maker(**passed)])
+            if makers:
+                return
+            if (package, name) not in known_packages.LAUNCH_FILES_2:
+                message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
+                raise Fault("L012", message, "install the package, or leave the include out")
+            self.included.append(Included(package, name, passed, context.namespace, origin))
+            return
+        require_end(path, self.depth, len(self.files))
+        self.read(read_source(path))
+
+    def _node(self, action: act.Node, origin: Origin) -> None:
+        context = self.context
+        node = replace(node_of(action, context, origin), delay=self._delay, after=self._after)
+        self._names[id(action)] = full = node.full_name
+        values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
+        for key, placed in values.items():
+            self._set(f"{full}/{key}", placed.value, placed.origin or origin)
+        known_nodes = known_packages.NODES.get(node.package, {})
+        if known_nodes and node.type not in known_nodes:
+            hint = did_you_mean(node.type, known_nodes)
+            if hint:
+                message = f"the package {node.package} has no executable '{node.type}'"
+                self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
+        self.nodes.append(node)
+
+    def _set(self, name: str, value: Any, origin: Origin) -> None:
+        description = self.context.described(value) if isinstance(value, str) else None
+        self.params[name] = Param(names.canonical(name), value, origin, description)
+
+    def _process(self, action: act.ExecuteProcess, origin: Origin) -> None:
+        made = process_of(action, self.context, origin)
+        node = replace(made, delay=self._delay, after=self._after)
+        self._names[id(action)] = node.full_name
+        self.nodes.append(node)
+
+
+def _not_built(path: str) -> tuple[str, str] | None:
+    """Package and file, of one whose sources are here and which its build would make."""
+    package, file = Path(path).parts[-3:-2], Path(path).name
+    known = package and (package[0], file) in known_packages.LAUNCH_FILES_2
+    return (package[0], file) if known and not Path(path).exists() else None

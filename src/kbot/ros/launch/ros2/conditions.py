@@ -1,0 +1,42 @@
+"""Whether an action of a ROS 2 launch file is carried out: the names are those of `launch.conditions`."""
+
+from __future__ import annotations
+
+from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.substitutions import as_substitution, is_true, performed
+
+
+class Condition:
+    """Whether an action is carried out."""
+
+    def __init__(self, predicate: object) -> None:
+        self.predicate = as_substitution(predicate)
+
+    def evaluate(self, context: Context) -> bool:
+        return is_true(self.predicate.perform(context))
+
+
+class IfCondition(Condition):
+    pass
+
+
+class UnlessCondition(Condition):
+    def evaluate(self, context: Context) -> bool:
+        return not super().evaluate(context)
+
+
+class LaunchConfigurationEquals(Condition):
+    def __init__(self, launch_configuration_name: str, expected_value: object) -> None:
+        self.name, self.expected = launch_configuration_name, expected_value
+
+    def evaluate(self, context: Context) -> bool:
+        return self._is(context)
+
+    def _is(self, context: Context) -> bool:
+        actual = context.launch_configurations.get(self.name)
+        return actual == (None if self.expected is None else performed(self.expected, context))
+
+
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    def evaluate(self, context: Context) -> bool:
+        return not self._is(context)

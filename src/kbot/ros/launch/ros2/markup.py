@@ -1,0 +1,265 @@
+"""ROS 2 launch files in XML and YAML: the same actions as those in Python make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros2 import actions as act
+from kbot.ros.launch.ros2 import neighbours
+from kbot.ros.launch.ros2.conditions import Condition, IfCondition, UnlessCondition
+from kbot.ros.launch.ros2.grammar import parse
+from kbot.ros.launch.ros2.substitutions import CommandLine
+from kbot.ros.parameter_values import load_yaml
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
+from kbot.text.suggest import did_you_mean
+from kbot.text.yaml_text import safe_loader
+
+_LISTS = {"arg", "let", "param", "remap", "env", "keep"}
+
+
+def read_xml(source: Source, reporter: Reporter) -> list[object]:
+    """The actions of a launch file in XML.
+
+    Raises:
+        DescriptionError: P001 to P003, or L001: it is no launch file.
+    """
+    root = parse_xml(source)
+    if root.tag != "launch":
+        raise DescriptionError([_no_launch(Origin(root.origin.span))])
+    return _Markup(reporter).actions(root)
+
+
+def read_yaml(source: Source, reporter: Reporter) -> list[object]:
+    """The actions of a launch file in YAML.
+
+    Raises:
+        DescriptionError: L033 no YAML, or L001: it is no launch file.
+    """
+    import yaml
+
+    try:
+        node = yaml.compose(source.text, safe_loader())
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)  # a character that is not allowed has none
+        offset = source.offset(mark.line + 1, mark.column + 1) if mark else 0
+        origin = Origin(source.whole())
+        if mark:
+            origin = Origin(type(origin.span)(source, offset, offset + 1))
+        message = f"the YAML cannot be read: {getattr(error, 'problem', None) or error}"
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, origin)]) from None
+    pairs = node.value if isinstance(node, yaml.MappingNode) else []
+    for key, value in pairs:
+        if key.value == "launch":
+            root = Element("launch", {}, source, 0, len(source.data))
+            root.children.extend(_elements(value, source))
+            return _Markup(reporter).actions(root)
+    raise DescriptionError([_no_launch(Origin(source.whole()))])
+
+
+def _no_launch(origin: Origin) -> Diagnostic:
+    return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
+
+
+def _elements(node: Any, source: Source) -> list[Element | Text]:
+    """Elements of a YAML sequence of one-key mappings, as the XML of the same launch file has them."""
+    import yaml
+
+    found: list[Element | Text] = []
+    for item in node.value if isinstance(node, yaml.SequenceNode) else []:
+        for key, value in item.value if isinstance(item, yaml.MappingNode) else []:
+            found.append(_element(key.value, value, source, key))
+    return found
+
+
+def _element(tag: str, node: Any, source: Source, key: Any) -> Element:
+    import yaml
+
+    start = source.offset(key.start_mark.line + 1, key.start_mark.column + 1)
+    end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
+    element = Element(tag, {}, source, start, end)
+    if isinstance(node, yaml.ScalarNode):
+        # push_ros_namespace: NAME and the like
+        element.attributes["namespace" if "namespace" in tag else "value"] = node.value
+        return element
+    if isinstance(node, yaml.SequenceNode):  # as `group: [...]`
+        element.children.extend(_elements(node, source))
+        return element
+    for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
+        if isinstance(value, yaml.ScalarNode):
+            element.attributes[name.value] = value.value
+        elif name.value == "children":
+            element.children.extend(_elements(value, source))
+        elif name.value in _LISTS and isinstance(value, yaml.SequenceNode):
+            element.children.extend(_element(name.value, child, source, child) for child in value.value)
+    return element
+
+
+def _on_exit(element: Element) -> act.Shutdown | None:
+    return act.Shutdown() if element.attributes.get("on_exit") == "shutdown" else None
+
+
+class _Markup:
+    def __init__(self, reporter: Reporter) -> None:
+        self.reporter = reporter
+        self._makers: Mapping[str, Callable[[Element], act.Action]] = {
+            "arg": self._arg,
+            "let": lambda e: act.SetLaunchConfiguration(self._of(e, "name"), self._of(e, "value")),
+            "set_env": lambda e: act.SetEnvironmentVariable(self._of(e, "name"), self._of(e, "value")),
+            "unset_env": lambda e: act.UnsetEnvironmentVariable(self._of(e, "name")),
+            "append_env": self._append_env,
+            "set_use_sim_time": lambda e: act.SetUseSimTime([self._of(e, "value")]),
+            "ros_timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
+            "gz_server": lambda e: neighbours.gz_server(**self._all(e)),
+            "ros_gz_bridge": lambda e: neighbours.ros_gz_bridge(**self._all(e)),
+            "gz_spawn_model": lambda e: neighbours.gz_spawn_model(**self._all(e)),
+            "set_ros_log_dir": lambda e: act.Silent(),
+            "include": self._include,
+            "group": self._group,
+            "node": self._node,
+            "executable": self._executable,
+            "timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
+            "push_ros_namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
+            "push-ros-namespace": lambda e: act.PushRosNamespace(self._of(e, "namespace")),
+            "set_remap": lambda e: act.SetRemap(self._of(e, "from"), self._of(e, "to")),
+            "set_parameter": lambda e: act.SetParameter(self._of(e, "name"), [self._of(e, "value")]),
+            "set_parameters_from_file": lambda e: act.SetParametersFromFile(self._of(e, "filename")),
+            "log": lambda e: act.LogInfo(),
+            "shutdown": lambda e: act.Shutdown(),
+            "composable_node": lambda e: act.Silent(),
+            "load_composable_node": lambda e: act.Silent(),
+            "node_container": lambda e: act.Silent(),
+            "reset": lambda e: act.ResetLaunchConfigurations(dict(self._pairs(e, "keep"))),
+        }
+
+    def actions(self, parent: Element) -> list[object]:
+        """The actions of an element's children, each with its place and its condition."""
+        made: list[object] = []
+        for element in parent.elements():
+            if element.tag == "keep":  # it is no action: groups and resets read it
+                continue
+            maker = self._makers.get(element.tag)
+            if maker is None:
+                hint = did_you_mean(element.tag, self._makers)
+                message = f"there is no tag <{element.tag}>"
+                self.reporter.problem("L002", message, element.origin, hint, warning=True)
+                continue
+            try:
+                action = maker(element)
+                action.condition = self._condition(element)
+            except Fault as fault:
+                self.reporter.fault(fault, element.origin)
+            else:
+                action.origin = element.origin
+                made.append(action)
+        return made
+
+    def _of(self, element: Element, name: str) -> object:
+        if name not in element.attributes:
+            raise Fault("L004", f"<{element.tag}> lacks its attribute '{name}'")
+        return parse(element.attributes[name])
+
+    def _get(self, element: Element, name: str) -> object:
+        return parse(element.attributes[name]) if name in element.attributes else None
+
+    def _all(self, element: Element) -> dict[str, Any]:
+        """Every attribute but the conditions."""
+        return {
+            name: parse(text) for name, text in element.attributes.items() if name not in ("if", "unless")
+        }
+
+    def _pairs(self, element: Element, tag: str) -> list[tuple[object, object]]:
+        return [(self._of(child, "name"), self._of(child, "value")) for child in element.elements(tag)]
+
+    def _append_env(self, element: Element) -> act.Action:
+        given = {key: self._of(element, key) for key in ("prepend", "separator") if key in element.attributes}
+        return act.AppendEnvironmentVariable(self._of(element, "name"), self._of(element, "value"), **given)
+
+    def _condition(self, element: Element) -> Condition | None:
+        if "if" in element.attributes and "unless" in element.attributes:
+            raise Fault("L006", "a tag cannot have both 'if' and 'unless'")
+        if "if" in element.attributes:
+            return IfCondition(parse(element.attributes["if"]))
+        return (
+            UnlessCondition(parse(element.attributes["unless"])) if "unless" in element.attributes else None
+        )
+
+    def _arg(self, element: Element) -> act.Action:
+        if "name" not in element.attributes:
+            raise Fault("L004", "<arg> lacks its attribute 'name'")
+        default, description = self._get(element, "default"), element.attributes.get("description")
+        return act.DeclareLaunchArgument(
+            element.attributes["name"], default_value=default, description=description
+        )
+
+    def _include(self, element: Element) -> act.Action:
+        pairs = [
+            (self._of(child, "name"), self._of(child, "value"))
+            for child in element.elements()
+            if child.tag in ("arg", "let")
+        ]
+        return act.IncludeLaunchDescription(self._of(element, "file"), launch_arguments=pairs)
+
+    def _group(self, element: Element) -> act.Action:
+        kept = self._pairs(element, "keep")
+        return act.GroupAction(
+            self.actions(element),
+            scoped=self._get(element, "scoped") or "true",
+            forwarding=self._get(element, "forwarding") or "true",
+            launch_configurations=dict(kept),
+        )
+
+    def _node(self, element: Element) -> act.Action:
+        parameters: list[Any] = []
+        for child in element.elements("param"):
+            if "from" in child.attributes:
+                parameters.append(act.ParameterFile(self._of(child, "from")))
+            else:
+                parameters += self._parameters(child)
+        return act.Node(
+            package=self._of(element, "pkg"),
+            executable=self._of(element, "exec"),
+            name=self._get(element, "name"),
+            namespace=self._get(element, "namespace") or self._get(element, "ns"),
+            arguments=self._words(element, "args") + self._words(element, "ros_args"),
+            output=element.attributes.get("output", "log"),
+            respawn=self._get(element, "respawn") or "false",
+            respawn_delay=self._get(element, "respawn_delay"),
+            prefix=self._get(element, "launch-prefix"),
+            parameters=parameters,
+            remappings=[(self._of(c, "from"), self._of(c, "to")) for c in element.elements("remap")],
+            additional_env={
+                child.attributes.get("name", ""): self._of(child, "value")
+                for child in element.elements("env")
+            },
+            on_exit=_on_exit(element),
+        )
+
+    def _executable(self, element: Element) -> act.Action:
+        return act.ExecuteProcess(
+            cmd=self._words(element, "cmd") + self._words(element, "args"),
+            name=self._get(element, "name"),
+            on_exit=_on_exit(element),
+        )
+
+    def _parameters(self, element: Element, above: str = "") -> Iterator[act.PlacedParameter]:
+        """One, or those that are nested in it, by the names `a.b`."""
+        name = above + element.attributes.get("name", "")
+        nested = list(element.elements("param"))
+        for child in nested:
+            yield from self._parameters(child, f"{name}.")
+        if nested:
+            return
+        type_ = str if element.attributes.get("type") == "str" else None
+        text = element.attributes.get("value", "")
+        is_plain = "$(" not in text and type_ is None
+        value = (
+            load_yaml(text) if is_plain else act.ParameterValue(self._of(element, "value"), value_type=type_)
+        )
+        yield act.PlacedParameter({name: value}, element.origin)
+
+    def _words(self, element: Element, name: str) -> list[object]:
+        text = element.attributes.get(name, "")
+        return [CommandLine([parse(text)])] if text else []

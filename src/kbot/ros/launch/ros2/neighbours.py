@@ -1,0 +1,114 @@
+"""What packages beside launch itself offer launch files: controller_manager's helpers and the actions of
+ros_gz. The names and arguments are theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from kbot.ros.launch.known_packages import share_of
+from kbot.ros.launch.ros2 import actions as act
+from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.substitutions import LaunchConfiguration, performed
+
+_SPAWN_OPTIONS = {
+    "world": "-world",
+    "file": "-file",
+    "model_string": "-string",
+    "topic": "-topic",
+    "entity_name": "-name",
+    "x": "-x",
+    "y": "-y",
+    "z": "-z",
+    "roll": "-R",
+    "pitch": "-P",
+    "yaw": "-Y",
+}
+
+
+def gz_server(*, condition: Any = None, **given: Any) -> act.IncludeLaunchDescription:
+    """Gazebo's server, as the action GzServer and the tag `<gz_server>` start it."""
+    return _included("ros_gz_sim", "gz_server.launch.py", given, condition)
+
+
+def ros_gz_bridge(*, condition: Any = None, **given: Any) -> act.IncludeLaunchDescription:
+    """The bridge, as the action RosGzBridge and the tag `<ros_gz_bridge>` start it."""
+    return _included("ros_gz_bridge", "ros_gz_bridge.launch.py", given, condition)
+
+
+def gz_spawn_model(*, condition: Any = None, **given: Any) -> act.OpaqueFunction:
+    """The program `create`, with the options that are not empty."""
+
+    def spawn(context: Context) -> list[act.Action]:
+        texts = {name: performed(value, context) for name, value in given.items() if name in _SPAWN_OPTIONS}
+        words = [word for name, text in texts.items() if text for word in (_SPAWN_OPTIONS[name], text)]
+        return [act.Node(package="ros_gz_sim", executable="create", arguments=words)]
+
+    return act.OpaqueFunction(function=spawn, condition=condition)
+
+
+def _included(
+    package: str, name: str, given: Mapping[str, Any], condition: Any
+) -> act.IncludeLaunchDescription:
+    path = f"{share_of(package)}/launch/{name}"
+    return act.IncludeLaunchDescription(path, launch_arguments=given, condition=condition)
+
+
+LAUNCH_FILES: Mapping[tuple[str, str], tuple[Callable[..., act.Action], ...]] = {
+    ("ros_gz_sim", "gz_spawn_model.launch.py"): (gz_spawn_model,),
+    ("ros_gz_sim", "ros_gz_spawn_model.launch.py"): (ros_gz_bridge, gz_spawn_model),
+}
+"""Launch files that are actions of ours, which take the arguments of the file."""
+
+
+def controllers_spawner(
+    controller_names: Iterable[Any],
+    controller_params_files: Iterable[Any] | None = None,
+    extra_spawner_args: Iterable[Any] = (),
+) -> act.LaunchDescription:
+    """`generate_controllers_spawner_launch_description` of controller_manager."""
+    files = [word for file in controller_params_files or () for word in ("--param-file", file)]
+    return _spawner([*controller_names, *files, *extra_spawner_args])
+
+
+def controllers_spawner_from_dict(
+    controller_info_dict: Mapping[str, Any], extra_spawner_args: Iterable[Any] = ()
+) -> act.LaunchDescription:
+    """The same of controllers by name, each with its file or files of parameters."""
+    files: list[Any] = []
+    for given in controller_info_dict.values():
+        for file in given if isinstance(given, list) else [given]:
+            if file is not None and file not in files:
+                files.append(file)
+    return controllers_spawner(controller_info_dict, files, extra_spawner_args)
+
+
+def load_controller(
+    controller_name: Any, controller_params_file: Any = None, extra_spawner_args: Iterable[Any] = ()
+) -> act.LaunchDescription:
+    """`generate_load_controller_launch_description` of controller_manager."""
+    files = controller_params_file if isinstance(controller_params_file, list) else [controller_params_file]
+    return controllers_spawner([controller_name], [f for f in files if f is not None], extra_spawner_args)
+
+
+def _spawner(words: list[Any]) -> act.LaunchDescription:
+    name = "controller_manager_name"
+    declared = act.DeclareLaunchArgument(name, default_value="controller_manager")
+    arguments = [*words, "--controller-manager", LaunchConfiguration(name)]
+    node = act.Node(package="controller_manager", executable="spawner", arguments=arguments)
+    return act.LaunchDescription([declared, node])
+
+
+CONTROLLER_HELPERS: Mapping[str, Callable[..., act.LaunchDescription]] = {
+    "generate_controllers_spawner_launch_description": controllers_spawner,
+    "generate_controllers_spawner_launch_description_from_dict": controllers_spawner_from_dict,
+    "generate_load_controller_launch_description": load_controller,
+}
+
+
+class Transition:
+    """Numbers of lifecycle_msgs, for launch files that name them: nodes of ours have no lifecycle."""
+
+    TRANSITION_CREATE, TRANSITION_CONFIGURE, TRANSITION_CLEANUP = 0, 1, 2
+    TRANSITION_ACTIVATE, TRANSITION_DEACTIVATE = 3, 4
+    TRANSITION_UNCONFIGURED_SHUTDOWN, TRANSITION_INACTIVE_SHUTDOWN, TRANSITION_ACTIVE_SHUTDOWN = 5, 6, 7

@@ -1,0 +1,181 @@
+"""Parameters of a ROS 2 node: dictionaries, files and values typed as launch_ros types them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kbot.ros import names
+from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.includes import charge_yaml
+from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
+from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.places import parameter_place
+from kbot.ros.launch.ros2.substitutions import performed
+from kbot.ros.parameter_values import load_yaml
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
+from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+
+Place = Callable[[Keys], Origin | None]
+
+_TYPES = {"str": str, "int": int, "float": float, "bool": bool}
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A parameter's value, and where it was written; None for a place that only its node tells."""
+
+    value: Any
+    origin: Origin | None = None
+
+
+def parameters_of(given: Iterable[Any], node: str, context: Context, origin: Origin) -> dict[str, Placed]:
+    """The parameters of a node that was made at `origin`, by name (`a.b` for nested ones); later ones replace
+    earlier ones."""
+    found: dict[str, Placed] = {}
+    for item in given:
+        if isinstance(item, PlacedParameter):
+            found.update(_flat(item.values, context, _always(item.origin)))
+        elif isinstance(item, Mapping):
+            found.update(_flat(item, context, lambda keys: parameter_place(origin, keys[-1])))
+        else:
+            found.update(parameters_of_file(_path(item, context), node, context))
+    return found
+
+
+def _always(origin: Origin) -> Place:
+    return lambda keys: origin
+
+
+def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:
+    """The paths of the files among the parameters of a node."""
+    return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
+
+
+def _path(item: Any, context: Context) -> str:
+    return performed(item.file if isinstance(item, ParameterFile) else item, context)
+
+
+def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Placed]:
+    """What a parameter file says of a node.
+
+    Raises:
+        DescriptionError: L033, it is no parameter file; or it cannot be read.
+        Fault: L070, it is too large, with all files read before it.
+    """
+    source = read_source(path)
+    charge_yaml(context.budget, path, source.text)
+    data, places = _read(source)
+
+    def place(keys: Keys) -> Origin | None:
+        span = places.get(keys)
+        return None if span is None else Origin(span)
+
+    found: dict[str, Placed] = {}
+    _collect(data, "", (), node, found, context, place)
+    return found
+
+
+def read_parameter_file(path: str) -> dict[str, Any]:
+    """The whole of a parameter file, nodes by name.
+
+    Raises:
+        DescriptionError: L033, it is no parameter file; or it cannot be read.
+    """
+    return _read(read_source(path))[0]
+
+
+def _read(source: Source) -> tuple[dict[str, Any], Mapping[Keys, Span]]:
+    try:
+        data, places = load_placed_yaml(source)
+    except BadYaml as error:
+        message = f"the YAML cannot be read: {error}"
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
+    if not isinstance(data, dict):
+        message = f"{source.path} is no parameter file: NODE: ros__parameters: … is expected"
+        where = Origin(Span(source, 0, 0))
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
+    return data, places
+
+
+def _collect(
+    data: Mapping[str, Any],
+    prefix: str,
+    keys: Keys,
+    node: str,
+    found: dict[str, Placed],
+    context: Context,
+    place: Place,
+) -> None:
+    for key, value in data.items():
+        if not isinstance(value, dict):
+            continue
+        name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
+        if "ros__parameters" in value:
+            if names.matches(name, node) or node == "/**":
+                own = value["ros__parameters"] or {}
+                found.update(_flat(own, context, place, (*below, "ros__parameters")))
+        else:
+            _collect(value, name, below, node, found, context, place)
+
+
+def _flat(
+    values: Mapping[Any, Any], context: Context, place: Place, keys: Keys = (), prefix: str = ""
+) -> dict[str, Placed]:
+    """`place` tells where the value beneath some keys was written."""
+    found: dict[str, Placed] = {}
+    for key, value in values.items():
+        own = performed(key, context) if is_value(key) else str(key)
+        name, below = prefix + own, (*keys, str(key))
+        if isinstance(value, Mapping):
+            found.update(_flat(value, context, place, below, f"{name}."))
+        else:
+            found[name] = _placed(value, context, place(below))
+    return found
+
+
+def _placed(value: Any, context: Context, origin: Origin | None) -> Placed:
+    try:
+        return Placed(plain(value, context), origin)
+    except Fault as fault:
+        if origin is None or fault.is_limit:  # the reporter has to know that a limit is reached
+            raise
+        found = Diagnostic(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
+        raise DescriptionError([found]) from None
+
+
+def plain(value: Any, context: Context) -> Any:
+    """A parameter's value: texts made of substitutions are read as YAML, unless a type is said."""
+    if isinstance(value, ParameterValue):
+        text = plain(value.value, context) if not is_value(value.value) else performed(value.value, context)
+        return _typed(text, value.type)
+    if isinstance(value, str | bool | int | float) or value is None:
+        return value
+    if is_value(value) and not (isinstance(value, list | tuple) and all(isinstance(v, str) for v in value)):
+        return _typed(performed(value, context), None)
+    if isinstance(value, list | tuple):
+        return [plain(item, context) for item in value]
+    return str(value)
+
+
+def _typed(text: Any, type_: Any) -> Any:
+    if not isinstance(text, str):
+        return text
+    if type_ is str:
+        return text
+    if type_ in (int, float, bool):
+        wanted = getattr(type_, "__name__", "")
+        value = load_yaml(text)
+        if type_ is float and isinstance(value, int):
+            value = float(value)
+        if not isinstance(value, _TYPES[wanted]):
+            raise Fault("L031", f"'{text}' is no {wanted}", "", text)
+        return value
+    try:
+        value = load_yaml(text)
+        return text if isinstance(value, str) else value  # YAML would fold the lines of a description
+    except ValueError:
+        hint = "say that it is a text: ParameterValue(…, value_type=str)"
+        short = text if len(text) < 40 else text[:40] + "…"
+        raise Fault("L031", f"the parameter's text is read as YAML, and is none: {short}", hint) from None

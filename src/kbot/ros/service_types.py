@@ -1,0 +1,117 @@
+"""Services' types as ROS 1 and ROS 2 define them, made of what each is asked and answers."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from kbot.record.encodings.definitions import constants, fields, part_name
+from kbot.record.encodings.types import ros1_definition, ros2_types
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import FieldDesc
+
+EVENT = "service_msgs/msg/ServiceEventInfo"
+
+
+@dataclasses.dataclass(frozen=True)
+class ServiceType:
+    """A service's type; `name` as ROS 1 writes it, without `/srv/`."""
+
+    name: str
+    request: type
+    response: type
+
+    @property
+    def ros2_name(self) -> str:
+        return self.name.replace("/", "/srv/")
+
+    @property
+    def request_name(self) -> str:
+        """The name of the type that is asked, in both stores."""
+        return part_name(self.name, "Request")
+
+    @property
+    def response_name(self) -> str:
+        return part_name(self.name, "Response")
+
+    @property
+    def md5(self) -> str:
+        """As ROS 1 reckons it: over both parts, each nested type by its own sum."""
+        return _md5(self.name)
+
+
+def service_type(name: str) -> ServiceType:
+    """A type by its name, with or without `/srv/`. Raises KbotError: KBot has no such type."""
+    from kbot.messages.services import SERVICES
+
+    short = name.replace("/srv/", "/")
+    if short not in SERVICES:
+        hint = did_you_mean(short, SERVICES)
+        raise KbotError(f"there is no type of service {name}" + (f": {hint}" if hint else ""))
+    return ServiceType(short, *SERVICES[short])
+
+
+@cache
+def _md5(service: str) -> str:
+    from kbot.messages.services import SERVICES
+
+    digest = hashlib.md5(usedforsecurity=False)
+    for cls in SERVICES[service]:
+        lines = list(constants(cls))
+        for name, kind in fields(cls, ros1=True):
+            full = kind.removesuffix("[]").replace("/", "/msg/")
+            lines.append(f"{ros1_definition(full)[1] if '/' in kind else kind} {name}")
+        digest.update("\n".join(lines).encode())
+    return digest.hexdigest()
+
+
+@cache
+def service_hash(name: str) -> str:
+    """RIHS01 hash of a service's type, as rmw_zenoh puts it into keys: over a type with the request, the
+    response and an event. https://github.com/ros-infrastructure/rep/pull/381"""
+    kind = service_type(name)
+    known = ros2_types().fielddefs
+    parts = dict(known[kind.request_name][1]), dict(known[kind.response_name][1])
+    return hash_of_service(kind.ros2_name, *parts)
+
+
+def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]) -> str:
+    """The same of any service, from the fields of its two parts as rosbags describes them."""
+    from rosbags.interfaces import Nodetype
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    asked, answered, event = f"{name}_Request", f"{name}_Response", f"{name}_Event"
+
+    def some(part: str) -> FieldDesc:
+        return Nodetype.SEQUENCE, ((Nodetype.NAME, part), 1)
+
+    fields: dict[str, dict[str, Any]] = {
+        asked: request,
+        answered: response,
+        event: {
+            "info": (Nodetype.NAME, EVENT),
+            "request": some(asked),
+            "response": some(answered),
+        },
+        name: {
+            "request_message": (Nodetype.NAME, asked),
+            "response_message": (Nodetype.NAME, answered),
+            "event_message": (Nodetype.NAME, event),
+        },
+    }
+    store.fielddefs.update(ros2_types().fielddefs)
+    constants, event_fields = store.fielddefs[EVENT]
+    # a char of ROS 2's .msg is an uint8 in what is hashed
+    octets: Any = Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)
+    store.fielddefs[EVENT] = (
+        constants,
+        [(field, octets if field == "client_gid" else desc) for field, desc in event_fields],
+    )
+    store.fielddefs.update({part: ([], list(found.items())) for part, found in fields.items()})
+    return store.hash_rihs01(name)

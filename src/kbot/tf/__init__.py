@@ -1,0 +1,1 @@
+"""Transforms of robots on /tf and /tf_static."""

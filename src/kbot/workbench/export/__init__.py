@@ -1,1 +1,0 @@
-"""A robot as a file: a picture, a page, a model for other programs."""

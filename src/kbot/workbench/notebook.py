@@ -1,0 +1,142 @@
+"""A robot or a simulation within a notebook: the page that `kbot export` saves, in a frame of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from html import escape
+
+from kbot.checks import check_loaded
+from kbot.model import Robot
+from kbot.model.load import Loaded
+from kbot.sim import Simulation
+from kbot.sim import State as Moment
+from kbot.text.files import write_text
+from kbot.workbench.driving.motion import Moment as Standing
+from kbot.workbench.driving.motion import flat
+from kbot.workbench.driving.sliders import Sliders
+from kbot.workbench.protocol import SetJoint, State
+from kbot.workbench.saved_page import saved_page
+from kbot.workbench.scene.scene import Control
+from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import Reading, findings_of_sensors
+from kbot.workbench.source.overrides import Overrides
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What `show()` gives: notebooks display it, `save` writes it as a file. `page` is its HTML."""
+
+    page: str = field(repr=False)  # a megabyte, which notebooks keep the text of too
+    height: int
+
+    def _repr_html_(self) -> str:
+        """A frame of its own, so that nothing of the page and of the notebook meets."""
+        return (
+            f'<iframe srcdoc="{escape(self.page)}" style="width: 100%; height: {self.height}px; border: 0"'
+            ' title="KBot" allow="fullscreen"></iframe>'
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page as one HTML file.
+
+        Raises:
+            KbotError: the folder is missing or not writable.
+        """
+        write_text(path, self.page)
+
+
+def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) -> Shown:
+    """A robot with sliders for its joints, which stand as `joints` say at first (rad, m).
+
+    Raises:
+        KbotError: an unknown joint.
+    """
+    session = Session(_Read(_reading(robot)), "view", Sliders)
+    for name, position in (joints or {}).items():
+        session.obey(SetJoint(name, float(position)), 0)
+    return Shown(saved_page(session, robot), height)
+
+
+def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> Shown:
+    """A simulation as it stands; with `moments` a slider over them.
+
+    Raises:
+        KbotError: a moment is another simulation's.
+    """
+    session = _looking_at(simulation)
+    states = list(_states(session, simulation, moments)) if moments else []
+    return Shown(saved_page(session, simulation.robot, states), height)
+
+
+def _looking_at(simulation: Simulation) -> Session:
+    reading = _reading(simulation.robot)
+    return Session(
+        _Read(reading), "sim", lambda robot: _Still(robot, simulation=simulation), simulation.world
+    )
+
+
+def _states(session: Session, simulation: Simulation, moments: Sequence[Moment]) -> Iterator[State]:
+    twin = Simulation(
+        simulation.robot,
+        simulation.world,
+        simulation.seed,
+        simulation.timestep,
+        simulation.contacts,
+        start=simulation.start,
+    )  # so that looking at them leaves the simulation, and what is recorded of it, alone
+    on_show = _looking_at(twin)
+    for moment in moments:
+        twin.restore(moment)
+        yield replace(on_show.state(), revision=session.scene.revision)
+
+
+@dataclass
+class _Still(Sliders):
+    """A simulation that is only looked at."""
+
+    simulation: Simulation | None = None
+
+    @property
+    def controls(self) -> Mapping[str, Control]:
+        return {} if self.simulation is not None else super().controls
+
+    def moment(self) -> Standing:
+        if self.simulation is None:
+            return super().moment()
+        simulation = self.simulation
+        odometry = simulation.odometry
+        return replace(
+            super().moment(),
+            time=simulation.time,
+            positions=simulation.joint_positions,
+            poses=simulation.link_poses(),
+            bodies=flat(simulation.body_poses().values()),
+            twist=(odometry.twist.x, odometry.twist.yaw),
+            odometry=(odometry.pose.x, odometry.pose.y, odometry.pose.yaw),
+        )
+
+
+@dataclass
+class _Read:
+    """A description that was read already."""
+
+    reading: Reading
+    overrides: Overrides = field(default_factory=lambda: Overrides(None))
+    package_path: tuple[str, ...] = ()
+
+    def read(self) -> Reading:
+        return self.reading
+
+
+def _reading(robot: Robot) -> Reading:
+    """What a robot was read from, where it knows."""
+    loaded: Loaded | None = getattr(robot, "loaded", None)
+    if loaded is None:
+        return Reading(robot, True, None, (), (robot.name,))
+    expansion = loaded.expansion
+    findings = (*check_loaded(loaded), *findings_of_sensors(robot))
+    document = expansion.document
+    files = (*((document.source.path,) if document else ()), *expansion.dependencies)
+    return Reading(robot, True, expansion, findings, tuple(dict.fromkeys(files)) or (robot.name,))
