@@ -34,10 +34,10 @@ from typing import IO, cast
 import kbot
 from kbot.messages import types as msg
 from kbot.record.feed import Feed, Packet
+from kbot.record.run_outputs import RunOutputs
 from kbot.ros.bridges.link import Link
 from kbot.ros.bridges.ros1.rpc import call
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.ros.peer_options import PeerOptions
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.sim.real_time import run_in_real_time
@@ -60,8 +60,9 @@ class Run:
         sim = Simulation(kbot.load("kbot"), "boxes")
         sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
         told: list[str] = []
-        companions = Companions(CompanionOptions(**dict.fromkeys(bridges, True)), told.append)
-        companions.join(sim, "", "boxes")
+        peers = PeerOptions(tuple(bridges)).open(told.append) if bridges else None
+        outputs = RunOutputs(told.append, peers=peers)
+        outputs.join(sim, "", "boxes")
         self.said = {topic: deque[object](maxlen=count) for topic, count in OF_A_MOMENT.items()}
         """The newest messages of each topic."""
         for topic, newest in self.said.items():
@@ -82,7 +83,7 @@ class Run:
         self.share = (time.process_time() - before) / REAL_SECONDS
         self.megabytes = _resident()
         self.delays = _end_peers(peers, published)
-        companions.close()
+        outputs.close()
 
     def moment(self) -> list[tuple[str, str, bytes, str]]:
         """Each message of a moment: its topic, its type, its CDR and its JSON."""

@@ -22,8 +22,8 @@ from kbot.record import open_writer
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_types
 from kbot.record.feed import Packet
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.record.record_options import RecordOptions
+from kbot.record.run_outputs import RunOutputs
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.sim.real_time import run_in_real_time
@@ -76,19 +76,19 @@ def recording_rate(folder: Path, name: str) -> float:
     return median_rate(work)
 
 
-def share(options: CompanionOptions) -> float:
+def share(record: RecordOptions) -> float:
     """CPU time of this process over simulated time."""
     sim = Simulation(kbot.load("kbot"), "boxes")
     sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
     sim.bus.subscribe("/scan", LaserScan, lambda scan: None)
-    companions = Companions(options, lambda text: None)
-    companions.join(sim, "", "boxes")
+    outputs = RunOutputs(print, record)
+    outputs.join(sim, "", "boxes")
     sim.cmd_vel(0.2, 0.3)
     run_in_real_time(sim, 1.0)
     before = time.process_time()
     run_in_real_time(sim, REAL_SECONDS)
     used = time.process_time() - before
-    companions.close()
+    outputs.close()
     return used / REAL_SECONDS
 
 
@@ -101,8 +101,8 @@ def main() -> None:
             rate = recording_rate(folder, kind)
             what = {"run.mcap": "MCAP", "run.bag": "bag of ROS 1", "run": "rosbag2"}[kind]
             print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of that")
-        alone = share(CompanionOptions())
-        recorded = share(CompanionOptions(record=str(folder / "live.mcap")))
+        alone = share(RecordOptions())
+        recorded = share(RecordOptions(str(folder / "live.mcap")))
     print(f"{'real time at 50 Hz, alone':32} {100 * alone:8.2f} % of a core")
     print(f"{'recorded':32} {100 * recorded:8.2f} % of a core")
 

@@ -94,6 +94,7 @@ VERBS = {
     "check": ["check", "kbot"],
     "info": ["info", "kbot"],
     "export": ["export", "kbot", "--to", "glb"],
+    "bag": ["bag", "info", "--help"],
     "sim": ["sim", "kbot", "--headless", "--duration", "0.2", "--record", "run.mcap"],
 }
 

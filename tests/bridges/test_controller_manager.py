@@ -8,9 +8,10 @@ import pytest
 from kbot.messages import controller_services as srv
 from kbot.model.load import load_robot_text
 from kbot.model.spawned import Setting, SpawnedController, with_controllers
+from kbot.record.run_outputs import RunOutputs
 from kbot.ros.gazebo.controller_manager import controller_services
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.ros.peer_options import PeerOptions
+from kbot.ros.peers import RosPeers
 from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -135,16 +136,16 @@ def test_managers_are_where_the_plugin_and_the_spawner_have_them() -> None:
 
 
 @pytest.fixture
-def companions() -> Iterator[Companions]:
-    going = Companions(CompanionOptions(), lambda text: None, served=True)
-    yield going
-    going.close()
+def peers() -> Iterator[RosPeers]:
+    peers = PeerOptions().open(lambda text: None)
+    yield peers
+    peers.close()
 
 
-def test_a_robot_that_comes_later_brings_its_manager_and_takes_it_along(companions: Companions) -> None:
+def test_a_robot_that_comes_later_brings_its_manager_and_takes_it_along(peers: RosPeers) -> None:
     simulation = Manager(plugin="").simulation
-    companions.join(simulation, "", "empty")
-    link, service = companions._link, "/two/controller_manager/list_controllers"
+    RunOutputs(print, peers=peers).join(simulation, "", "empty")
+    link, service = peers._link, "/two/controller_manager/list_controllers"
     with pytest.raises(KbotError, match="no service /two"):
         link.call(service, srv.NothingRequest())
     two = load_robot_text(arm(PLUGIN.format("")).replace("world", "foot"), "two.urdf").require()

@@ -10,8 +10,7 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from kbot.ros.bridges.ros2 import Ros2Bridge
-from kbot.ros.bridges.ros2.bridge import LOOPBACK
+from kbot.ros.bridges.ros2.bridge import LOOPBACK, Ros2Bridge
 
 from .conftest import Running
 

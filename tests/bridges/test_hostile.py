@@ -17,7 +17,7 @@ from kbot.messages import services as srv
 from kbot.messages.types import Twist
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
 from kbot.ros.bridges.link import MOST_CALLS
-from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call
 from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge

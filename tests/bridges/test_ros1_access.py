@@ -12,7 +12,8 @@ import pytest
 
 from kbot.messages.types import Twist
 from kbot.ros.bridges.link import Link, Topic
-from kbot.ros.bridges.ros1 import Ros1Bridge, subscriber
+from kbot.ros.bridges.ros1 import subscriber
+from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.contacts import Contacts
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.rpc import DEEPEST, LARGEST_BODY, RpcFailed, RpcServer, call, read_answer

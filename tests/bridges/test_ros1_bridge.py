@@ -15,7 +15,7 @@ import pytest
 from kbot.messages import types as msg
 from kbot.record.encodings.bytes import decode_ros1, encode_ros1
 from kbot.record.encodings.types import ros1_definition
-from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.contacts import Contacts
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.rpc import LARGEST_BODY, RpcFailed, RpcServer, call

@@ -13,12 +13,12 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from kbot.record.encodings.types import ros2_definition, ros2_types
-from kbot.ros.bridges.ros2 import Ros2Bridge
-from kbot.ros.bridges.ros2.bridge import LOOPBACK
+from kbot.record.run_outputs import RunOutputs
+from kbot.ros.bridges.ros2.bridge import LOOPBACK, Ros2Bridge
 from kbot.ros.bridges.ros2.graph import GRAPH_TYPE, node_message
 from kbot.ros.bridges.ros2.types import sample_of, sample_type
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.ros.peer_options import PeerOptions
+from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
@@ -99,8 +99,8 @@ def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch
     for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.ros.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
-    companions = Companions(CompanionOptions(ros2=True), print)
+    outputs = RunOutputs(print, peers=RosPeers(PeerOptions(("ros2",)), print))
     import kbot
 
     with pytest.raises(KbotError, match=r"pip install 'kbot\[ros2\]'"):
-        companions.join(Simulation(kbot.load("kbot")), "", "empty")
+        outputs.join(Simulation(kbot.load("kbot")), "", "empty")

@@ -15,7 +15,7 @@ from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.record.encodings.bytes import decode_cdr, encode_cdr, encode_ros1
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
-from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call
 from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_exactly, read_header
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge

@@ -11,7 +11,7 @@ import pytest
 
 from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
 from kbot.ros.bridges.link import Link
-from kbot.ros.bridges.ros1 import Ros1Bridge
+from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 

@@ -27,12 +27,11 @@ def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.Capt
     assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
     said = capsys.readouterr().err
     assert f"{recording}: 0.500 s at 100 times its rate." in said
-    assert "No bridge: kbot topic echo hears it; --ros1, " in said
+    assert "Peers: kbot topic echo. For others, add --ros1, " in said
     assert "Ctrl-C ends it." in said
     assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
     said = capsys.readouterr().err
-    assert "By rosbridge, and kbot topic echo hears it." in said
-    assert "No bridge" not in said
+    assert "Peers: rosbridge and kbot topic echo." in said
 
 
 def test_play_takes_the_words_of_rosbag_and_ros2_bag(
@@ -86,7 +85,7 @@ def test_ctrl_c_ends_playing_without_failure(recording: str) -> None:
     playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert playing.stderr is not None
     assert playing.stderr.readline() == f"{recording}: 2.000 s again and again.\n"
-    assert playing.stderr.readline().startswith("No bridge")
+    assert playing.stderr.readline().startswith("Peers: ")
     assert playing.stderr.readline() == "Ctrl-C ends it.\n"
     playing.send_signal(signal.SIGINT)
     _, rest = playing.communicate(timeout=60)

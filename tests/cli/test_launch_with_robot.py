@@ -16,12 +16,12 @@ from kbot.messages.sensing import Joy
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
 from kbot.record.feed import Feed
+from kbot.record.record_options import RecordOptions
 from kbot.record.replay import replay
+from kbot.record.run_outputs import RunOutputs
 from kbot.ros.launch import read_launch
 from kbot.ros.launch.staging import Stage, stage
 from kbot.ros.nodes.teleop_twist_keyboard import TeleopKeys
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
 from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
 from kbot.workbench.session.session import Session
@@ -72,9 +72,7 @@ def program(package: Path, name: str, text: str) -> str:
 
 def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
     found = staged(package, body)
-    return _simulated(
-        found, Companions(CompanionOptions(transforms=found.transforms), print), EMPTY, (), teleop
-    )
+    return _simulated(found, RunOutputs(print, transforms=found.transforms), EMPTY, (), teleop)
 
 
 def test_the_robot_starts_where_the_spawner_says_and_again_after_a_reset(package: Path) -> None:
@@ -146,7 +144,7 @@ def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> 
       {zeros: {left_wheel_joint: 1.5}, dependent_joints: {right_wheel_joint: {parent: left_wheel_joint,
       factor: -2.0, offset: 0.5}}}</rosparam></node>"""
     found = staged(package, node)
-    session = _shown(found, Companions(CompanionOptions(), print), ())
+    session = _shown(found, RunOutputs(print), ())
     assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
     assert [joint.name for joint in session._motion.robot.movable_joints if joint.mimic] == [
         "right_wheel_joint"
@@ -297,7 +295,7 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     )
     found = staged(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
-    going = Companions(CompanionOptions(record=str(file)), print)
+    going = RunOutputs(print, RecordOptions(str(file)))
     sim = _simulated(found, going, EMPTY, (), None)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
@@ -360,7 +358,7 @@ def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, t
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
         sim.cmd_vel(0.2, 0.0)
         sim.run(2.0)
-    session = _shown(staged(package, play(bag)), Companions(CompanionOptions(), print), ())
+    session = _shown(staged(package, play(bag)), RunOutputs(print), ())
     session.advance(2.5)
     shown, end = session._motion.moment().positions, sim.joint_positions
     assert end["left_wheel_joint"] > 1.0

@@ -73,11 +73,10 @@ def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     code = (
         "import sys, kbot.ros.client, kbot.cli.bag.play, kbot.cli.ros.launch.with_robot;"
         "import kbot.cli.ros.graph, kbot.cli.view;"
-        "from kbot.ros.peers import Companions;"
-        "from kbot.ros.peer_options import CompanionOptions;"
+        "from kbot.ros.peer_options import PeerOptions;"
         "from kbot.workbench.serve import open_session;"
         "session = open_session('kbot', simulate=False); session.advance(0.02);"
-        "Companions(CompanionOptions(), print, served=True).close();"
+        "PeerOptions().open(print).close();"
         "sys.exit('mujoco' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

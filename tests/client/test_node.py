@@ -14,9 +14,9 @@ import pytest
 
 import kbot
 from kbot.messages import Odometry, Twist, Vector3
+from kbot.record.run_outputs import RunOutputs
 from kbot.ros.client import wanted_transport
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.ros.peer_options import PeerOptions
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
@@ -37,13 +37,13 @@ def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, st
 
 
 class Kbot:
-    """A simulation that keeps to the wall's clock, with its companions."""
+    """A simulation that keeps to the wall's clock, connected to its peers."""
 
-    def __init__(self, options: CompanionOptions) -> None:
+    def __init__(self, options: PeerOptions) -> None:
         self.told: list[str] = []
         self.simulation = Simulation("kbot")
-        self.companions = Companions(options, self.told.append, served=True)
-        self.companions.join(self.simulation, "", "empty")
+        self.outputs = RunOutputs(self.told.append, peers=options.open(self.told.append))
+        self.outputs.join(self.simulation, "", "empty")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -51,7 +51,7 @@ class Kbot:
     def close(self) -> None:
         self._stop.set()
         self._thread.join()
-        self.companions.close()
+        self.outputs.close()
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -64,7 +64,7 @@ class Kbot:
 def live(request: pytest.FixtureRequest, environment: dict[str, str]) -> Iterator[tuple[str, Kbot]]:
     if request.param == "ros2":
         pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-    found = Kbot(CompanionOptions(ros1=request.param == "ros1", ros2=request.param == "ros2"))
+    found = Kbot(PeerOptions(() if request.param == "local" else (request.param,)))
     try:
         yield request.param, found
     finally:
@@ -162,7 +162,7 @@ def test_the_example_ends_with_the_message_alone(environment: dict[str, str]) ->
 
 @pytest.fixture
 def node(environment: dict[str, str]) -> Iterator[kbot.Node]:
-    running = Kbot(CompanionOptions())
+    running = Kbot(PeerOptions())
     try:
         with kbot.Node("n", ("_rate:=5", "_side:=left"), "local") as found:
             yield found
@@ -204,7 +204,7 @@ def test_what_a_callback_raises_is_the_program_s_own(node: kbot.Node) -> None:
 
 
 def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
-    running = Kbot(CompanionOptions())
+    running = Kbot(PeerOptions())
     with kbot.Node("n", (), "local") as node:
         node.subscribe("odom", Odometry, lambda message: None)
         node.spin(0.2)

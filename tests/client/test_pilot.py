@@ -11,9 +11,9 @@ import pytest
 import kbot
 from kbot.messages import Twist
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
+from kbot.record.run_outputs import RunOutputs
 from kbot.ros.client.pilot import NodePilot
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.ros.peer_options import PeerOptions
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 
@@ -26,8 +26,8 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     running = Simulation(kbot.load("kbot", lidar=True), world="corridor:length=1.6")
     mount_declared(running)
-    companions = Companions(CompanionOptions(), lambda text: None, served=True)
-    companions.join(running, "", "corridor")
+    outputs = RunOutputs(print, peers=PeerOptions().open(print))
+    outputs.join(running, "", "corridor")
     stop = threading.Event()
 
     def run() -> None:
@@ -43,7 +43,7 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
     finally:
         stop.set()
         thread.join()
-        companions.close()
+        outputs.close()
 
 
 def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:

@@ -70,9 +70,8 @@ def command(
     Ctrl-C stops it.
     """
     path, values = one_file(words)
-    from kbot.cli.companions import companions
+    from kbot.cli.outputs import run_outputs
     from kbot.record.names import is_recording
-    from kbot.ros.peer_options import CompanionOptions
     from kbot.workbench.address import bound
 
     if is_recording(path):
@@ -81,10 +80,10 @@ def command(
         with loading(path):
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.played_session import played_session
-        with companions(CompanionOptions(), served=True) as going:
+        with run_outputs(served=True) as outputs:
             with loading(path):
                 session = played_session(
-                    path, package_path, lambda played: going.show(played, played.description, path)
+                    path, package_path, lambda played: outputs.show(played, played.description, path)
                 )
             session.display_file = displays or session.display_file
             session.paused = session.waits_for_page = browser
@@ -114,7 +113,7 @@ def command(
     loaded.require()
     with (
         bound(host, port, open_browser=browser) as address,
-        companions(CompanionOptions(), served=True) as going,
+        run_outputs(served=True) as outputs,
     ):
         with loading(path):
             from kbot.model.writer import to_urdf
@@ -126,7 +125,7 @@ def command(
                 arguments=given.arguments,
                 properties=given.properties,
                 package_path=package_path,
-                show=lambda shown: going.show(shown, to_urdf(shown.robot), shown.robot.name),
+                show=lambda shown: outputs.show(shown, to_urdf(shown.robot), shown.robot.name),
             )
         session.display_file = displays or session.display_file
         serve_session(session, address)

@@ -1,36 +1,43 @@
-"""What a user may ask to go along with a simulation."""
+"""Which peers a run is to be connected to."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kbot.tf.static_transforms import StaticTransform
+from kbot.ros.bridges.registry import BRIDGES
+
+if TYPE_CHECKING:
+    from kbot.ros.peers import RosPeers
 
 
 @dataclass(frozen=True, slots=True)
-class CompanionOptions:
-    """A recording and bridges. `topics` are those to record, all when empty; `host` is the address that
-    bridges are reached at, loopback when None; without `navigation` goals, plan and map are not bridged.
-    `transforms` are said beside the robot's own; `parameters`, by full names, are there for peers to ask."""
+class PeerOptions:
+    """`bridges` are names of the registry. `host` is the address at which peers reach them, the loopback if
+    None. Without `navigation`, goals, plan and map are not bridged. `parameters`, by full name, are there for
+    peers to read."""
 
-    record: str = ""
-    topics: tuple[str, ...] = ()
-    ros1: bool = False
-    foxglove: bool = False
-    rosbridge: bool = False
-    ros2: bool = False
+    bridges: tuple[str, ...] = ()
     host: str | None = None
     navigation: bool = True
-    transforms: tuple[StaticTransform, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    zenoh: bool = False
 
     @property
     def is_live(self) -> bool:
-        """Whether somebody out there listens, so that time has to pass as on the wall."""
-        return self.ros1 or self.ros2 or self.zenoh or self.foxglove or self.rosbridge
+        """Whether a bridge is asked for, so that the run has to keep wall-clock time."""
+        return bool(self.bridges)
 
-    def __bool__(self) -> bool:
-        return self.is_live or bool(self.record or self.transforms)
+    def describe(self) -> str:
+        """Who receives the run's messages, in one sentence."""
+        titles = [kind.title for kind in BRIDGES if kind.name in self.bridges]
+        if titles:
+            return f"Peers: {', '.join(titles)} and kbot topic echo."
+        flags = [f"--{kind.name}" for kind in BRIDGES]
+        return f"Peers: kbot topic echo. For others, add {', '.join(flags[:-1])} or {flags[-1]}."
+
+    def open(self, report: Callable[[str], None]) -> RosPeers:
+        """`report` receives sentences for the user."""
+        from kbot.ros.peers import RosPeers  # when opened: it loads the graph server's websockets
+
+        return RosPeers(self, report)

@@ -9,14 +9,13 @@ import click
 
 from kbot.cli.arguments import examples, json_option, output_option, package_path_option
 from kbot.cli.bag.words import Bag, Play, read_remaps
-from kbot.cli.companions import bridge_options
 from kbot.cli.numbers import rate_option, seconds_option
 from kbot.cli.output import fail, print_json
+from kbot.cli.outputs import PeerRequest, peer_options
 from kbot.cli.picture_options import parse_size, size_option
 
 if TYPE_CHECKING:
     from kbot.record.export import Table
-    from kbot.ros.peer_options import CompanionOptions
 
 SMALLEST_PLOT = 200
 
@@ -236,7 +235,7 @@ def _plot(table: Table, size: str) -> str:
 @click.option(
     "--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Publish OLD as NEW. Can be repeated."
 )
-@bridge_options
+@peer_options
 def play(
     recordings: tuple[str, ...],
     start: float,
@@ -249,7 +248,7 @@ def play(
     topics: tuple[str, ...],
     left_out: tuple[str, ...],
     remaps: tuple[str, ...],
-    options: CompanionOptions,
+    peers: PeerRequest | None,
 ) -> None:
     """Play back recordings to connected peers, with /clock.
 
@@ -276,7 +275,7 @@ def play(
     if loop and player.length == 0.0:
         fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
     player.paused = paused
-    play_back(player, options, rate=rate, delay=delay, loop=loop)
+    play_back(player, peers, rate=rate, delay=delay, loop=loop)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

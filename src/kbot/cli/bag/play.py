@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.companions import companions
 from kbot.cli.keys import keys
+from kbot.cli.outputs import PeerRequest, run_outputs
 
 if TYPE_CHECKING:
     from kbot.record.player import Player
-    from kbot.ros.peer_options import CompanionOptions
 
 PERIOD = 0.01
 BEHIND = 0.2
@@ -22,7 +21,7 @@ BEHIND = 0.2
 STEP_SECONDS = 0.1
 
 
-def play(player: Player, options: CompanionOptions, *, rate: float, delay: float, loop: bool) -> None:
+def play(player: Player, peers: PeerRequest | None, *, rate: float, delay: float, loop: bool) -> None:
     """Say it to peers after a delay (s), until its end, or Ctrl-C, which is no failure.
 
     Raises:
@@ -41,9 +40,9 @@ def play(player: Player, options: CompanionOptions, *, rate: float, delay: float
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
         click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
-    with suppress(KeyboardInterrupt), companions(options, served=True) as going, keys(pressed):
-        going.show(player, player.description, player.path)
-        click.echo(_start(player, options, rate=rate, loop=loop), err=True)
+    with suppress(KeyboardInterrupt), run_outputs(peers=peers, served=True) as outputs, keys(pressed):
+        outputs.show(player, player.description, player.path)
+        click.echo(_start(player, peers, rate=rate, loop=loop), err=True)
         due = time.monotonic()
         begins = due + delay
         while True:
@@ -60,22 +59,11 @@ def play(player: Player, options: CompanionOptions, *, rate: float, delay: float
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _start(player: Player, options: CompanionOptions, *, rate: float, loop: bool) -> str:
-    """What a user is told at the start: what is said, for how long, to whom, and the keys."""
+def _start(player: Player, peers: PeerRequest | None, *, rate: float, loop: bool) -> str:
+    """What is played back, how long it takes, who receives it, and the keys."""
+    receivers = f"{peers.describe()}\n" if peers is not None else ""
     how = " again and again" if loop else ""
     how += f" at {rate:g} times its rate" if rate != 1.0 else ""
-    kinds = {
-        "ROS 1": options.ros1,
-        "ROS 2": options.ros2,
-        "Zenoh": options.zenoh,
-        "Foxglove": options.foxglove,
-        "rosbridge": options.rosbridge,
-    }
-    bridges = ", ".join(name for name, is_open in kinds.items() if is_open)
-    heard = f"By {bridges}, and kbot topic echo hears it."
-    if not bridges:
-        others = "--ros1, --ros2, --zenoh, --foxglove or --rosbridge lets others"
-        heard = f"No bridge: kbot topic echo hears it; {others}."
     keys_told = "Space pauses it, s steps 0.1 s, Ctrl-C ends it." if sys.stdin.isatty() else "Ctrl-C ends it."
     paused = " It is paused." if player.paused else ""
-    return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{heard}\n{keys_told}"
+    return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{receivers}{keys_told}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import click
@@ -16,9 +17,9 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
 )
-from kbot.cli.companions import companion_options, going_along
 from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
+from kbot.cli.outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.progress import loading
 from kbot.cli.sim.goto import run_goto
 from kbot.cli.sim.headless import run_headless
@@ -28,7 +29,7 @@ from kbot.text.files import write_bytes
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
-    from kbot.ros.peer_options import CompanionOptions
+    from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.files import DisplayFile
 
@@ -104,7 +105,8 @@ DURATION = 10.0
     "collides as it is described.",
 )
 @json_option
-@companion_options
+@record_options
+@peer_options
 @package_path_option
 @config_option
 @page_options
@@ -129,7 +131,8 @@ def command(
     port: int | None,
     browser: bool,
     displays: DisplayFile | None,
-    options: CompanionOptions,
+    record: RecordOptions,
+    peers: PeerRequest | None,
 ) -> int:
     """Simulate a robot in a world.
 
@@ -173,7 +176,7 @@ def command(
             place = load_world(world)
         with (
             bound(host, port, open_browser=browser) as address,
-            going_along(options, served=True) as join,
+            run_outputs(record, peers, served=True) as outputs,
         ):
             with loading(world):
                 from kbot.workbench.serve import serve_session
@@ -189,7 +192,7 @@ def command(
                     world,
                     seed,
                     contacts,
-                    lambda simulation: join(simulation, "", world),
+                    lambda simulation: outputs.join(simulation, "", world),
                     start,
                 )
             session.display_file = displays or session.display_file
@@ -219,20 +222,23 @@ def command(
         require_offscreen()
     start = pose_of("--pose", pose)
     loaded, simulation = _simulation(file, values, world, seed, contacts, package_path, start)
-    if options.is_live or options.record:
+    is_live = peers is not None and peers.is_live
+    has_outputs = is_live or bool(record.path)
+    if has_outputs:
         report(mount_declared(simulation)[1])
-    if options.is_live and goal is None:
+    if is_live and goal is None:
         from kbot.navigation import Goals, NavigationTopics
 
         NavigationTopics(simulation, Goals(simulation, in_background=True))
-    with going_along(options) as join:
-        join(simulation, loaded.expansion.text, world)
+    with ExitStack() as stack:
+        if has_outputs:
+            stack.enter_context(run_outputs(record, peers)).join(simulation, loaded.expansion.text, world)
         if goal is not None:
             status = run_goto(simulation, goal, duration, as_json)
         else:
             if speeds is not None:
                 simulation.cmd_vel(*speeds)
-            live = options.is_live and script is None
+            live = is_live and script is None
             status = run_headless(
                 simulation, duration if live else seconds, script, as_json, plot, in_real_time=live
             )

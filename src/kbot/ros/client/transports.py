@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
+from kbot.ros.bridges import ros2
 from kbot.ros.bridges.link import Link
 from kbot.ros.client.arguments import NodeArguments
 from kbot.text import KbotError
@@ -62,7 +63,7 @@ class _Ros1:
     """Never: a master may come back."""
 
     def __init__(self, link: Link, node: NodeArguments) -> None:
-        from kbot.ros.bridges.ros1 import Ros1Bridge
+        from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 
         self._node = node.full_name
         # a user's own node trusts the master that its environment names, like any node of ROS 1
@@ -87,9 +88,7 @@ class _Ros2:
     failure: KbotError | None = None
 
     def __init__(self, link: Link, node: NodeArguments) -> None:
-        from kbot.ros.peers import ros2_bridge
-
-        self._bridge = ros2_bridge(link, None, node.full_name)
+        self._bridge = ros2.open_bridge(link, None, node.full_name)
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
 
     def parameter(self, name: str) -> Any:  # noqa: ANN401 - the same

@@ -7,28 +7,34 @@ from typing import TYPE_CHECKING
 
 import click
 
+from kbot.record.record_options import RecordOptions
+
 if TYPE_CHECKING:
     from kbot.messages import Bus
     from kbot.ros.launch import Plan
     from kbot.ros.launch.staging import Stage
-    from kbot.ros.peer_options import CompanionOptions
+    from kbot.ros.peer_options import PeerOptions
 
 
 def tell(text: str) -> None:
     click.echo(text, err=True)
 
 
-def options_of(plan: Plan, staged: Stage, options: CompanionOptions) -> CompanionOptions:
-    """What was asked for on the command line, and what the launch file itself needs."""
+def with_parameters(plan: Plan, peers: PeerOptions) -> PeerOptions:
+    """The launch's parameters are there for peers to read."""
     values = {name: param.value for name, param in plan.params.items() if _can_be_told(param.value)}
-    options = replace(options, transforms=staged.transforms, parameters=values)
+    return replace(peers, parameters=values)
+
+
+def recording_of(staged: Stage, record: RecordOptions) -> RecordOptions:
+    """The recording of the command line, else that of the launch file."""
     for recording in staged.recordings[:1]:
         if staged.path is None or not staged.simulate:
             tell(f"{recording.path} is not recorded: nothing is simulated here")
-        elif not options.record:
-            options = replace(options, record=recording.path, topics=recording.topics)
+        elif not record.path:
+            record = RecordOptions(recording.path, recording.topics)
             tell(f"Recording to {recording.path}")
-    return options
+    return record
 
 
 def _can_be_told(value: object) -> bool:

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
-from kbot.cli.companions import companion_options
 from kbot.cli.output import fail, is_unusable, report, say_how_to_fix, warn_of_others
+from kbot.cli.outputs import record_options
 from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import print_answers, table
+from kbot.cli.ros.peer_options import peer_options
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.staging import Stage, stage
@@ -24,7 +25,8 @@ from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
     from kbot.model import Robot
-    from kbot.ros.peer_options import CompanionOptions
+    from kbot.record.record_options import RecordOptions
+    from kbot.ros.peer_options import PeerOptions
 
 _NAMED = 10
 """Launch files of a folder that are named."""
@@ -59,7 +61,8 @@ _NAMED = 10
     show_default="that of the launch file",
     help="World to simulate in: a built-in name, an SDF file or a map.yaml.",
 )
-@companion_options
+@record_options
+@peer_options
 @page_options
 def command(
     words: tuple[str, ...],
@@ -76,7 +79,8 @@ def command(
     host: str,
     port: int | None,
     browser: bool,
-    options: CompanionOptions,
+    record: RecordOptions,
+    peers: PeerOptions,
 ) -> int:
     """Run a ROS 1 or ROS 2 launch file without ROS.
 
@@ -122,8 +126,8 @@ def command(
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.path is None:
-        return _without_robot(plan, staged, options)
-    if options.record and not staged.simulate:
+        return _without_robot(plan, staged, record, peers)
+    if record.path and not staged.simulate:
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
     with loading(staged.path):
@@ -139,10 +143,10 @@ def command(
     with bound(host, port, open_browser=browser and staged.window) as address:
         with loading(staged.path):
             from kbot.cli.ros.launch.with_robot import carry_out
-        return carry_out(plan, staged, options, place, address, package_path)
+        return carry_out(plan, staged, record, peers, place, address, package_path)
 
 
-def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
+def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: PeerOptions) -> int:
     from kbot.cli.ros.launch.programs import run_programs
     from kbot.cli.ros.launch.without_robot import has_something_to_say, run_without_robot
 
@@ -150,7 +154,7 @@ def _without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
     if not (has_more or staged.programs):
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
     click.echo(table(plan, staged))
-    return run_without_robot(plan, staged, options) if has_more else run_programs(plan, staged.programs)
+    return run_without_robot(plan, staged, record, peers) if has_more else run_programs(plan, staged.programs)
 
 
 def _of_robots(plan: Plan, staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:

@@ -21,7 +21,7 @@ from kbot.text import KbotError
 
 if TYPE_CHECKING:
     from kbot.ros.launch import Node, Plan
-    from kbot.ros.peer_options import CompanionOptions
+    from kbot.ros.peer_options import PeerOptions
 
 _LOOK_SECONDS = 0.1
 _CALLER = "/kbot_launch"
@@ -51,30 +51,30 @@ def run_programs(plan: Plan, programs: Sequence[Program]) -> int:
 
 
 def start_programs(
-    stack: ExitStack, plan: Plan, programs: Sequence[Program], options: CompanionOptions
+    stack: ExitStack, plan: Plan, programs: Sequence[Program], peers: PeerOptions
 ) -> Processes | None:
     """Start a launch's programs, until the stack is closed; None where there are none. Without a bridge they
     are beside a KBot that runs here. The end of a required one interrupts the main thread."""
     if not programs:
         return None
-    kind = "ros2" if options.ros2 and not options.ros1 else "ros1"
-    told = {"KBOT_TRANSPORT": kind if options.is_live else "local"}
+    kind = "ros2" if "ros2" in peers.bridges and "ros1" not in peers.bridges else "ros1"
+    told = {"KBOT_TRANSPORT": kind if peers.is_live else "local"}
     built = stack.enter_context(processes_of(plan, programs, told))
     processes = Processes(built, _tell, _thread.interrupt_main)
     stack.callback(processes.close)
     return processes
 
 
-def live_for_programs(programs: Sequence[Program], options: CompanionOptions) -> CompanionOptions:
+def live_for_programs(programs: Sequence[Program], peers: PeerOptions) -> PeerOptions:
     """With a bridge for programs of the user's own to come in by, where none is asked for."""
-    if not programs or options.is_live:
-        return options
+    if not programs or peers.is_live:
+        return peers
     from kbot.ros.client import wanted_transport
 
     speaks_2 = any("rclpy" in program.ros for program in programs)
     if speaks_2 or wanted_transport(os.environ) == "ros2":
-        return replace(options, ros2=True)
-    return replace(options, ros1=True)
+        return replace(peers, bridges=("ros2",))
+    return replace(peers, bridges=("ros1",))
 
 
 def _tell(text: str) -> None:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.cli.arguments import read_displays
-from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 from kbot.cli.output import report
+from kbot.cli.outputs import run_outputs
 from kbot.cli.progress import loading
-from kbot.cli.ros.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, tell, with_parameters
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.ros.launch.robots import put_all
 from kbot.kinematics.odometry import PlanarPose
@@ -28,12 +28,13 @@ from kbot.workbench.serve import serve_session
 if TYPE_CHECKING:
     from kbot.cli.ros.launch.place import Place
     from kbot.messages import Bus, Clock
+    from kbot.record.record_options import RecordOptions
+    from kbot.record.run_outputs import RunOutputs
     from kbot.ros.launch import Plan
     from kbot.ros.launch.node_settings.teleop import HandDriving
     from kbot.ros.launch.staging import Stage
     from kbot.ros.nodes.rosbag_play import Playback
-    from kbot.ros.peer_options import CompanionOptions
-    from kbot.ros.peers import Companions
+    from kbot.ros.peer_options import PeerOptions
     from kbot.sim import Simulation
     from kbot.workbench.address import Address
     from kbot.workbench.session.session import Session
@@ -42,7 +43,8 @@ if TYPE_CHECKING:
 def carry_out(
     plan: Plan,
     staged: Stage,
-    options: CompanionOptions,
+    record: RecordOptions,
+    peers: PeerOptions,
     place: Place | None,
     address: Address,
     package_path: Sequence[str],
@@ -54,21 +56,22 @@ def carry_out(
         DescriptionError, KbotError: the robot or a bridge cannot be used.
     """
     dump_parameters(plan)
-    options = live_for_programs(staged.programs, options_of(plan, staged, options))
-    if options.ros1:
+    peers = live_for_programs(staged.programs, with_parameters(plan, peers))
+    record = recording_of(staged, record)
+    if "ros1" in peers.bridges:
         clear_on_master(plan)
     with ExitStack() as stack:
-        going = stack.enter_context(companions(options, served=True))
+        outputs = stack.enter_context(run_outputs(record, peers, staged.transforms, served=True))
         hand = staged.by_hand
         teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
         if place is not None:
             joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
             with loading(place.named):
-                session = _simulated(staged, going, place, package_path, teleop, joysticks)
+                session = _simulated(staged, outputs, place, package_path, teleop, joysticks)
         else:
             with loading(str(staged.path)):
-                session = _shown(staged, going, package_path)
-        processes = start_programs(stack, plan, staged.programs, options)
+                session = _shown(staged, outputs, package_path)
+        processes = start_programs(stack, plan, staged.programs, peers)
         if teleop is not None and place is not None:
             tell(HELP)
             stack.enter_context(keys(teleop.press))
@@ -93,7 +96,7 @@ def _displays(staged: Stage) -> DisplayFile:
 
 def _simulated(
     staged: Stage,
-    going: Companions,
+    outputs: RunOutputs,
     place: Place,
     package_path: Sequence[str],
     teleop: TeleopKeys | None,
@@ -117,7 +120,7 @@ def _simulated(
 
     def attend(simulation: Simulation) -> None:
         publish_maps(simulation.bus, staged)
-        going.join(simulation, "", place.named)
+        outputs.join(simulation, "", place.named)
         if simulation.steps == 0 and simulation.start == start:
             put_all(simulation, staged, package_path)
         shared = mount_on_others(simulation)
@@ -158,7 +161,7 @@ def _command(simulation: Simulation, topic: str) -> Callable[[float, float], Non
     return simulation.command
 
 
-def _shown(staged: Stage, going: Companions, package_path: Sequence[str]) -> Session:
+def _shown(staged: Stage, outputs: RunOutputs, package_path: Sequence[str]) -> Session:
     from kbot.messages import JointState
     from kbot.model.writer import to_urdf
     from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
@@ -172,7 +175,7 @@ def _shown(staged: Stage, going: Companions, package_path: Sequence[str]) -> Ses
 
     def attend(sliders: Sliders) -> None:
         publish_maps(sliders.bus, staged)
-        going.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
+        outputs.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
 
         def take_over(message: JointState) -> None:
             for name, position in zip(message.name, message.position, strict=False):

@@ -10,21 +10,22 @@ from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from kbot.cli.companions import companions
 from kbot.cli.keys import keys
 from kbot.cli.output import fail
-from kbot.cli.ros.launch.beside import dump_parameters, options_of, publish_maps, tell
+from kbot.cli.outputs import run_outputs
+from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, tell, with_parameters
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.ros.graph.presence import find, running
 from kbot.ros.nodes.rosbag_play import Playback
 
 if TYPE_CHECKING:
+    from kbot.record.record_options import RecordOptions
     from kbot.ros.launch import Plan
     from kbot.ros.launch.node_settings.teleop import HandDriving
     from kbot.ros.launch.running.processes import Processes
     from kbot.ros.launch.staging import Stage
-    from kbot.ros.peer_options import CompanionOptions
+    from kbot.ros.peer_options import PeerOptions
 
 PERIOD = 0.01
 BEHIND = 0.2
@@ -50,7 +51,7 @@ def has_something_to_say(staged: Stage) -> bool:
     )
 
 
-def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> int:
+def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: PeerOptions) -> int:
     """Say to peers what the launch's nodes say, with its programs beside, until the end of all, of a required
     recording, or Ctrl-C; the exit status. Time is the wall's, but where recordings are played: that of a
     single one is its run's, and it is told on /clock. Where no bridge is asked for, no ROS is here and a KBot
@@ -59,7 +60,7 @@ def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> i
     Raises:
         KbotError: a recording or a map cannot be read, or a bridge or the KBot cannot be reached.
     """
-    if options.record:
+    if record.path:
         fail("--record goes with a launch that simulates; this one has no robot")
     said, playings, speed = _Said(), staged.playings, 1.0
     if len(playings) == 1:
@@ -70,11 +71,12 @@ def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> i
         is_over[0] = True
 
     dump_parameters(plan)
-    options = _as_the_environment_says(options_of(plan, staged, options))
-    is_beside = not (playings or options.is_live) and bool(running())
+    recording_of(staged, record)  # reports that nothing is recorded
+    peers = _as_the_environment_says(with_parameters(plan, peers))
+    is_beside = not (playings or peers.is_live) and bool(running())
     if not is_beside:
-        options = live_for_programs(staged.programs, options)
-    if options.ros1:
+        peers = live_for_programs(staged.programs, peers)
+    if "ros1" in peers.bridges:
         clear_on_master(plan)
     with ExitStack() as stack:
         players = [
@@ -91,9 +93,9 @@ def run_without_robot(plan: Plan, staged: Stage, options: CompanionOptions) -> i
         else:
             publish_maps(said.bus, staged)
             description, name = (players[0].description, players[0].name) if players else ("", plan.path)
-            going = stack.enter_context(companions(options, served=True))
-            going.show(said, description, name, tells_time=bool(players))
-        processes = start_programs(stack, plan, staged.programs, options)
+            outputs = stack.enter_context(run_outputs(None, peers, staged.transforms, served=True))
+            outputs.show(said, description, name, tells_time=bool(players))
+        processes = start_programs(stack, plan, staged.programs, peers)
         if not players:
             tell("There is no robot here. Ctrl-C ends it.")
         with suppress(KeyboardInterrupt):
@@ -134,14 +136,16 @@ def _pass_time(clock: Clock, speed: float | None) -> None:
         clock.set(now)
 
 
-def _as_the_environment_says(options: CompanionOptions) -> CompanionOptions:
+def _as_the_environment_says(peers: PeerOptions) -> PeerOptions:
     """With a bridge to the ROS that is there, if it can be had, where none is asked for."""
     from kbot.ros.client import wanted_transport
 
-    if options.is_live:
-        return options
+    if peers.is_live:
+        return peers
     kind = wanted_transport(os.environ)
-    return replace(options, ros1=kind == "ros1", ros2=kind == "ros2" and find_spec("cyclonedds") is not None)
+    if kind == "ros1" or (kind == "ros2" and find_spec("cyclonedds") is not None):
+        return replace(peers, bridges=(kind,))
+    return peers
 
 
 def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:

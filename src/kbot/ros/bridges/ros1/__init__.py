@@ -1,5 +1,35 @@
-"""A node of ROS 1, and a master where there is none: the standard library's XML-RPC and sockets."""
+"""A ROS 1 node, and a master if none is running: the standard library's XML-RPC and sockets."""
 
-from kbot.ros.bridges.ros1.bridge import Ros1Bridge
+from __future__ import annotations
 
-__all__ = ["Ros1Bridge"]
+import os
+from typing import TYPE_CHECKING
+
+from kbot.ros.bridges.kind import BridgeKind
+
+if TYPE_CHECKING:
+    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.ros1.bridge import Ros1Bridge
+
+
+def _open(link: Link, host: str | None) -> Ros1Bridge:
+    from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # when opened: sockets and XML-RPC take start-up time
+
+    return Ros1Bridge(link, host)
+
+
+def _why_no_peer() -> str:
+    from kbot.ros.bridges.ros1.bridge import DEFAULT_MASTER
+    from kbot.ros.bridges.ros1.rpc import RpcFailed, call
+
+    uri = os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER
+    try:
+        call(uri, "getPid", "/kbot")
+    except RpcFailed:
+        return f"no master answers at {uri}"
+    return ""
+
+
+KIND = BridgeKind(
+    "ros1", "ROS 1", "Connect as a ROS 1 node; start a master if none is running.", _open, _why_no_peer
+)

@@ -1,5 +1,45 @@
-"""A node of ROS 2 over DDS, by the extra `ros2`."""
+"""A ROS 2 node over DDS, by the extra `ros2`."""
 
-from kbot.ros.bridges.ros2.bridge import Ros2Bridge
+from __future__ import annotations
 
-__all__ = ["Ros2Bridge"]
+import os
+import shutil
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from kbot.ros.bridges.kind import BridgeKind
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.ros2.bridge import Ros2Bridge
+
+
+def open_bridge(link: Link, host: str | None, node: str = "/kbot") -> Ros2Bridge:
+    """Connect as the node `node`. Raises KbotError: the extra is not installed, or DDS cannot be served."""
+    try:
+        from kbot.ros.bridges.ros2.bridge import Ros2Bridge  # needs the extra
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "cyclonedds":
+            raise
+        raise KbotError("ROS 2 needs an extra: pip install 'kbot[ros2]'") from None
+    return Ros2Bridge(link, host, node)
+
+
+def _why_no_peer() -> str:
+    if find_spec("cyclonedds") is None:
+        return "it needs an extra, pip install 'kbot[ros2]'"
+    if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
+        return "RMW_IMPLEMENTATION selects Zenoh"
+    if os.environ.get("ROS_VERSION") == "2" or os.environ.get("ROS_DOMAIN_ID") or shutil.which("ros2"):
+        return ""
+    return "no ros2 command and no ROS_DOMAIN_ID found"
+
+
+KIND = BridgeKind(
+    "ros2",
+    "ROS 2",
+    "Connect as a ROS 2 node over DDS. Needs pip install 'kbot[ros2]'.",
+    open_bridge,
+    _why_no_peer,
+)

@@ -1,5 +1,50 @@
-"""A node of ROS 2 over Zenoh, by the extra `zenoh`."""
+"""A ROS 2 node over Zenoh, by the extra `zenoh`."""
 
-from kbot.ros.bridges.zenoh.bridge import ZenohBridge
+from __future__ import annotations
 
-__all__ = ["ZenohBridge"]
+import os
+import socket
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from kbot.ros.bridges.kind import BridgeKind
+from kbot.text import KbotError
+
+if TYPE_CHECKING:
+    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.zenoh.bridge import ZenohBridge
+
+ROUTER_PORT = 7447
+_CONNECT_TIMEOUT = 0.3
+"""Seconds; a router on this machine accepts at once."""
+
+
+def _open(link: Link, host: str | None) -> ZenohBridge:
+    try:
+        from kbot.ros.bridges.zenoh.bridge import ZenohBridge  # needs the extra
+    except ModuleNotFoundError as error:
+        if error.name != "zenoh":
+            raise
+        raise KbotError("Zenoh needs an extra: pip install 'kbot[zenoh]'") from None
+    return ZenohBridge(link, host)
+
+
+def _why_no_peer() -> str:
+    if find_spec("zenoh") is None:
+        return "it needs an extra, pip install 'kbot[zenoh]'"
+    if os.environ.get("ZENOH_CONNECT"):
+        return ""
+    try:
+        socket.create_connection(("127.0.0.1", ROUTER_PORT), _CONNECT_TIMEOUT).close()
+    except OSError:
+        return f"no router answers on port {ROUTER_PORT}"
+    return ""
+
+
+KIND = BridgeKind(
+    "zenoh",
+    "Zenoh",
+    "Connect as a ROS 2 node over Zenoh. Needs pip install 'kbot[zenoh]'.",
+    _open,
+    _why_no_peer,
+)

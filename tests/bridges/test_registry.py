@@ -4,7 +4,8 @@ import socket
 
 import pytest
 
-from kbot.ros.bridges import discovery
+from kbot.ros.bridges import zenoh
+from kbot.ros.bridges.registry import bridges_with_peers
 from kbot.ros.bridges.ros1.contacts import Contacts
 from kbot.ros.bridges.ros1.master import Master
 
@@ -18,11 +19,11 @@ def nobody(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{port}/")
-    monkeypatch.setattr(discovery, "ROUTER_PORT", port)
+    monkeypatch.setattr(zenoh, "ROUTER_PORT", port)
 
 
 def test_nobody_is_there() -> None:
-    found, missing = discovery.peers_around()
+    found, missing = bridges_with_peers()
     assert found == ("foxglove", "rosbridge")
     assert [why.partition(":")[0] for why in missing] == ["ros1", "ros2", "zenoh"]
 
@@ -32,9 +33,9 @@ def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     with socket.create_server(("127.0.0.1", 0)) as router:
-        monkeypatch.setattr(discovery, "ROUTER_PORT", router.getsockname()[1])
+        monkeypatch.setattr(zenoh, "ROUTER_PORT", router.getsockname()[1])
         try:
-            assert discovery.peers_around() == (("ros1", "ros2", "zenoh", "foxglove", "rosbridge"), ())
+            assert bridges_with_peers() == (("ros1", "ros2", "zenoh", "foxglove", "rosbridge"), ())
         finally:
             master.close()
 
@@ -42,4 +43,4 @@ def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_ros_2_that_speaks_zenoh(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
-    assert "ros2" not in discovery.peers_around()[0]
+    assert "ros2" not in bridges_with_peers()[0]

@@ -1,4 +1,4 @@
-"""What goes along with a simulation, also when the page's description changes under it."""
+"""What leaves a run, also when the page's description changes under it."""
 
 from pathlib import Path
 
@@ -6,9 +6,11 @@ import pytest
 
 import kbot
 from kbot.record import Recording
+from kbot.record.record_options import RecordOptions
 from kbot.record.replay import replay
-from kbot.ros.peer_options import CompanionOptions
-from kbot.ros.peers import Companions
+from kbot.record.run_outputs import RunOutputs
+from kbot.ros.peer_options import PeerOptions
+from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.sim.real_time import run_in_real_time
 from kbot.text import KbotError
@@ -25,15 +27,15 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
     file = tmp_path / "r.urdf"
     file.write_text(SQUARE.format(height=0.1))
     told: list[str] = []
-    companions = Companions(CompanionOptions(record=str(tmp_path / "run.mcap")), told.append)
-    session = open_session(str(file), simulate=True, attend=lambda sim: companions.join(sim, "", "empty"))
+    outputs = RunOutputs(told.append, RecordOptions(str(tmp_path / "run.mcap")))
+    session = open_session(str(file), simulate=True, attend=lambda sim: outputs.join(sim, "", "empty"))
     for _ in range(10):
         session.advance(0.02)
     file.write_text(SQUARE.format(height=0.3))
     session.adopt(session.read())
     for _ in range(20):
         session.advance(0.02)
-    companions.close()
+    outputs.close()
     assert [Path(text.partition(": ")[0]).name for text in told] == ["run.mcap", "run-2.mcap"]
     first, second = (Recording(str(tmp_path / name)) for name in ("run.mcap", "run-2.mcap"))
     assert first.summary().topics["/clock"].count == 10
@@ -50,19 +52,20 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
 
 def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:
     told: list[str] = []
-    companions = Companions(CompanionOptions(foxglove=True), told.append)
+    outputs = RunOutputs(told.append, peers=RosPeers(PeerOptions(("foxglove",)), told.append))
     for _ in range(2):
-        companions.join(Simulation(kbot.load("kbot")), "", "empty")
+        outputs.join(Simulation(kbot.load("kbot")), "", "empty")
     assert len([text for text in told if text.startswith("Foxglove")]) == 1
-    companions.close()
-    companions.close()
+    outputs.close()
+    outputs.close()
 
 
 def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    companions = Companions(CompanionOptions(record=str(path), foxglove=True, host="192.0.2.1"), print)
+    peers = RosPeers(PeerOptions(("foxglove",), host="192.0.2.1"), print)
+    outputs = RunOutputs(print, RecordOptions(str(path)), peers)
     with pytest.raises(KbotError, match="Foxglove cannot be served"):
-        companions.join(Simulation(kbot.load("kbot")), "", "empty")
+        outputs.join(Simulation(kbot.load("kbot")), "", "empty")
     assert not Recording(str(path)).summary().broken
 
 

@@ -1,0 +1,139 @@
+"""What leaves a run: the options `--record` and those of peers, and the block in which a verb runs."""
+
+from __future__ import annotations
+
+import functools
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import click
+
+from kbot.cli.output import fail
+from kbot.extensions import parts
+from kbot.record.record_options import RecordOptions
+
+if TYPE_CHECKING:
+    from kbot.record.run_outputs import Peers, RunOutputs
+    from kbot.tf.static_transforms import StaticTransform
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+class PeerRequest(Protocol):
+    """The peers that a user asked for. `is_live`: for them the run has to keep wall-clock time."""
+
+    @property
+    def is_live(self) -> bool: ...
+
+    def describe(self) -> str: ...
+
+    def open(self, report: Callable[[str], None]) -> Peers: ...
+
+
+def peer_options(function: _Function) -> _Function:
+    """Add the options of peers, passed to the verb as `peers: PeerRequest | None`: None where no installed
+    part of KBot adds peers."""
+    module = _peers_module()
+    if module is not None:
+        decorated: _Function = module.peer_options(function)
+        return decorated
+
+    @functools.wraps(function)
+    def without_peers(*args: object, **others: object) -> object:
+        return function(*args, peers=None, **others)
+
+    wrapped: Any = without_peers
+    result: _Function = wrapped
+    return result
+
+
+def record_options(function: _Function) -> _Function:
+    """Add the options of a recording, passed to the verb as one `record: RecordOptions`."""
+
+    @functools.wraps(function)
+    def with_record(
+        *args: object, record: str | None, record_topics: tuple[str, ...], **others: object
+    ) -> object:
+        if record_topics and record is None:
+            fail("--record-topic goes with --record FILE")
+        if record == "":
+            fail("--record needs the name of the file to write")
+        return function(*args, record=RecordOptions(record or "", record_topics), **others)
+
+    wrapped: Any = with_record
+    wrapped = click.option(
+        "--record-topic",
+        "record_topics",
+        multiple=True,
+        metavar="NAME",
+        show_default="all topics",
+        help="Topic to record. Can be repeated.",
+    )(wrapped)
+    wrapped = click.option(
+        "--record",
+        metavar="FILE",
+        help="File to record the run to: .mcap, .bag (ROS 1), or a rosbag2 folder if FILE has no suffix.",
+    )(wrapped)
+    result: _Function = wrapped
+    return result
+
+
+@contextmanager
+def run_outputs(
+    record: RecordOptions | None = None,
+    peers: PeerRequest | None = None,
+    transforms: Sequence[StaticTransform] = (),
+    *,
+    served: bool = False,
+) -> Iterator[RunOutputs]:
+    """Within the block a run is recorded and connected to peers, and Ctrl-C, SIGTERM and a terminal that
+    closes end the program in order. `served`: it keeps wall-clock time, so that `kbot topic` can query it
+    even if no peer was asked for.
+
+    Raises:
+        KbotError: the recording cannot be made, or a bridge cannot be opened.
+        Exit: with status 2 at the end, if the recording ended early; the reason was reported then.
+    """
+    from kbot.record.run_outputs import RunOutputs  # with the recorder's numpy and mcap
+
+    def report(text: str) -> None:
+        click.echo(text, err=True)
+
+    if served and peers is None and (module := _peers_module()) is not None:
+        peers = module.DEFAULT
+    opened = peers.open(report) if peers is not None and (served or peers.is_live) else None
+    outputs = RunOutputs(report, record, opened, transforms)
+    try:
+        with _ended_by_signals(outputs):
+            yield outputs
+    finally:
+        outputs.close()
+    if outputs.failure is not None:
+        raise click.exceptions.Exit(2)
+
+
+def _peers_module() -> ModuleType | None:
+    return next((import_module(part.PEERS) for part in parts()), None)
+
+
+@contextmanager
+def _ended_by_signals(outputs: RunOutputs) -> Iterator[None]:
+    def end(number: int, frame: object) -> None:
+        outputs.interrupt(KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number))
+
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, end) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,72 @@
+"""The options of peers: a flag for each bridge, made from the registry."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from kbot.cli.output import fail
+from kbot.ros.bridges.registry import BRIDGES, bridges_with_peers
+from kbot.ros.peer_options import PeerOptions
+
+DEFAULT = PeerOptions()
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def peer_options(function: _Function) -> _Function:
+    """Add the options of peers, passed to the verb as one `peers: PeerOptions`."""
+
+    @functools.wraps(function)
+    def with_peers(
+        *args: object, bridges: str | None, bridge_host: str | None, navigation: bool, **others: object
+    ) -> object:
+        asked = [kind.name for kind in BRIDGES if others.pop(kind.name)]
+        found = _found() if bridges else ()
+        names = tuple(kind.name for kind in BRIDGES if kind.name in (*asked, *found))
+        if bridge_host is not None and not names:
+            fail("--bridge-host goes with a bridge, such as --ros1")
+        if not navigation and not names:
+            fail("--no-navigation goes with a bridge, such as --ros1")
+        return function(*args, peers=PeerOptions(names, bridge_host, navigation), **others)
+
+    wrapped: Any = with_peers
+    for option in reversed(_OPTIONS):
+        wrapped = option(wrapped)
+    result: _Function = wrapped
+    return result
+
+
+def _found() -> tuple[str, ...]:
+    """The bridges that have a peer; the reasons for the others are printed."""
+    found, missing = bridges_with_peers()
+    for reason in missing:
+        click.echo(f"no {reason}", err=True)
+    return found
+
+
+_OPTIONS = (
+    *(click.option(f"--{kind.name}", is_flag=True, help=kind.help) for kind in BRIDGES),
+    click.option(
+        "--bridges",
+        type=click.Choice(["auto"]),
+        help="Open the Foxglove and rosbridge servers, and every other bridge that finds a peer.",
+    ),
+    click.option(
+        "--bridge-host",
+        metavar="ADDRESS",
+        show_default="this machine only",
+        help="Address of this machine at which other machines reach the bridges. Also lets KBot contact "
+        "ROS 1 nodes on other machines.",
+    ),
+    click.option(
+        "--no-navigation",
+        "navigation",
+        flag_value=False,
+        default=True,
+        help="Leave goals, plan and map to a peer such as Nav2.",
+    ),
+)
