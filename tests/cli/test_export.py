@@ -10,7 +10,7 @@ from PIL import Image
 
 from kbot.cli.main import run
 
-HEADS = {"png": b"\x89PNG", "html": b"<!doctype html>", "glb": b"glTF", "svg": b"<svg"}
+HEADS = {"png": b"\x89PNG", "html": b"<!doctype html>", "glb": b"glTF"}
 
 
 @pytest.mark.parametrize("kind", HEADS)
@@ -33,7 +33,7 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
     monkeypatch.chdir(tmp_path)
     assert run(["export", "kbot", "--to", "tree"]) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["kbot.svg"]
-    assert run(["export", "kbot", "--to", "svg"]) == 2
+    assert run(["export", "kbot", "--to", "tree"]) == 2
     assert "kbot.svg is there already" in capsys.readouterr().err
     (tmp_path / "odd.urdf").write_text('<robot name="../odd"><link name="base"/></robot>')
     assert run(["export", "odd.urdf", "--to", "tree"]) == 0
@@ -44,7 +44,8 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
     ("words", "said"),
     [
         (["--to", "jpg"], "'jpg' is not one of"),
-        (["-o", "robot.step"], "does not say what to make"),
+        (["-o", "robot.step"], "the suffix of 'robot.step' does not name a format"),
+        (["-o", "robot.svg"], "Use .png, .html or .glb, or add --to tree for an SVG of the kinematic tree"),
         ([], "say what to make with --to"),
         (["--to", "png", "--size", "big"], "--size is a width and a height in pixels"),
         (["--to", "png", "--size", "0x9"], "1 to 8192 pixels"),
@@ -73,11 +74,11 @@ def test_what_cannot_be_is_said_in_one_sentence(
 
 def test_a_broken_robot_leaves_the_file_as_it_was(tmp_path: Path) -> None:
     (tmp_path / "broken.urdf").write_text('<robot name="r"><link name="a">')
-    out = tmp_path / "robot.svg"
+    out = tmp_path / "robot.glb"
     out.write_text("mine")
     assert run(["export", str(tmp_path / "broken.urdf"), "-o", str(out)]) == 2
     assert out.read_text() == "mine"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.urdf", "robot.svg"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.urdf", "robot.glb"]
 
 
 def test_a_picture_in_place_of_the_page(tmp_path: Path) -> None:

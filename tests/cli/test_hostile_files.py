@@ -10,7 +10,7 @@ VERBS = {
     "expand": ("expand", "FILE"),
     "where": ("where", "FILE", "base_link"),
     "info": ("info", "FILE"),
-    "export": ("export", "FILE", "--to", "svg", "-o", "-"),
+    "export": ("export", "FILE", "--to", "glb", "-o", "-"),
     "check": ("check", "FILE"),
     "view": ("view", "FILE", "--no-browser"),
     "sim headless": ("sim", "FILE", "--headless", "--duration", "0.1"),

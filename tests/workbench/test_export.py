@@ -1,8 +1,7 @@
-"""Pictures, pages, models and drawings of a robot, held against an independent projection of the model."""
+"""Pictures, models and trees of a robot, compared with an independent projection of the model."""
 
 import io
 import json
-import re
 import struct
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
@@ -16,7 +15,6 @@ from PIL import Image
 
 from kbot.kinematics import FrameTree
 from kbot.model.load import load_robot
-from kbot.render.drawing import svg
 from kbot.render.glb import Y_UP_FROM_Z_UP, glb
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import creased
@@ -28,7 +26,6 @@ from kbot.text import KbotError
 from .projection import link_image, overlap
 
 SVG = "{http://www.w3.org/2000/svg}"
-FINER = 5  # odd, so that a sample lies in the middle of each pixel
 JOINTS = {"left_wheel_joint": 0.7, "right_wheel_joint": -0.4}
 
 ARM = """<robot name="arm">
@@ -180,71 +177,6 @@ def test_normals_are_sharp_at_edges_and_smooth_elsewhere() -> None:
     assert np.einsum("ij,ij->i", vertices, normals).min() > 0.999
 
 
-def painted_by(text: str, width: int, height: int) -> tuple[list[str], np.ndarray]:
-    """The links of a drawing, and which is on top at each pixel, painted in order by Pillow."""
-    from PIL import ImageDraw
-
-    root = ET.fromstring(text)
-    image = Image.new("I", (width * FINER, height * FINER), -1)
-    brush, links = ImageDraw.Draw(image), []
-    for group in root.iter(f"{SVG}g"):
-        assert group.find(f"{SVG}title").text == group.get("id")
-        links.append(group.get("id"))
-        for path in group.iter(f"{SVG}path"):
-            for piece in re.findall(r"M([^z]+)z", path.get("d")):
-                numbers = [float(word) for word in re.findall(r"-?[\d.]+", piece)]
-                points = np.array(numbers).reshape(-1, 2) * FINER - 0.5
-                corners = [tuple(point) for point in points]
-                brush.polygon(corners, fill=len(links) - 1)
-    return links, np.asarray(image)[FINER // 2 :: FINER, FINER // 2 :: FINER]
-
-
-def orthographic(things: Things, look: Look) -> np.ndarray:
-    scale = min(look.width, look.height) / (2.0 * things.view_radius * 1.04)
-    world = np.eye(4)
-    world[:3, :3] = look.axes.T
-    world[:3, 3] = -look.axes.T @ things.centre
-    depth = -1.0 / (100.0 * things.view_radius)
-    return np.diag([2 * scale / look.width, 2 * scale / look.height, depth, 1.0]) @ world
-
-
-@pytest.mark.parametrize("azimuth", [20.0, 130.0, 215.0, 300.0])
-def test_a_drawing_shows_of_each_link_what_is_to_be_seen(xacro: Path, azimuth: float) -> None:
-    robot = load_robot(str(xacro)).require()
-    look = Look(700, 500, azimuth, 25.0)
-    things = robot_alone(robot, JOINTS)
-    links, image = painted_by(svg(things, look, robot.name), 700, 500)
-    assert set(links) == set(robot.links)
-    expected = link_image(robot, orthographic(things, look), 700, 500, joints=JOINTS)
-    for index, name in enumerate(robot.links):
-        seen = expected == index
-        if seen.sum() > 0.005 * seen.size:
-            assert overlap(image == links.index(name), seen) > 0.98, name
-
-
-def test_links_that_run_through_each_other_are_cut(tmp_path: Path) -> None:
-    """Three bars, each before one and behind another: no order of painting is right for whole bars."""
-    bars = [("a", "0 0 0", "0 0.35 0"), ("b", "0 0 2.0944", "0 0.35 0"), ("c", "0 0 4.1888", "0 0.35 0")]
-    links = "".join(
-        f'<link name="{name}"><visual><origin xyz="{0.1 * np.sin(float(turn.split()[2])):.4f} '
-        f'{-0.1 * np.cos(float(turn.split()[2])):.4f} 0" rpy="0 0.35 {turn.split()[2]}"/>'
-        '<geometry><box size="0.6 0.06 0.01"/></geometry></visual></link>'
-        for name, turn, _ in bars
-    )
-    joints = "".join(
-        f'<joint name="j{child}" type="fixed"><parent link="a"/><child link="{child}"/></joint>'
-        for child in "bc"
-    )
-    path = tmp_path / "bars.urdf"
-    path.write_text(f'<robot name="bars">{links}{joints}</robot>')
-    robot, look = load_robot(str(path)).require(), Look(500, 500, 0.0, 90.0)
-    things = robot_alone(robot)
-    names, image = painted_by(svg(things, look, "bars"), 500, 500)
-    expected = link_image(robot, orthographic(things, look), 500, 500)
-    for index, name in enumerate(robot.links):
-        assert overlap(image == names.index(name), expected == index) > 0.95, name
-
-
 def test_the_tree_has_every_link_and_joint_once(arm: Path) -> None:
     root = ET.fromstring(tree_svg(load_robot(str(arm)).require()))
     tips = [group.find(f"{SVG}title").text for group in root.iter(f"{SVG}g")]
@@ -283,10 +215,9 @@ def test_shapes_without_volume_are_drawn_as_far_as_they_are_seen(tmp_path: Path,
     )
     assert (covered > 0.05) == (shape in ("a triangle", "a sheet"))
     assert trimesh.load(io.BytesIO(glb(robot)), file_type="glb").geometry
-    assert svg(robot_alone(robot), look, "odd").endswith("</svg>\n")
 
 
-@pytest.mark.parametrize("kind", ["png", "glb", "svg"])
+@pytest.mark.parametrize("kind", ["png", "glb"])
 def test_too_many_triangles_of_all_visuals_are_an_error(
     kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:

@@ -1,4 +1,4 @@
-"""`kbot export`: a robot as a picture, a page, a model or a drawing, without a browser."""
+"""`kbot export`: write a robot as a picture, web page, 3D model or tree, without a browser."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from kbot.render.palette import Theme
     from kbot.xacro.assignments import Assignments
 
-FORMATS = ("png", "html", "glb", "svg", "tree")
-_ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg": "svg"}
+FORMATS = ("png", "html", "glb", "tree")
+_ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb"}
 
 
 @click.command(
@@ -33,7 +33,6 @@ _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb", ".svg
         ("kbot export robot.xacro -o robot.html", "page for offline use"),
         ("kbot export arm.urdf -o arm.glb --joint elbow:=1.2", "for glTF viewers"),
         ("kbot export robot.urdf --to tree -o tree.svg", "kinematic tree"),
-        "kbot export robot.urdf --to svg -o - | rsvg-convert > robot.png",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
@@ -71,10 +70,10 @@ def command(
     theme: Theme,
     package_path: tuple[str, ...],
 ) -> int:
-    """Write a robot as a picture, web page, 3D model or drawing.
+    """Write a robot as a picture, web page, 3D model or tree.
 
-    The formats are png (picture), html (one file with joint sliders), glb (3D model), svg (drawing) and
-    tree (SVG drawing of the kinematic tree). Missing meshes are reported and left out.
+    The formats are png (picture), html (one file with joint sliders), glb (3D model) and tree (SVG drawing
+    of the kinematic tree). Missing meshes are reported and left out.
 
     name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
     property.
@@ -110,16 +109,10 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme:
         from kbot.render.tree import tree_svg
 
         return tree_svg(robot).encode()
+    from kbot.render.picture import draw_picture
     from kbot.render.things import robot_alone
 
-    things = robot_alone(robot, joints)
-    if kind == "svg":
-        from kbot.render.drawing import svg
-
-        return svg(things, look, robot.name, theme).encode()
-    from kbot.render.picture import draw_picture
-
-    return draw_picture(things, look, theme)
+    return draw_picture(robot_alone(robot, joints), look, theme)
 
 
 def _html(
@@ -146,7 +139,10 @@ def _by_ending(output: str | None) -> str:
         fail(f"say what to make with --to: one of {', '.join(FORMATS)}")
     ending = Path(output).suffix.lower()
     if ending not in _ENDINGS:
-        fail(f"'{output}' does not say what to make: end it in {', '.join(_ENDINGS)}, or use --to")
+        fail(
+            f"the suffix of '{output}' does not name a format. Use .png, .html or .glb, or add --to tree "
+            "for an SVG of the kinematic tree"
+        )
     return _ENDINGS[ending]
 
 
