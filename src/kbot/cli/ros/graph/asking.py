@@ -58,20 +58,6 @@ def print_listing(types: Mapping[str, str], show_types: bool, as_json: bool, cou
         click.echo(f"{name} [{kind}]" if show_types else name)
 
 
-def print_of_type(types: Mapping[str, str], wanted: str) -> None:
-    """The names of a type, as either ROS writes it. Raises KbotError: there is none."""
-    from kbot.text.suggest import did_you_mean
-
-    names = [name for name, kind in types.items() if is_type(wanted, kind)]
-    if not names:
-        kinds = set(types.values())
-        # ROS 1 writes a type without /msg/
-        hints = (did_you_mean(wanted.replace("/", part, 1), kinds) for part in ("/", "/msg/", "/srv/"))
-        hint = next((hint for hint in hints if hint), "")
-        fail(f"nothing here is of the type {wanted}" + (f": {hint}" if hint else ""))
-    click.echo("\n".join(names))
-
-
 def is_type(word: str, kind: str) -> bool:
     """Whether a word means a type, as ROS 2 writes it or as ROS 1 does."""
     return word in (kind, re.sub("/(msg|srv)/", "/", kind))

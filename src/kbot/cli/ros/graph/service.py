@@ -14,7 +14,6 @@ from kbot.cli.ros.graph.asking import (
     full_name,
     listing_options,
     print_listing,
-    print_of_type,
     read_values,
     to_yaml,
 )
@@ -49,15 +48,6 @@ def list_(show_types: bool, count: bool, as_json: bool, at: str) -> None:
     with ask(at) as graph:
         types = _types(graph, typed=show_types or as_json)
     print_listing(types, show_types, as_json, count)
-
-
-@command.command("find", epilog=examples("kbot service find std_srvs/srv/Empty"))
-@click.argument("type_name", metavar="TYPE")
-@at_option
-def find(type_name: str, at: str) -> None:
-    """List the services of a type."""
-    with ask(at) as graph:
-        print_of_type(_types(graph, typed=True), type_name)
 
 
 def _types(graph: GraphClient, *, typed: bool) -> dict[str, str]:

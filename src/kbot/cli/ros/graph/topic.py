@@ -1,10 +1,13 @@
-"""`kbot topic`: what a running KBot says and hears."""
+"""`kbot topic`: the topics that a running KBot publishes and subscribes to."""
 
 from __future__ import annotations
 
 import itertools
 import re
+import statistics
 import time
+from collections import deque
+from itertools import pairwise
 from typing import Any
 
 import click
@@ -20,12 +23,12 @@ from kbot.cli.ros.graph.asking import (
     listen,
     listing_options,
     print_listing,
-    print_of_type,
     read_values,
     to_line,
 )
-from kbot.cli.ros.graph.measures import bw, delay, hz
 from kbot.cli.ros.graph.printing import Style, style_options
+
+REPORT_SECONDS = 1.0
 
 
 @click.group(
@@ -39,10 +42,6 @@ from kbot.cli.ros.graph.printing import Style, style_options
 )
 def command() -> None:
     """List, print, measure and publish topics of a running KBot, like `ros2 topic`."""
-
-
-for _measure in (hz, bw, delay):
-    command.add_command(_measure)
 
 
 @command.command("list", epilog=examples("kbot topic list -t"))
@@ -70,15 +69,6 @@ def type_(topic: str, at: str) -> None:
     """Print a topic's type."""
     with ask(at) as graph:
         click.echo(graph.type_of(full_name(topic)))
-
-
-@command.command("find", epilog=examples("kbot topic find nav_msgs/msg/Odometry"))
-@click.argument("type_name", metavar="TYPE")
-@at_option
-def find(type_name: str, at: str) -> None:
-    """List the topics of a type."""
-    with ask(at) as graph:
-        print_of_type(graph.topics(), type_name)
 
 
 @command.command("info", epilog=examples("kbot topic info /cmd_vel"))
@@ -142,6 +132,42 @@ def echo(
                 fail(f"{name} carries {known}, not {type_name}")
         for _, message in itertools.islice(listen(graph, name), 1 if once else count):
             click.echo(style.text(_part(message, field) if field else message))
+
+
+@command.command("hz", epilog=examples("kbot topic hz /odom", "kbot topic hz /scan --window 50 -n 3"))
+@click.argument("topic")
+@click.option(
+    "-w",
+    "--window",
+    type=click.IntRange(2),
+    default=1000,
+    show_default=True,
+    metavar="N",
+    help="Number of latest messages to average over.",
+)
+@click.option("-n", "count", type=click.IntRange(1), metavar="N", help="Print N reports and exit.")
+@at_option
+def hz(topic: str, window: int, count: int | None, at: str) -> None:
+    """Print a topic's publishing rate every second.
+
+    The rate is measured in wall-clock time. Ctrl-C stops it.
+    """
+    times: deque[float] = deque(maxlen=window)
+    due, reports = 0.0, 0
+    with ask(at) as graph:
+        for _ in listen(graph, full_name(topic)):
+            times.append(time.monotonic())
+            due = due or times[0] + REPORT_SECONDS
+            gaps = [after - before for before, after in pairwise(times)] if times[-1] >= due else []
+            if not sum(gaps):
+                continue
+            click.echo(
+                f"average rate: {len(gaps) / sum(gaps):.3f}\n\tmin: {min(gaps):.3f}s max: {max(gaps):.3f}s "
+                f"std dev: {statistics.pstdev(gaps):.5f}s window: {len(times)}"
+            )
+            due, reports = times[-1] + REPORT_SECONDS, reports + 1
+            if reports == count:
+                return
 
 
 @command.command(
