@@ -7,7 +7,7 @@ import pytest
 
 from kbot.messages.sensing import Image, LaserScan
 from kbot.model.load import load_robot, load_robot_text
-from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, LogicalCamera, Range
+from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, Range
 from kbot.sensors.declared import declared_sensors, mount_declared, mount_on_others
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
@@ -242,14 +242,14 @@ def test_force_and_torque_of_gz_and_of_ros2_control():
     assert "there is no joint 'wrst': did you mean 'wrist'" in said.message
 
 
-def test_a_logical_camera_of_gazebo():
-    (camera,) = declared_sensors(
-        _robot("""<gazebo reference="base_link"><sensor name="eye" type="logical_camera"><logical_camera>
-        <near>0.55</near><far>2.5</far><horizontal_fov>1.05</horizontal_fov><aspect_ratio>1.6</aspect_ratio>
-        </logical_camera><update_rate>10</update_rate></sensor></gazebo>""")
-    ).specs
-    assert isinstance(camera, LogicalCamera)
-    assert (camera.near, camera.far, camera.fov, camera.aspect) == (0.55, 2.5, 1.05, 1.6)
+def test_a_logical_camera_is_reported_as_not_simulated():
+    declared = declared_sensors(
+        _robot('<gazebo reference="base_link"><sensor name="eye" type="logical_camera"/></gazebo>')
+    )
+    assert not declared.specs
+    (warning,) = declared.diagnostics
+    assert (warning.code, warning.is_error) == ("W140", False)
+    assert warning.message == "eye: sensors of type 'logical_camera' are not simulated"
 
 
 def test_one_spoilt_sensor_leaves_the_others():

@@ -7,7 +7,7 @@ from kbot.kinematics import PlanarPose
 from kbot.navigation import Path
 from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.type_names import ros_name
-from kbot.sensors import Cliff, Contact, Encoders, Gps, GroundTruth, Imu, Lidar, Line, Range
+from kbot.sensors import Contact, Encoders, Gps, GroundTruth, Imu, Lidar, Line, Range
 from kbot.sim import Simulation
 from kbot.world.occupancy import OccupancyGrid
 
@@ -18,7 +18,6 @@ SPECS = [
     (Encoders(), "sensor_msgs/msg/JointState"),
     (Contact(link="base_link"), "std_msgs/msg/Bool"),
     (Range(link="base_link"), "sensor_msgs/msg/Range"),
-    (Cliff(link="base_link"), "std_msgs/msg/Bool"),
     (Gps(link="base_link"), "sensor_msgs/msg/NavSatFix"),
     (GroundTruth(link="base_link"), "nav_msgs/msg/Odometry"),
     (Line(link="base_link"), "std_msgs/msg/Float32MultiArray"),

@@ -1,18 +1,17 @@
-"""Range, cliff, bumper and line sensors in worlds whose answers are known."""
+"""Range, bumper and line sensors in worlds with known readings."""
 
 import math
 
 import pytest
 
 from kbot.kinematics import PlanarPose, Transform
-from kbot.sensors import Cliff, Contact, Line, Noise, Range
+from kbot.sensors import Contact, Line, Noise, Range
 from kbot.sim import Simulation
 from kbot.world.builders import box, floor
 from kbot.world.world import World
 
 WALL = World("wall", (floor(), box("wall", (0.1, 4.0, 1.0), 1.05, 0.0)))
 UP = Transform.from_xyz_rpy((0.0, 0.0, 0.5), (0.0, 0.0, 0.0))
-DOWN = Transform.from_xyz_rpy((0.05, 0.0, 0.03), (0.0, math.pi / 2, 0.0))
 
 
 def test_a_sonar_tells_the_nearest_point_of_a_wall(robot):
@@ -33,17 +32,6 @@ def test_a_sonar_out_of_range_says_infinity(robot):
     simulation.run(0.1)
     assert far.latest.range == math.inf
     assert near.latest.range == -math.inf
-
-
-def test_a_cliff_is_where_the_floor_ends(robot):
-    plate = World("plate", (box("plate", (1.0, 1.0, 0.5), 0.0, 0.0, z=-0.25, ground=True),))
-    simulation = Simulation(robot, plate)
-    cliff = simulation.add_sensor(Cliff(link="base_footprint", pose=DOWN, distance=0.06))
-    assert cliff.measure().data is False
-    simulation.place(PlanarPose(0.44, 0.0))
-    assert cliff.measure().data is False
-    simulation.place(PlanarPose(0.46, 0.0))
-    assert cliff.measure().data is True
 
 
 def test_a_bumper_tells_what_it_runs_into(robot):

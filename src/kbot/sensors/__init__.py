@@ -11,17 +11,14 @@ from kbot.sensors.force_torque import ForceTorque, ForceTorqueSensor
 from kbot.sensors.imu import Imu, ImuSensor
 from kbot.sensors.lidar import CloudSensor, Lidar, LidarSensor, scan_points
 from kbot.sensors.line import Line, LineSensor
-from kbot.sensors.logical_camera import LogicalCamera, LogicalCameraSensor
 from kbot.sensors.noise import Noise
 from kbot.sensors.position import Gps, GpsSensor, GroundTruth, GroundTruthSensor
-from kbot.sensors.proximity import Cliff, CliffSensor, Range, RangeSensor
+from kbot.sensors.proximity import Range, RangeSensor
 from kbot.sensors.sensor import Sensor, Spec
 
 __all__ = [
     "Camera",
     "CameraSensor",
-    "Cliff",
-    "CliffSensor",
     "CloudSensor",
     "Contact",
     "ContactSensor",
@@ -39,8 +36,6 @@ __all__ = [
     "LidarSensor",
     "Line",
     "LineSensor",
-    "LogicalCamera",
-    "LogicalCameraSensor",
     "Noise",
     "Range",
     "RangeSensor",

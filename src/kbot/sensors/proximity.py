@@ -1,4 +1,4 @@
-"""Sonar, infrared and cliff sensors: one distance within a cone."""
+"""Sonar and infrared sensors: one distance within a cone."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages import sensing as msg
-from kbot.messages.sensing import INFRARED, ULTRASOUND, Bool
+from kbot.messages.sensing import INFRARED, ULTRASOUND
 from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.rays import Rays, within
 from kbot.sensors.sensor import Sensor, Spec
@@ -70,38 +70,6 @@ class RangeSensor(Sensor[msg.Range]):
             self._header(), kind, spec.field_of_view, spec.range_min, spec.range_max, float(value[0]),
             spec.noise.variance,
         )  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cliff(Spec):
-    """Looks along x, which is to point at the ground; says true where nothing is within `distance` m."""
-
-    kind: ClassVar[str] = "cliff"
-    rate: float = 20.0
-    distance: float = 0.1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0.0 < self.distance < math.inf:
-            raise KbotError(f"{self.label}: a distance is above 0 m, not {self.distance}")
-
-    def mount(self, simulation: Simulation) -> CliffSensor:
-        return CliffSensor(simulation, self)
-
-
-class CliffSensor(Sensor[Bool]):
-    """Says whether there is a cliff (std_msgs/Bool)."""
-
-    message_type = Bool
-    spec: Cliff
-
-    def __init__(self, simulation: Simulation, spec: Cliff) -> None:
-        super().__init__(simulation, spec)
-        self._rays = Rays(self.owner, np.array([[1.0, 0.0, 0.0]]))
-
-    def measure(self, sample: int | None = None) -> Bool:
-        distance = self._rays.cast(*self._place(), self.spec.distance)[0]
-        return Bool(not math.isfinite(distance))
 
 
 def cone(angle: float) -> NDArray[np.float64]:

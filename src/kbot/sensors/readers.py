@@ -11,7 +11,6 @@ from kbot.sensors.contact import Contact
 from kbot.sensors.force_torque import ForceTorque
 from kbot.sensors.imu import Imu
 from kbot.sensors.lidar import Lidar
-from kbot.sensors.logical_camera import LogicalCamera
 from kbot.sensors.noise import Noise
 from kbot.sensors.position import Gps
 from kbot.sensors.proximity import Range
@@ -174,16 +173,6 @@ def _force_torque(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _logical_camera(values: Values, common: dict[str, Any]) -> Spec:
-    return LogicalCamera(
-        near=values.number(0.0, "logical_camera/near"),
-        far=values.number(1.0, "logical_camera/far"),
-        fov=values.number(1.0, "logical_camera/horizontal_fov"),
-        aspect=values.number(1.0, "logical_camera/aspect_ratio"),
-        **common,
-    )
-
-
 READERS: dict[str, Read] = {
     "ray": _lidar,
     "gpu_ray": _lidar,
@@ -196,7 +185,6 @@ READERS: dict[str, Read] = {
     "depth_camera": _camera,
     "force_torque": _force_torque,
     "gps": _gps,
-    "logical_camera": _logical_camera,
     "navsat": _gps,
     "rgbd": _camera,
     "rgbd_camera": _camera,
