@@ -24,7 +24,7 @@ class Running:
     def __init__(self) -> None:
         self.told: list[str] = []
         self.link = Link(self.told.append)
-        self.link.services = gazebo_services("empty")
+        self.link.services = gazebo_services()
         self.simulation = Simulation(kbot.load("kbot"))
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)

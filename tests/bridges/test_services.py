@@ -29,6 +29,10 @@ BOX = """<robot name="box"><link name="body">
 <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"""
 
+CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass>2</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link></model>
+</sdf>"""
+
 
 def ask(running: Running, service: str, request: object) -> object:
     return running.link.call(service, request).result(20)
@@ -61,6 +65,16 @@ def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
     gone = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
     assert not gone.success
     assert "crate" in gone.status_message
+
+
+def test_a_model_of_sdf_is_spawned(running: Running) -> None:
+    request = srv.SpawnModelRequest("box", CRATE, "", msg.Pose(msg.Point(1.0)), "")
+    answer = ask(running, "/gazebo/spawn_sdf_model", request)
+    assert (answer.success, answer.status_message) == (True, "box is put at 1.000, 0.000, 0.000")
+    broken = srv.SpawnModelRequest("other", CRATE.replace("0.2 0.2 0.2", "0.2"))
+    answer = ask(running, "/gazebo/spawn_sdf_model", broken)
+    assert not answer.success
+    assert "other.sdf:2" in answer.status_message
 
 
 def test_what_is_no_robot_is_refused_at_its_line(running: Running) -> None:

@@ -56,7 +56,8 @@ def test_marks_of_an_argument_say_the_direction(folder: Path) -> None:
         " /world/w/control@ros_gz_interfaces/srv/ControlWorld --ros-args -r /c:=/odom"
     )
     found = by_words(folder, words, '<remap from="/b" to="/cmd_vel"/>')
-    assert found.notes == ()
+    (note,) = found.notes
+    assert (note.code, note.message) == ("L063", "KBot does not offer the service /world/w/control of gz")
     assert rules(found) == [
         ("/a", "/a", TWIST, Direction.BOTH),
         ("/b", "/cmd_vel", TWIST, Direction.TO_GZ),

@@ -8,12 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kbot.messages.controller_services import CONTROLLER_SERVICES
-from kbot.messages.gz_services import (
-    ControlWorldRequest,
-    GzDeleteEntityRequest,
-    GzSpawnEntityRequest,
-    SetEntityPoseRequest,
-)
 from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
 
 ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
@@ -236,10 +230,6 @@ SERVICES: dict[str, tuple[type, type]] = {
     "gazebo_msgs/DeleteEntity": (DeleteEntityRequest, StatusResponse),
     "gazebo_msgs/GetEntityState": (GetEntityStateRequest, GetEntityStateResponse),
     "gazebo_msgs/SetEntityState": (SetEntityStateRequest, SuccessResponse),
-    "ros_gz_interfaces/SpawnEntity": (GzSpawnEntityRequest, SuccessResponse),
-    "ros_gz_interfaces/DeleteEntity": (GzDeleteEntityRequest, SuccessResponse),
-    "ros_gz_interfaces/SetEntityPose": (SetEntityPoseRequest, SuccessResponse),
-    "ros_gz_interfaces/ControlWorld": (ControlWorldRequest, SuccessResponse),
     **CONTROLLER_SERVICES,
 }
 """The types of services by name, with what each is asked and answers."""

@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-UInt8 = Annotated[int, "uint8"]
 Int32 = Annotated[int, "int32"]
 UInt32 = Annotated[int, "uint32"]
-UInt64 = Annotated[int, "uint64"]
 
 NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
 

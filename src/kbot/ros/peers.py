@@ -82,7 +82,7 @@ class RosPeers:
         from kbot.ros.gazebo.services import gazebo_services
 
         managers = controller_services(simulation, lambda: self._link.parameters, self._link.tell)
-        self._link.offer(gazebo_services(simulation.world.name) | managers)
+        self._link.offer(gazebo_services() | managers)
 
     def _connect(
         self, live: Live, feed: Feed, description: str, robot: str, world: str, *, tells_time: bool

@@ -6,13 +6,13 @@ import re
 
 from kbot.kinematics.transform import Transform
 from kbot.model import Mesh, Robot
-from kbot.model.load import load_robot, read_urdf_text
+from kbot.model.load import read_urdf_text
 from kbot.model.meshes import load_mesh
 from kbot.sim import Simulation
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import shortened
 from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
-from kbot.world.sdf.files import NOT_IN_REACH, model_file
+from kbot.world.sdf.files import NOT_IN_REACH
 from kbot.world.sdf.reach import Reach
 
 _FIRST_TAG = re.compile(r"(?>\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*+<(?P<tag>[\w:.-]+)", re.DOTALL)
@@ -46,22 +46,6 @@ def spawn_text(
     robot = read_urdf_text(xml, f"{name if is_model_name(name) else 'model'}.urdf", reach)
     _check_files(robot, reach)
     return _stand(simulation, robot, name, place, namespace)
-
-
-def spawn_file(simulation: Simulation, name: str, uri: str, place: Transform) -> str:
-    """Spawn what a file within reach describes, and say so.
-
-    Raises:
-        DescriptionError, KbotError: it is not within reach, cannot be used, or cannot stand there.
-    """
-    reach = Reach()
-    path = reach.resolve(uri)
-    if path is not None and path.endswith((".urdf", ".xacro")):
-        return _stand(simulation, load_robot(path).require(), name, place, None)
-    file = model_file(path) if path is not None else None
-    if file is None or not reach.holds(file):
-        raise KbotError(NOT_IN_REACH.format(uri))
-    return _spawn_sdf(simulation, name, file, place)
 
 
 def told_of(error: DescriptionError) -> str:

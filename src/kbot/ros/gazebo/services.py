@@ -13,7 +13,6 @@ import numpy as np
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.ros.bridges.service import Answer, Service
-from kbot.ros.gazebo.gz_services import gz_services
 from kbot.ros.gazebo.peer_descriptions import spawn_text, told_of
 from kbot.ros.gazebo.states import (
     in_world,
@@ -34,9 +33,8 @@ FOR_GOOD = 1e6
 """Seconds that a wrench lasts where it is to last for good."""
 
 
-def gazebo_services(world: str) -> dict[str, Service]:
-    """By name; those of ROS 2 stand at the root, as gazebo_ros has them there, and those of gz beneath the
-    name of the `world`."""
+def gazebo_services() -> dict[str, Service]:
+    """The services by name. Those of ROS 2 are at the root, as in gazebo_ros."""
     empty = {
         "pause_physics": _quietly(Simulation.pause_physics),
         "unpause_physics": _quietly(Simulation.unpause_physics),
@@ -60,8 +58,7 @@ def gazebo_services(world: str) -> dict[str, Service]:
         ("/gazebo/get_entity_state", "gazebo_msgs/GetEntityState", _get_entity_state),
         ("/gazebo/set_entity_state", "gazebo_msgs/SetEntityState", _set_entity_state),
     ]
-    own = {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
-    return own | gz_services(world)
+    return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
 
 
 def _quietly(work: Callable[[Simulation], None]) -> Answer:

@@ -116,7 +116,8 @@ class _Reader:
             self.found.append(Bridged(topic, remaps.get(topic, topic), image, Direction.TO_ROS, where))
             return
         if _SERVICE.fullmatch(word):
-            return  # services are there by their names
+            self._service(word.partition("@")[0], where)
+            return
         match = _ARGUMENT.fullmatch(word)
         if match is None:
             message = f"'{word}' is no topic for a bridge"
@@ -171,6 +172,7 @@ class _Reader:
                 hint = did_you_mean(str(key), _KEYS) or f"there are {', '.join(_KEYS)}"
                 self._note(f"a bridge has no '{key}'", places.of(*keys, str(key)), hint)
         if "service_name" in entry:
+            self._service(entry["service_name"], places.of(*keys, "service_name"))
             return
         first = places.of(*keys, str(next(iter(entry), "")))
         either = entry.get("topic_name")
@@ -220,6 +222,12 @@ class _Reader:
             self._note(f"{kind} is gz.msgs.{fitting[0]} in gz, not {gz_type}: nothing is carried", typed)
             return
         self.found.append(Bridged(gz, ros, kind, direction, where))
+
+    def _service(self, name: object, where: Origin) -> None:
+        message = f"KBot does not offer the service {name!s:.60} of gz"
+        self.notes.append(
+            Diagnostic("L063", Severity.WARNING, message, where, "call the services under /gazebo/ instead")
+        )
 
     def _note(self, message: str, where: Origin, hint: str = "") -> None:
         self.notes.append(Diagnostic("L062", Severity.WARNING, message, where, hint))
