@@ -109,7 +109,7 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     assert "    /cmd_vel: geometry_msgs/msg/Twist" in info[: info.index("  Publishers:")]
     assert "    /gazebo/pause_physics: std_srvs/srv/Empty" in info
     services = told(capsys, "service", "list", "-t").splitlines()
-    assert "/spawn_entity [gazebo_msgs/srv/SpawnEntity]" in services
+    assert "/gazebo/spawn_urdf_model [gazebo_msgs/srv/SpawnModel]" in services
     assert told(capsys, "service", "list", "-c") == f"{len(services)}\n"
     assert told(capsys, "node", "list", "-c") == "1\n"
     kind = told(capsys, "service", "type", "/gazebo/delete_model")

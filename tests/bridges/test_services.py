@@ -44,7 +44,7 @@ def test_a_pause_lets_no_time_pass_and_services_are_still_answered(running: Runn
     found = ask(running, "/gazebo/get_world_properties", srv.EmptyRequest())
     assert found.sim_time == before == running.simulation.time
     assert found.model_names == (running.simulation.robot.name, "ground_plane")
-    ask(running, "/unpause_physics", srv.EmptyRequest())
+    ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
     assert running.goes_on()
 
 
@@ -61,7 +61,7 @@ def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
     again = ask(running, "/gazebo/spawn_urdf_model", spawn)
     assert not again.success
     assert "crate" in again.status_message
-    assert ask(running, "/delete_entity", srv.DeleteEntityRequest("crate")).success
+    assert ask(running, "/gazebo/delete_model", srv.DeleteModelRequest("crate")).success
     gone = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
     assert not gone.success
     assert "crate" in gone.status_message

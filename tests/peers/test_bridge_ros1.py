@@ -172,7 +172,7 @@ def test_tf_echo_finds_the_frames(live: Ros) -> None:
 def test_rosservice_lists_and_calls(live: Ros) -> None:
     """Debian has no gazebo_msgs: what is called is of std_srvs."""
     listed = live.run("rosservice", "list").splitlines()
-    assert {"/gazebo/pause_physics", "/gazebo/spawn_urdf_model", "/spawn_entity"} <= set(listed)
+    assert {"/gazebo/pause_physics", "/gazebo/spawn_urdf_model"} <= set(listed)
     assert live.run("rosservice", "type", "/gazebo/delete_model").strip() == "gazebo_msgs/DeleteModel"
     info = live.run("rosservice", "info", "/gazebo/reset_world")
     assert "Node: /kbot" in info

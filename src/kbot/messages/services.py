@@ -48,14 +48,6 @@ class LinkState:
 
 
 @dataclass(frozen=True, slots=True)
-class EntityState:
-    name: str = ""
-    pose: Pose = ORIGIN
-    twist: Twist = STILL
-    reference_frame: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class ModelStates:
     """Every model of the world; what stands fast too."""
 
@@ -103,22 +95,8 @@ class SpawnModelRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class SpawnEntityRequest:
-    name: str = ""
-    xml: str = ""
-    robot_namespace: str = ""
-    initial_pose: Pose = ORIGIN
-    reference_frame: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class DeleteModelRequest:
     model_name: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class DeleteEntityRequest:
-    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,31 +115,8 @@ class GetModelStateResponse:
 
 
 @dataclass(frozen=True, slots=True)
-class GetEntityStateRequest:
-    name: str = ""
-    reference_frame: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class GetEntityStateResponse:
-    header: Header = HEADER
-    state: EntityState = EntityState()
-    success: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class SetModelStateRequest:
     model_state: ModelState = ModelState()
-
-
-@dataclass(frozen=True, slots=True)
-class SetEntityStateRequest:
-    state: EntityState = EntityState()
-
-
-@dataclass(frozen=True, slots=True)
-class SuccessResponse:
-    success: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,10 +181,6 @@ SERVICES: dict[str, tuple[type, type]] = {
     "gazebo_msgs/ApplyBodyWrench": (ApplyBodyWrenchRequest, StatusResponse),
     "gazebo_msgs/GetWorldProperties": (EmptyRequest, GetWorldPropertiesResponse),
     "gazebo_msgs/GetModelProperties": (GetModelPropertiesRequest, GetModelPropertiesResponse),
-    "gazebo_msgs/SpawnEntity": (SpawnEntityRequest, StatusResponse),
-    "gazebo_msgs/DeleteEntity": (DeleteEntityRequest, StatusResponse),
-    "gazebo_msgs/GetEntityState": (GetEntityStateRequest, GetEntityStateResponse),
-    "gazebo_msgs/SetEntityState": (SetEntityStateRequest, SuccessResponse),
     **CONTROLLER_SERVICES,
 }
 """The types of services by name, with what each is asked and answers."""

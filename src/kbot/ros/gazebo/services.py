@@ -1,4 +1,4 @@
-"""Gazebo's services by their names, as gazebo_ros has them for ROS 1 and for ROS 2.
+"""Gazebo's services under the names that gazebo_ros of ROS 1 gives them.
 
 A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
 """
@@ -34,15 +34,12 @@ FOR_GOOD = 1e6
 
 
 def gazebo_services() -> dict[str, Service]:
-    """The services by name. Those of ROS 2 are at the root, as in gazebo_ros."""
-    empty = {
-        "pause_physics": _quietly(Simulation.pause_physics),
-        "unpause_physics": _quietly(Simulation.unpause_physics),
-        "reset_world": _quietly(Simulation.reset_world),
-        "reset_simulation": _quietly(Simulation.reset),
-    }
+    """The services by name."""
     found: list[tuple[str, str, Answer]] = [
-        *((f"/gazebo/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
+        ("/gazebo/pause_physics", "std_srvs/Empty", _quietly(Simulation.pause_physics)),
+        ("/gazebo/unpause_physics", "std_srvs/Empty", _quietly(Simulation.unpause_physics)),
+        ("/gazebo/reset_world", "std_srvs/Empty", _quietly(Simulation.reset_world)),
+        ("/gazebo/reset_simulation", "std_srvs/Empty", _quietly(Simulation.reset)),
         ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
         ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
@@ -52,11 +49,6 @@ def gazebo_services() -> dict[str, Service]:
         ("/gazebo/get_world_properties", "gazebo_msgs/GetWorldProperties", _get_world_properties),
         ("/gazebo/get_model_properties", "gazebo_msgs/GetModelProperties", _get_model_properties),
         ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
-        *((f"/{name}", "std_srvs/Empty", answer) for name, answer in empty.items()),
-        ("/spawn_entity", "gazebo_msgs/SpawnEntity", _spawn_entity),
-        ("/delete_entity", "gazebo_msgs/DeleteEntity", _delete_entity),
-        ("/gazebo/get_entity_state", "gazebo_msgs/GetEntityState", _get_entity_state),
-        ("/gazebo/set_entity_state", "gazebo_msgs/SetEntityState", _set_entity_state),
     ]
     return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
 
@@ -96,23 +88,9 @@ def _spawn_model(usual: str) -> Answer:
 
 
 @_telling
-def _spawn_entity(simulation: Simulation, request: srv.SpawnEntityRequest) -> str:
-    place = in_world(simulation, request.initial_pose, request.reference_frame)
-    return spawn_text(
-        simulation, request.name, request.xml, place, request.robot_namespace.strip("/") or None
-    )
-
-
-@_telling
 def _delete_model(simulation: Simulation, request: srv.DeleteModelRequest) -> str:
     simulation.delete_model(request.model_name)
     return f"{request.model_name} is gone"
-
-
-@_telling
-def _delete_entity(simulation: Simulation, request: srv.DeleteEntityRequest) -> str:
-    simulation.delete_model(request.name)
-    return f"{request.name} is gone"
 
 
 @_telling
@@ -120,12 +98,6 @@ def _set_model_state(simulation: Simulation, request: srv.SetModelStateRequest) 
     state = request.model_state
     put(simulation, state.model_name, state.pose, state.twist, state.reference_frame)
     return f"{state.model_name} is there"
-
-
-def _set_entity_state(simulation: Simulation, request: srv.SetEntityStateRequest) -> srv.SuccessResponse:
-    state = request.state
-    put(simulation, state.name, state.pose, state.twist, state.reference_frame)
-    return srv.SuccessResponse(True)
 
 
 @_telling
@@ -152,18 +124,6 @@ def _get_model_state(simulation: Simulation, request: srv.GetModelStateRequest) 
         return srv.GetModelStateResponse(status_message=str(error))
     header = msg.Header(simulation.clock.stamp, request.relative_entity_name or "world")
     return srv.GetModelStateResponse(header, pose, twist, True, "here it is")
-
-
-def _get_entity_state(
-    simulation: Simulation, request: srv.GetEntityStateRequest
-) -> srv.GetEntityStateResponse:
-    try:
-        pose, twist = relative_state(simulation, request.name, request.reference_frame)
-    except KbotError:
-        return srv.GetEntityStateResponse()
-    header = msg.Header(simulation.clock.stamp, request.reference_frame or "world")
-    state = srv.EntityState(request.name, pose, twist, request.reference_frame)
-    return srv.GetEntityStateResponse(header, state, True)
 
 
 def _get_link_state(simulation: Simulation, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
