@@ -118,8 +118,9 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     )
     told(capsys, "service", "call", "/gazebo/pause_physics")
     assert running.simulation.paused
-    answer = json.loads(told(capsys, "service", "call", "/gazebo/get_world_properties", "--json"))
-    assert answer["sim_time"] == running.simulation.time
+    call = ("service", "call", "/gazebo/get_model_state", "{model_name: kbot}", "--json")
+    stamp = json.loads(told(capsys, *call))["header"]["stamp"]
+    assert stamp["sec"] + stamp["nanosec"] * 1e-9 == pytest.approx(running.simulation.time, abs=1e-9)
     capsys.readouterr()
     assert run(("service", "call", "/gazebo/delete_model", "{model_name: ghost}")) == 1
     failed = capsys.readouterr()

@@ -141,14 +141,13 @@ def test_calls_of_services_that_are_noise(running: Running) -> None:
 def test_more_calls_than_can_wait(running: Running) -> None:
     """While nobody answers they are refused, and the others are answered afterwards."""
     running.stop()
-    waiting = [
-        running.link.call("/gazebo/get_world_properties", srv.EmptyRequest()) for _ in range(MOST_CALLS)
-    ]
+    called = "/gazebo/get_model_state", srv.GetModelStateRequest(running.simulation.robot.name)
+    waiting = [running.link.call(*called) for _ in range(MOST_CALLS)]
     with pytest.raises(KbotError, match="calls wait already"):
-        running.link.call("/gazebo/get_world_properties", srv.EmptyRequest())
+        running.link.call(*called)
     running.simulation.run_errands()
     assert all(future.result(0).success for future in waiting)
-    later = running.link.call("/gazebo/get_world_properties", srv.EmptyRequest())
+    later = running.link.call(*called)
     running.link.end()
     with pytest.raises(KbotError, match="the simulation is gone"):
         later.result(0)
@@ -159,7 +158,7 @@ def test_callers_over_tcpros_that_break_off(running: Running) -> None:
         port = free.getsockname()[1]
     bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
     try:
-        service = "/gazebo/get_world_properties"
+        service = "/gazebo/get_model_state"
         wait_until(lambda: service in str(call(bridge.master, "getSystemState", "/test")))
         uri = call(bridge.master, "lookupService", "/test", service)
         host, _, door = uri.removeprefix("rosrpc://").rpartition(":")
@@ -173,7 +172,7 @@ def test_callers_over_tcpros_that_break_off(running: Running) -> None:
         with socket.create_connection((host, int(door)), 60) as connection:
             connection.sendall(header)
             read_header(connection)
-            connection.sendall(b"\0\0\0\0")
+            connection.sendall(struct.pack("<III", 8, 0, 0))
             assert read_exactly(connection, 1) == b"\1"
             assert len(read_block(connection)) > 8
     finally:

@@ -41,9 +41,10 @@ def ask(running: Running, service: str, request: object) -> object:
 def test_a_pause_lets_no_time_pass_and_services_are_still_answered(running: Running) -> None:
     ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
     before = running.simulation.time
-    found = ask(running, "/gazebo/get_world_properties", srv.EmptyRequest())
-    assert found.sim_time == before == running.simulation.time
-    assert found.model_names == (running.simulation.robot.name, "ground_plane")
+    request = srv.GetModelStateRequest(running.simulation.robot.name)
+    stamp = ask(running, "/gazebo/get_model_state", request).header.stamp
+    assert stamp.nanoseconds * 1e-9 == pytest.approx(before, abs=1e-9)
+    assert running.simulation.time == before
     ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
     assert running.goes_on()
 
@@ -110,9 +111,9 @@ def test_a_wrench_accelerates_as_newton_says(running: Running) -> None:
     )
     assert ask(running, "/gazebo/apply_body_wrench", push).success
     running.simulation.run(0.5)
-    link = ask(running, "/gazebo/get_link_state", srv.GetLinkStateRequest("crate::body")).link_state
-    assert link.twist.linear.y == pytest.approx(1.0, abs=0.01)
-    assert link.twist.linear.z == pytest.approx(-9.81 * 0.5, abs=0.05)
+    crate = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    assert crate.twist.linear.y == pytest.approx(1.0, abs=0.01)
+    assert crate.twist.linear.z == pytest.approx(-9.81 * 0.5, abs=0.05)
 
 
 def test_the_world_begins_anew_with_and_without_its_time(running: Running) -> None:
@@ -169,7 +170,8 @@ def test_a_service_that_fails_ends_no_simulation(running: Running, caplog: pytes
     with pytest.raises(KbotError, match="KBot failed at this: ZeroDivisionError"):
         ask(running, "/failing", srv.EmptyRequest())
     assert "/failing failed: internal error (ZeroDivisionError)" in caplog.text
-    assert ask(running, "/gazebo/get_world_properties", srv.EmptyRequest()).success
+    request = srv.GetModelStateRequest(running.simulation.robot.name)
+    assert ask(running, "/gazebo/get_model_state", request).success
     assert running.goes_on()
 
 
@@ -229,12 +231,10 @@ def test_foxglove_calls(running: Running) -> None:
                 data = connection.recv(60)
                 said = json.loads(data) if isinstance(data, str) else said
             services = {s["name"]: s for s in said["services"]}
-            wanted = services["/gazebo/get_model_properties"]
-            assert wanted["type"] == "gazebo_msgs/srv/GetModelProperties"
-            kind = service_type("gazebo_msgs/GetModelProperties")
-            request = encode_cdr(
-                srv.GetModelPropertiesRequest(running.simulation.robot.name), kind.request_name
-            )
+            wanted = services["/gazebo/get_model_state"]
+            assert wanted["type"] == "gazebo_msgs/srv/GetModelState"
+            kind = service_type("gazebo_msgs/GetModelState")
+            request = encode_cdr(srv.GetModelStateRequest(running.simulation.robot.name), kind.request_name)
             connection.send(struct.pack("<BIII", 2, wanted["id"], 7, 3) + b"cdr" + request)
             data = b""
             while data[:1] != b"\3":
@@ -242,7 +242,7 @@ def test_foxglove_calls(running: Running) -> None:
                 data = received if isinstance(received, bytes) else b""
             assert struct.unpack_from("<BIII", data) == (3, wanted["id"], 7, 3)
             found = decode_cdr(data[16:], kind.response, kind.response_name)
-            assert found.joint_names == tuple(running.simulation.robot.joints)
+            assert (found.success, found.header.frame_id) == (True, "world")
             connection.send(struct.pack("<BIII", 2, 10_000, 8, 3) + b"cdr")
             while not (isinstance(received := connection.recv(60), str) and "no service 10000" in received):
                 continue

@@ -18,7 +18,6 @@ from kbot.text import KbotError
         ("gazebo_msgs/SpawnModel", "9ed9c82c96abe1a00c3e8cdaeee24413"),
         ("gazebo_msgs/GetModelState", "4c515e936d3319c9610c559c60bfc3d4"),
         ("gazebo_msgs/ApplyBodyWrench", "585b9f9618aa0581b207e2f2d90866bc"),
-        ("gazebo_msgs/GetWorldProperties", "36bb0f2eccf4d8be971410c22818ba3f"),
     ],
 )
 def test_sums_are_those_of_gazebo(name: str, md5: str) -> None:

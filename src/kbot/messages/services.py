@@ -40,14 +40,6 @@ class ModelState:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkState:
-    link_name: str = ""
-    pose: Pose = ORIGIN
-    twist: Twist = STILL
-    reference_frame: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class ModelStates:
     """Every model of the world; what stands fast too."""
 
@@ -120,19 +112,6 @@ class SetModelStateRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class GetLinkStateRequest:
-    link_name: str = ""
-    reference_frame: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class GetLinkStateResponse:
-    link_state: LinkState = LinkState()
-    success: bool = False
-    status_message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class ApplyBodyWrenchRequest:
     """`reference_point` is in the reference frame; a negative `duration` is for good."""
 
@@ -144,43 +123,13 @@ class ApplyBodyWrenchRequest:
     duration: Duration = Duration()
 
 
-@dataclass(frozen=True, slots=True)
-class GetWorldPropertiesResponse:
-    sim_time: float = 0.0
-    model_names: tuple[str, ...] = ()
-    rendering_enabled: bool = True
-    success: bool = False
-    status_message: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class GetModelPropertiesRequest:
-    model_name: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class GetModelPropertiesResponse:
-    parent_model_name: str = ""
-    canonical_body_name: str = ""
-    body_names: tuple[str, ...] = ()
-    geom_names: tuple[str, ...] = ()
-    joint_names: tuple[str, ...] = ()
-    child_model_names: tuple[str, ...] = ()
-    is_static: bool = False
-    success: bool = False
-    status_message: str = ""
-
-
 SERVICES: dict[str, tuple[type, type]] = {
     "std_srvs/Empty": (EmptyRequest, EmptyResponse),
     "gazebo_msgs/SpawnModel": (SpawnModelRequest, StatusResponse),
     "gazebo_msgs/DeleteModel": (DeleteModelRequest, StatusResponse),
     "gazebo_msgs/GetModelState": (GetModelStateRequest, GetModelStateResponse),
     "gazebo_msgs/SetModelState": (SetModelStateRequest, StatusResponse),
-    "gazebo_msgs/GetLinkState": (GetLinkStateRequest, GetLinkStateResponse),
     "gazebo_msgs/ApplyBodyWrench": (ApplyBodyWrenchRequest, StatusResponse),
-    "gazebo_msgs/GetWorldProperties": (EmptyRequest, GetWorldPropertiesResponse),
-    "gazebo_msgs/GetModelProperties": (GetModelPropertiesRequest, GetModelPropertiesResponse),
     **CONTROLLER_SERVICES,
 }
 """The types of services by name, with what each is asked and answers."""

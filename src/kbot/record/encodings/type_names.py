@@ -39,7 +39,7 @@ OTHER_NAMES = {"ClockMessage": "Clock"}
 
 PARTS = {
     "map_msgs": "OccupancyGridUpdate",
-    "gazebo_msgs": "ModelState LinkState ModelStates LinkStates",
+    "gazebo_msgs": "ModelState ModelStates LinkStates",
     "controller_manager_msgs": "HardwareInterfaceResources ControllerState",
     "control_msgs": (
         "JointTolerance FollowJointTrajectoryGoal FollowJointTrajectoryResult FollowJointTrajectoryFeedback "

@@ -17,11 +17,8 @@ from kbot.ros.gazebo.peer_descriptions import spawn_text, told_of
 from kbot.ros.gazebo.states import (
     in_world,
     link_named,
-    link_state,
-    models_of,
     put,
     relative_state,
-    seen_from,
     world_from_frame,
     xyz,
 )
@@ -45,9 +42,6 @@ def gazebo_services() -> dict[str, Service]:
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
         ("/gazebo/get_model_state", "gazebo_msgs/GetModelState", _get_model_state),
         ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
-        ("/gazebo/get_link_state", "gazebo_msgs/GetLinkState", _get_link_state),
-        ("/gazebo/get_world_properties", "gazebo_msgs/GetWorldProperties", _get_world_properties),
-        ("/gazebo/get_model_properties", "gazebo_msgs/GetModelProperties", _get_model_properties),
         ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
     ]
     return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
@@ -124,45 +118,3 @@ def _get_model_state(simulation: Simulation, request: srv.GetModelStateRequest) 
         return srv.GetModelStateResponse(status_message=str(error))
     header = msg.Header(simulation.clock.stamp, request.relative_entity_name or "world")
     return srv.GetModelStateResponse(header, pose, twist, True, "here it is")
-
-
-def _get_link_state(simulation: Simulation, request: srv.GetLinkStateRequest) -> srv.GetLinkStateResponse:
-    try:
-        robot, link = link_named(simulation, request.link_name)
-        frame = world_from_frame(simulation, request.reference_frame)
-    except KbotError as error:
-        return srv.GetLinkStateResponse(status_message=str(error))
-    pose, twist = seen_from(frame, *link_state(simulation, robot, link))
-    state = srv.LinkState(request.link_name, pose, twist, request.reference_frame)
-    return srv.GetLinkStateResponse(state, True, "here it is")
-
-
-def _get_world_properties(
-    simulation: Simulation, request: srv.EmptyRequest
-) -> srv.GetWorldPropertiesResponse:
-    names = tuple(models_of(simulation))
-    return srv.GetWorldPropertiesResponse(simulation.time, names, True, True, simulation.world.name)
-
-
-def _get_model_properties(
-    simulation: Simulation, request: srv.GetModelPropertiesRequest
-) -> srv.GetModelPropertiesResponse:
-    name = request.model_name
-    if name in simulation.robots:
-        robot = simulation.robots[name].robot
-        return srv.GetModelPropertiesResponse(
-            canonical_body_name=robot.root,
-            body_names=tuple(robot.links),
-            joint_names=tuple(robot.joints),
-            success=True,
-            status_message="a robot",
-        )
-    if name in models_of(simulation):
-        return srv.GetModelPropertiesResponse(
-            canonical_body_name=name,
-            body_names=(name,),
-            is_static=name not in simulation.body_poses(),
-            success=True,
-            status_message="a body of the world",
-        )
-    return srv.GetModelPropertiesResponse(status_message=f"there is no model '{name}'")
