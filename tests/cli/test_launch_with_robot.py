@@ -12,7 +12,6 @@ from kbot.cli.ros.launch.place import find_place
 from kbot.cli.ros.launch.with_robot import _shown, _simulated
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
-from kbot.messages.sensing import Joy
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
 from kbot.record.feed import Feed
@@ -377,21 +376,3 @@ def test_a_launch_of_a_recording_alone_ends_with_it(package: Path, driven: Path)
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert "KBot's player of recordings" in done.stdout
-
-
-def test_joy_from_a_peer_drives_the_robot_that_is_meant(package: Path) -> None:
-    robots = "".join(
-        f'<group ns="{name}">{SPAWN.replace("-param robot", "-param /robot").replace(" r ", f" {name} ")}'
-        f"</group>".format(place)
-        for name, place in (("a", "-y 1"), ("b", "-y -1"))
-    )
-    node = (
-        '<node pkg="teleop_twist_joy" type="teleop_node" name="t"><param name="enable_button" value="4"/>'
-        '<remap from="cmd_vel" to="/b/cmd_vel"/></node>'
-    )
-    sim = simulated(package, GAZEBO.format("") + robots + node)._motion._sim
-    for _ in range(10):
-        sim.bus.publish("/joy", Joy(axes=(0.0, 0.6), buttons=(0, 0, 0, 0, 1)))
-        sim.run(0.1)
-    assert sim.robots["b"].odometry.twist.x == pytest.approx(0.3, abs=0.02)
-    assert sim.odometry.twist.x == pytest.approx(0.0, abs=1e-3)

@@ -19,8 +19,7 @@ class Role(StrEnum):
     SPAWNER = "the robot in KBot's simulation"
     CONTROLLER = "the controllers of KBot's simulation"
     TELEOP = "the drive keys of the workbench and of this terminal"
-    GAMEPAD = "the gamepad of this machine, and the page's"
-    GAMEPAD_TELEOP = "KBot's teleop_twist_joy"
+    GAMEPAD = "the gamepad of the page"
     TRANSFORM = "a static transform of KBot's"
     MAP = "KBot's map"
     RECORDER = "KBot's recorder"
@@ -65,7 +64,7 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     },
     "joy": {"joy_node": Role.GAMEPAD, "game_controller_node": None, "joy_enumerate_devices": None},
     "joy_linux": {"joy_linux_node": Role.GAMEPAD},
-    "teleop_twist_joy": {"teleop_node": Role.GAMEPAD_TELEOP},
+    "teleop_twist_joy": {"teleop_node": Role.GAMEPAD},
 }
 
 """The nodes of packages that KBot knows, and what stands in for each; None where nothing does."""

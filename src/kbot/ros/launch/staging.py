@@ -19,13 +19,14 @@ from kbot.ros.launch.node_settings.rosbag_play import read_playing
 from kbot.ros.launch.node_settings.rosbag_record import Recording, read_recording
 from kbot.ros.launch.node_settings.spawning import Spawn, SpawnedRobot
 from kbot.ros.launch.node_settings.static_transforms import read_static_transform
-from kbot.ros.launch.node_settings.teleop import HandDriving, read_hand_driving
+from kbot.ros.launch.node_settings.teleop import read_keys
 from kbot.ros.launch.plan import Node, Plan
 from kbot.ros.launch.population import read_population
 from kbot.ros.launch.running.programs import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
 from kbot.ros.nodes.rosbag_play import Playing
+from kbot.ros.nodes.teleop_twist_keyboard import Keys
 from kbot.text import Diagnostic, Severity
 from kbot.text.installed import find_file
 from kbot.text.suggest import did_you_mean
@@ -50,7 +51,7 @@ class Stage:
     models           things of SDF that are spawned
     joints           what a joint_state_publisher is told
     maps             map.yaml files that a map server publishes
-    by_hand          what drives by keys and gamepads
+    keys             what teleop_twist_keyboard is told; None without one
     playings         recordings that are said again
     controllers      those that are spawned for it
     bridged          topics under the names that a bridge to gz gives them
@@ -75,7 +76,7 @@ class Stage:
     maps: tuple[str, ...]
     recordings: tuple[Recording, ...]
     playings: tuple[Playing, ...]
-    by_hand: HandDriving
+    keys: Keys | None
     controllers: tuple[SpawnedController, ...]
     bridged: tuple[Bridged, ...]
     programs: tuple[Program, ...]
@@ -104,8 +105,9 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     notes += found
     controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
     notes += found
-    by_hand, found = read_hand_driving(plan, cast)
+    keys, found = read_keys(plan, cast.get(Role.TELEOP, []))
     notes += found
+    notes += [_gamepad(node) for node in cast.get(Role.GAMEPAD, [])[:1]]
     bridged, found = read_bridged(plan, cast.get(Role.BRIDGE, []))
     notes += found
     robots, models, found = read_population(plan, spawners, controllers)
@@ -134,7 +136,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
         recordings=tuple(recordings),
         playings=tuple(playing for playing in playings if playing is not None),
-        by_hand=by_hand,
+        keys=keys,
         controllers=first.controllers if first else controllers,
         bridged=bridged,
         programs=tuple(programs),
@@ -209,6 +211,12 @@ def _unknown(node: Node) -> Diagnostic:
     hint = "it runs where a ROS is installed"
     hint = f"the launch needs it (required); {hint}" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
+
+
+def _gamepad(node: Node) -> Diagnostic:
+    message = f"node {node.package}/{node.type} is not run: the page reads gamepads"
+    hint = "connect the gamepad to the machine that shows the page; its left stick drives the robot"
+    return Diagnostic("L055", Severity.INFO, message, node.spans["type"], hint)
 
 
 def _maps(plan: Plan, servers: list[Node], notes: list[Diagnostic]) -> list[str]:

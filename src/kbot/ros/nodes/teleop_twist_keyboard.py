@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """Where teleop_twist_keyboard says commands, and its first speeds: m/s and rad/s."""
+    """The topic on which teleop_twist_keyboard publishes commands, and its first speeds: m/s and rad/s."""
 
     topic: str = ""
     speed: float = 0.5

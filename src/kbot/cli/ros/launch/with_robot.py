@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import _thread
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +18,6 @@ from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, sta
 from kbot.cli.ros.launch.robots import put_all
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.spawned import with_controllers
-from kbot.ros.nodes.joy import JoyNode, Joystick
-from kbot.ros.nodes.teleop_twist_joy import TeleopTwistJoy
 from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
     from kbot.record.run_outputs import RunOutputs
     from kbot.ros.launch import Plan
-    from kbot.ros.launch.node_settings.teleop import HandDriving
     from kbot.ros.launch.staging import Stage
     from kbot.ros.nodes.rosbag_play import Playback
     from kbot.ros.peer_options import PeerOptions
@@ -62,12 +59,10 @@ def carry_out(
         clear_on_master(plan)
     with ExitStack() as stack:
         outputs = stack.enter_context(run_outputs(record, peers, staged.transforms, served=True))
-        hand = staged.by_hand
-        teleop = TeleopKeys(hand.keys.speed, hand.keys.turn) if hand.keys is not None else None
+        teleop = TeleopKeys(staged.keys.speed, staged.keys.turn) if staged.keys is not None else None
         if place is not None:
-            joysticks = [stack.enter_context(closing(Joystick(g, tell))) for g in hand.gamepads]
             with loading(place.named):
-                session = _simulated(staged, outputs, place, package_path, teleop, joysticks)
+                session = _simulated(staged, outputs, place, package_path, teleop)
         else:
             with loading(str(staged.path)):
                 session = _shown(staged, outputs, package_path)
@@ -100,7 +95,6 @@ def _simulated(
     place: Place,
     package_path: Sequence[str],
     teleop: TeleopKeys | None,
-    joysticks: Sequence[Joystick] = (),
 ) -> Session:
     from kbot.ros.nodes.gz_bridge import GzBridge
     from kbot.sensors.declared import mount_on_others
@@ -130,7 +124,9 @@ def _simulated(
             report(notes if simulation.steps == 0 else ())
         bus = simulation.bus
         players[:] = _play(staged, bus, simulation.clock, players, bus.topics.keys() - bus.inputs)
-        _drive_by_hand(simulation, staged.by_hand, teleop, joysticks)
+        if teleop is not None:
+            command = _command(simulation, staged.keys.topic if staged.keys is not None else "")
+            simulation.clock.every(RATE, lambda: teleop.drive(command))
 
     start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
     naming = Naming(spawn.model, spawn.namespace, staged.frame_prefix)
@@ -139,18 +135,6 @@ def _simulated(
     if staged.paused:
         tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
     return session
-
-
-def _drive_by_hand(
-    simulation: Simulation, hand: HandDriving, teleop: TeleopKeys | None, joysticks: Sequence[Joystick]
-) -> None:
-    if teleop is not None:
-        command = _command(simulation, hand.keys.topic if hand.keys is not None else "")
-        simulation.clock.every(RATE, lambda: teleop.drive(command))
-    for gamepad, joystick in zip(hand.gamepads, joysticks, strict=True):
-        JoyNode(simulation.bus, simulation.clock, gamepad, joystick)
-    for driver in hand.drivers:
-        TeleopTwistJoy(simulation.bus, driver, _command(simulation, driver.topic))
 
 
 def _command(simulation: Simulation, topic: str) -> Callable[[float, float], None]:

@@ -1,11 +1,11 @@
-"""Carries out a launch that has no robot: frames, maps, recordings, keys and gamepads, for others to hear."""
+"""Runs a launch that has no robot: publishes frames, maps, recordings and key commands to peers."""
 
 from __future__ import annotations
 
 import os
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -22,9 +22,9 @@ from kbot.ros.nodes.rosbag_play import Playback
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
     from kbot.ros.launch import Plan
-    from kbot.ros.launch.node_settings.teleop import HandDriving
     from kbot.ros.launch.running.processes import Processes
     from kbot.ros.launch.staging import Stage
+    from kbot.ros.nodes.teleop_twist_keyboard import Keys
     from kbot.ros.peer_options import PeerOptions
 
 PERIOD = 0.01
@@ -45,10 +45,7 @@ class _Said:
 
 def has_something_to_say(staged: Stage) -> bool:
     """Whether a launch without a robot has anything but programs of the user's own."""
-    hand = staged.by_hand
-    return bool(
-        staged.playings or staged.transforms or staged.maps or hand.keys or hand.gamepads or hand.drivers
-    )
+    return bool(staged.playings or staged.transforms or staged.maps or staged.keys)
 
 
 def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: PeerOptions) -> int:
@@ -87,7 +84,8 @@ def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: P
             said.clock.set(players[0].nanoseconds)
         elif not players:
             said.clock.set(time.time_ns())
-        _drive_by_hand(stack, said, staged.by_hand, is_beside=is_beside)
+        if staged.keys is not None:
+            _drive_by_keys(stack, said, staged.keys, is_beside=is_beside)
         if is_beside:
             _tell_what_is_not_said(staged)
         else:
@@ -148,28 +146,21 @@ def _as_the_environment_says(peers: PeerOptions) -> PeerOptions:
     return peers
 
 
-def _drive_by_hand(stack: ExitStack, said: _Said, hand: HandDriving, *, is_beside: bool) -> None:
-    """Keys and gamepads say commands on their topics, for a KBot that runs to hear where it `is_beside`."""
-    from kbot.ros.nodes.joy import JoyNode, Joystick
-    from kbot.ros.nodes.teleop_twist_joy import TeleopTwistJoy
+def _drive_by_keys(stack: ExitStack, said: _Said, settings: Keys, *, is_beside: bool) -> None:
+    """Publish the commands of the keys, and send them to the KBot that runs if it `is_beside`."""
     from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 
-    def command(topic: str) -> Callable[[float, float], None]:
-        publisher = said.bus.advertise(topic, Twist)
-        if is_beside:
-            _carry(stack, said.bus, topic)
-        return lambda linear, angular: publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
+    publisher = said.bus.advertise(settings.topic, Twist)
+    if is_beside:
+        _carry(stack, said.bus, settings.topic)
 
-    for gamepad in hand.gamepads:
-        joystick = stack.enter_context(closing(Joystick(gamepad, tell)))
-        JoyNode(said.bus, said.clock, gamepad, joystick)
-    for driver in hand.drivers:
-        TeleopTwistJoy(said.bus, driver, command(driver.topic))
-    if hand.keys is not None:
-        teleop, drive = TeleopKeys(hand.keys.speed, hand.keys.turn), command(hand.keys.topic)
-        said.clock.every(RATE, lambda: teleop.drive(drive))
-        tell(HELP)
-        stack.enter_context(keys(teleop.press))
+    def drive(linear: float, angular: float) -> None:
+        publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
+
+    teleop = TeleopKeys(settings.speed, settings.turn)
+    said.clock.every(RATE, lambda: teleop.drive(drive))
+    tell(HELP)
+    stack.enter_context(keys(teleop.press))
 
 
 def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
