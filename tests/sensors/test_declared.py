@@ -385,28 +385,6 @@ def test_the_sensors_of_a_robot_go_with_it_and_come_with_the_next_of_its_name():
     assert len(heard) == 2 * rate
 
 
-def test_a_topic_that_two_robots_speak_on_is_told_at_its_line():
-    text = CLASSIC.format(link="base_link")
-    robot = _robot(text)
-    simulation = Simulation(robot)
-    for name in ("second", "third"):
-        simulation.spawn_model(robot, name, x=2.0 if name == "second" else 4.0)
-    (told,) = mount_on_others(simulation)
-    assert told.code == "W142"
-    assert "/laser/scan" in told.message
-    assert all(f"'{name}'" in told.message for name in simulation.robots)
-    line = told.origin.span.source.text.splitlines()[told.origin.span.line - 1]
-    assert "<topicName>/laser/scan</topicName>" in line
-    assert mount_on_others(simulation) == ()
-
-
-def test_topics_in_the_namespaces_of_robots_are_their_own():
-    robot = _robot(CLASSIC.format(link="base_link").replace("/laser/scan", "laser/scan"))
-    simulation = Simulation(robot)
-    simulation.spawn_model(robot, "other", x=2.0)
-    assert mount_on_others(simulation) == ()
-
-
 def test_a_declared_camera_draws_only_for_who_listens():
     camera = """<gazebo reference="base_link"><sensor name="eye" type="camera"><update_rate>20</update_rate>
       <camera><horizontal_fov>1.0</horizontal_fov><image><width>32</width><height>24</height></image>

@@ -1,8 +1,7 @@
 """Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, the sensor
 interfaces of ros2_control, and Classic's plugins of a whole model.
 
-Codes: W140 something is left out (warning), W141 a value or a link that is none (error), W142 a topic of
-several robots (warning).
+Codes: W140 something is left out (warning), W141 a value or a link that is none (error).
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from kbot.sensors.readers import read_sensor
 from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import Values
 from kbot.sensors.sensor import Sensor, Spec, require_sensor_topic
-from kbot.sensors.shared_topics import shared_topics
 from kbot.sim import Simulation
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.robot import SimulatedRobot
@@ -98,9 +96,9 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     return mounted, tuple(said)
 
 
-def mount_on_others(simulation: Simulation) -> tuple[Diagnostic, ...]:
-    """Mount what the descriptions of robots declare that came after the first, each in its namespace; what is
-    wrong with a declaration is left out. Where there are new ones: topics that several robots speak on."""
+def mount_on_others(simulation: Simulation) -> None:
+    """Mount the sensors that the descriptions of all robots but the first declare, each in its robot's
+    namespace. A sensor that cannot be mounted is left out."""
     done: dict[str, SimulatedRobot] = simulation.attached.setdefault(_OTHERS, {})
     new = {n: r for n, r in list(simulation.robots.items())[1:] if done.get(n) is not r}
     done.update(new)
@@ -109,8 +107,6 @@ def mount_on_others(simulation: Simulation) -> tuple[Diagnostic, ...]:
             with suppress(KbotError):
                 sensor = replace(spec, robot=name).mount(simulation)
                 sensor.only_when_heard = isinstance(spec, Camera)
-    robots = simulation.robots.values() if new else ()
-    return tuple(shared_topics((one, declared_sensors(one.robot, one.naming).specs) for one in robots))
 
 
 def _left_out(spec: Spec, error: KbotError) -> Diagnostic:

@@ -13,7 +13,7 @@ the robot against its commands.
 
 Of worlds: W201 no SDF, W202 a model that is not found, W203 a ring of includes, W204 bad number,
 W205 something missing, W206 a shape that cannot be built, W207 an unknown frame, W208 a name that
-comes twice, W209 a tag, attribute or version that SDF does not have, W210 what is not simulated.
+comes twice, W210 what is not simulated.
 """
 
 from __future__ import annotations

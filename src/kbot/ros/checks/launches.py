@@ -8,8 +8,6 @@ from kbot.checks.config import Config
 from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
 from kbot.checks.file_kinds import FileKind
-from kbot.model import Robot
-from kbot.ros.checks.gz_systems import missing_systems
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.plan import Description, Param
 from kbot.ros.launch.staging import missing_displays
@@ -36,7 +34,6 @@ def check_launch(
     own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
     sources = [source]
     of_robots: list[Diagnostic] = []
-    robots: list[Robot] = []
     steps = _STEPS_OF_ROBOTS
     for description, origin in _descriptions(plan):
         try:
@@ -51,10 +48,9 @@ def check_launch(
         context = examine(entry, description.arguments, packages.beside(entry.path), config)
         of_robots += findings(context)
         steps -= context.expansion.steps
-        robots += [context.robot] if context.has("robot") else []
         sources += [file.source for file in context.sources]
     said = {_key(d) for d in of_robots}
-    own += [*missing_displays(plan.nodes), *missing_systems(plan, robots), *_two_publishers(plan, packages)]
+    own += [*missing_displays(plan.nodes), *_two_publishers(plan, packages)]
     own = [d for d in own if _key(d) not in said]
     return list(dict.fromkeys((*own, *of_robots))), sources
 

@@ -45,9 +45,7 @@ class Shapes:
             return []
         make = getattr(self, f"_{shape.tag}", None) if shape.tag in SHAPES else None
         if make is None:
-            # any other is no name of SDF's: that is told already
-            if shape.tag == "image" or ":" in shape.tag:
-                self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
+            self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
             return []
         try:
             placed: list[Placed] = make(shape)

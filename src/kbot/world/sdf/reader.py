@@ -17,7 +17,6 @@ from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import STRONGEST_PULL, Values
-from kbot.world.sdf.vocabulary import check_names
 from kbot.world.world import World
 
 DEEPEST = 20
@@ -56,14 +55,11 @@ class _Reader:
         self.files = Files(self.values, reach)
         self.unnamed = 0
         self._links = 0
-        self.checked: set[str] = set()
-        """Files whose tags and attributes were looked at."""
 
     def world(self, path: str, with_floor: bool) -> World:
         root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._no_sdf(root))
-        check_names(root, self.findings)
         context = Context(path, (str(Path(path).absolute()),), _version(root))
         element = root.find("world")
         if element is None:
@@ -148,9 +144,6 @@ class _Reader:
             elif root.find("light") is None:
                 self.findings.error("W201", f"{file} has no <model>", include.origin)
             return None
-        if absolute not in self.checked:
-            self.checked.add(absolute)
-            check_names(root, self.findings)
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
         return self._entry(model, include, include, inner)
 

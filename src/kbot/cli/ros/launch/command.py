@@ -24,7 +24,6 @@ from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
-    from kbot.model import Robot
     from kbot.record.record_options import RecordOptions
     from kbot.ros.peer_options import PeerOptions
 
@@ -111,7 +110,7 @@ def command(
         return 0
     with loading(path):
         staged = stage(plan, packages)
-        controllers = _of_robots(plan, staged, packages)
+        controllers = _of_robots(staged, packages)
     if dry_run:
         found = (*plan.diagnostics, *staged.notes, *controllers)
         report(found)
@@ -157,28 +156,24 @@ def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: Peer
     return run_without_robot(plan, staged, record, peers) if has_more else run_programs(plan, staged.programs)
 
 
-def _of_robots(plan: Plan, staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
-    """What is wrong with the controllers that are spawned, and with their hardware, of the robots that are
-    simulated; and what gz would leave their sensors without."""
+def _of_robots(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
+    """What is wrong with the spawned controllers and the hardware of the robots that are simulated."""
     if not (staged.path and staged.simulate):
         return ()
     from kbot.checks.first_look import CONTROL, first_look, folded
     from kbot.model.load import load_robot
     from kbot.model.spawned import with_controllers
-    from kbot.ros.checks.gz_systems import missing_systems
     from kbot.sim.preparation import controller_findings
 
     spawned = [(staged.path, staged.arguments, staged.controllers)]
     spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]
     findings: list[Diagnostic] = []
-    robots: list[Robot] = []
     for path, arguments, controllers in spawned:
         loaded = load_robot(path, arguments, packages=packages)
         findings += first_look(loaded, CONTROL)
-        robots += [loaded.robot] if loaded.robot is not None else []
         if controllers and loaded.robot is not None:
             findings += folded(loaded, controller_findings(with_controllers(loaded.robot, controllers)))
-    return (*findings, *missing_systems(plan, robots))
+    return tuple(findings)
 
 
 def _ask_for_trust(path: str) -> bool:

@@ -117,8 +117,7 @@ def _simulated(
         outputs.join(simulation, "", place.named)
         if simulation.steps == 0 and simulation.start == start:
             put_all(simulation, staged, package_path)
-        shared = mount_on_others(simulation)
-        report(shared if simulation.steps == 0 else ())
+        mount_on_others(simulation)
         if staged.bridged:
             notes = GzBridge(simulation, staged.bridged).notes
             report(notes if simulation.steps == 0 else ())
