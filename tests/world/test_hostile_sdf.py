@@ -32,15 +32,6 @@ def test_includes_that_double_each_other_are_counted(world: Write, tmp_path: Pat
         load_world(world("<include><uri>19.sdf</uri></include>"))
 
 
-def test_an_outline_of_many_corners_is_an_error(world: Write) -> None:
-    points = "".join(f"<point>{i} {i * i % 97}</point>" for i in range(20_000))
-    shape = f"<geometry><polyline>{points}<height>1</height></polyline></geometry>"
-    link = f'<link name="l"><collision name="c">{shape}</collision></link>'
-    text = f'<model name="m"><static>1</static>{link}</model>'
-    with pytest.raises(DescriptionError, match="its outlines are too fine: a world may have one of 2000"):
-        load_world(world(text))
-
-
 def test_more_contacts_than_the_engine_holds_are_an_error(world: Write) -> None:
     """A robot inside twenty thousand boxes."""
     box = "<geometry><box><size>1 1 1</size></box></geometry>"

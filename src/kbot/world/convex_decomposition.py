@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.world.extrusion import PRISM
 from kbot.world.world import Mesh
 
 THICKNESS = 0.005
@@ -15,6 +14,10 @@ THICKNESS = 0.005
 
 MOST_PIECES = 4000
 _FLAT = 1e-4
+_PRISM = np.array(
+    [[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]], dtype=np.int32
+)
+"""Faces of a prism with the corners 0 to 2 on one side and 3 to 5 on the other."""
 
 
 @lru_cache(maxsize=64)
@@ -80,5 +83,5 @@ def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[Mesh
         length = float(np.linalg.norm(normal))
         if length > 1e-9:
             back = triangle - normal / length * THICKNESS
-            plates.append(Mesh(np.vstack([back, triangle]), PRISM))
+            plates.append(Mesh(np.vstack([back, triangle]), _PRISM))
     return plates

@@ -1,4 +1,4 @@
-"""SDF geometries as shapes: their sizes, meshes, height maps and outlines."""
+"""SDF geometries as shapes: their sizes, meshes and height maps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
-from kbot.world.extrusion import Outline, prisms
 from kbot.world.images import read_picture
 from kbot.world.sdf.values import LARGEST, Values
 from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
@@ -21,9 +20,7 @@ FindFile = Callable[[Element], str | None]
 CONE_SIDES = 32
 MOST_HEIGHTS = 17_000_000
 """Of a height map: 4097 by 4097, which takes 0.8 GB to simulate."""
-SHAPES = (
-    "box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", "mesh", "heightmap", "polyline",
-)  # fmt: skip
+SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", "mesh", "heightmap")
 
 
 class Shapes:
@@ -130,15 +127,6 @@ class Shapes:
         # the picture's first row is the far side, +y
         field = HeightField(np.flipud(grey).astype(np.float64) * size[2], (size[0], size[1]))
         return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]
-
-    def _polyline(self, shape: Element) -> list[Placed]:
-        height = self._numbers(shape, "height")
-        points = [self._values.numbers(point, 2) for point in shape.elements("point")]
-        outline: Outline = [(p[0], p[1]) for p in points if p is not None]
-        self._values.charge_outline(len(outline))
-        if height is None or len(outline) != len(points):
-            return []
-        return [(mesh, Transform.identity()) for mesh in prisms(outline, height[0])]
 
 
 @lru_cache(maxsize=64)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from math import inf, isfinite, radians
 
 from kbot.kinematics.transform import Transform
-from kbot.text import Element, KbotError
+from kbot.text import Element
 from kbot.text.numbers import to_float
 from kbot.world.findings import Findings
 
@@ -14,8 +13,6 @@ LARGEST = 1e6
 """Metres, or radians: beyond, the engine's numbers mean nothing."""
 HEAVIEST = 1e12
 """Kilograms, or kg m^2."""
-MOST_OUTLINES = 4_000_000
-"""Squares of the numbers of corners: each side is compared with each other one, which takes 0.2 µs."""
 STRONGEST_PULL = 1e4
 """m/s^2: a thousand times the earth's."""
 
@@ -26,14 +23,6 @@ class Values:
     def __init__(self, findings: Findings) -> None:
         self.findings = findings
         self._told: set[str] = set()
-        self._outlines = 0
-
-    def charge_outline(self, corners: int) -> None:
-        """Count an outline's cost. Raises KbotError: the outlines of the file are too fine."""
-        self._outlines += corners**2
-        if self._outlines > MOST_OUTLINES:
-            corners = math.isqrt(MOST_OUTLINES)
-            raise KbotError(f"its outlines are too fine: a world may have one of {corners} corners")
 
     def numbers(self, element: Element, count: int, most: float = inf) -> tuple[float, ...] | None:
         """`count` finite numbers from `-most` to `most`, None with a finding where they are not."""
