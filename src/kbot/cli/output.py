@@ -35,6 +35,11 @@ def report(diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> N
         stream.flush()
 
 
+def print_note(text: str) -> None:
+    """Print a line to stderr, so that stdout holds results alone."""
+    click.echo(text, err=True)
+
+
 def say_how_to_fix(diagnostics: Iterable[Diagnostic]) -> None:
     """The command that applies the safe fixes of what was reported, where there are any."""
     fixes = [d.fix for d in diagnostics if d.fix and d.fix.safe]

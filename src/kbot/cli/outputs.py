@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
-from kbot.cli.output import fail
+from kbot.cli.output import fail, print_note
 from kbot.extensions import parts
 from kbot.record.record_options import RecordOptions
 
@@ -101,13 +101,10 @@ def run_outputs(
     """
     from kbot.record.run_outputs import RunOutputs  # with the recorder's numpy and mcap
 
-    def report(text: str) -> None:
-        click.echo(text, err=True)
-
     if served and peers is None and (module := _peers_module()) is not None:
         peers = module.DEFAULT
-    opened = peers.open(report) if peers is not None and (served or peers.is_live) else None
-    outputs = RunOutputs(report, record, opened, transforms)
+    opened = peers.open(print_note) if peers is not None and (served or peers.is_live) else None
+    outputs = RunOutputs(print_note, record, opened, transforms)
     try:
         with _ended_by_signals(outputs):
             yield outputs

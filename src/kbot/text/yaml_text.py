@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import reprlib
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -141,11 +140,6 @@ def safe_loader() -> type[yaml.SafeLoader]:
 
     Loader.add_constructor("tag:yaml.org,2002:int", Loader.construct_yaml_int)
     return Loader
-
-
-def quote(value: object) -> str:
-    """A value of YAML in an error message: shortened, for it may hold itself a billion times."""
-    return reprlib.repr(value)
 
 
 def _measure(node: yaml.Node, known: dict[int, tuple[int, int]]) -> tuple[int, int]:

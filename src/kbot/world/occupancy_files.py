@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import os
+import reprlib
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes, write_text
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import load_yaml, quote, safe_loader
+from kbot.text.yaml_text import load_yaml, safe_loader
 from kbot.world.images import read_picture
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -71,7 +72,7 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     name = os.fspath(path)
     settings, places = _settings(name)
     if not isinstance(settings["image"], str):
-        raise KbotError(f"{places['image']}: image is a file's name, not {quote(settings['image'])}")
+        raise KbotError(f"{places['image']}: image is a file's name, not {reprlib.repr(settings['image'])}")
     image = Path(name).parent / settings["image"]
     resolution = _number(places, settings, "resolution")
     if not SMALLEST <= resolution < LARGEST:
@@ -84,12 +85,13 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
         or not all(_is_number(v) and abs(v) <= FARTHEST for v in origin)
     ):
         raise KbotError(
-            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FARTHEST:g}, not {quote(origin)}"
+            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FARTHEST:g},"
+            f" not {reprlib.repr(origin)}"
         )
     mode = settings.get("mode", "trinary")
     if mode not in _MODES:
-        hint = did_you_mean(quote(mode), _MODES) or f"there are {', '.join(_MODES)}"
-        raise KbotError(f"{places['mode']}: there is no mode {quote(mode)}: {hint}")
+        hint = did_you_mean(reprlib.repr(mode), _MODES) or f"there are {', '.join(_MODES)}"
+        raise KbotError(f"{places['mode']}: there is no mode {reprlib.repr(mode)}: {hint}")
     grey, opaque = read_picture(image)
     cells = _interpret(
         grey,
@@ -161,7 +163,7 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
 def _number(places: dict[str, str], settings: dict[str, Any], key: str, default: float = math.nan) -> float:
     value = settings.get(key, default)
     if not _is_number(value):
-        raise KbotError(f"{places[key]}: {key} is a finite number, not {quote(value)}")
+        raise KbotError(f"{places[key]}: {key} is a finite number, not {reprlib.repr(value)}")
     return float(value)
 
 

@@ -126,7 +126,8 @@ class Packages:
             PackageNotFound: there is none of the name.
         """
         taken = os.path.abspath(self.folder(name) or self.find(name))
-        folders = [f for f in _package_folders(str(Path.cwd())) if package_name(f) == name]
+        found = _folders(str(Path.cwd()))
+        folders = [f for f, is_package in found if is_package and package_name(f) == name]
         return tuple(f for f in folders if f != taken) if taken in folders else ()
 
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
@@ -358,19 +359,33 @@ def package_around(folder: Path) -> Path | None:
     return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
 
 
+def lies_in_package(file: Path, uri: str, packages: Packages) -> bool:
+    """Whether a file, its symbolic links resolved, lies in the package that its URI names, or in another
+    package that is found."""
+    scheme, _, rest = uri.partition("://")
+    if scheme in ("package", "model"):
+        folder = packages.folder(rest.partition("/")[0])
+        if folder is not None and file.is_relative_to(Path(folder).resolve()):
+            return True
+    # a workspace may be installed by links to its sources, each with its package.xml
+    source = package_around(file.parent)
+    installed = packages.folder(package_name(str(source))) if source else None
+    return (
+        source is not None
+        and installed is not None
+        and Path(installed, "package.xml").resolve() == (source / "package.xml").resolve()
+    )
+
+
 @cache
 def _shipped_names() -> frozenset[str]:
     """Names of the packages that ship with KBot."""
     return frozenset(name for name in os.listdir(SHIPPED) if not name.startswith((".", "__")))
 
 
-def _package_folders(root: str) -> Iterator[str]:
-    """Folders with a package.xml, breadth first so that the nearest one wins; none within another."""
-    return (folder for folder, is_package in _folders(root) if is_package)
-
-
 def _folders(root: str) -> Iterator[tuple[str, bool]]:
-    """Folders breadth first, and whether each is a package: nothing within a package is visited."""
+    """Folders, breadth first so that the nearest one wins, and whether each is a package. The folders within
+    a package are not visited."""
     level, seen = [root], 0
     for _ in range(_MAX_DEPTH):
         following: list[str] = []

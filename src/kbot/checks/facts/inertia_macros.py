@@ -18,6 +18,7 @@ Moments = tuple[float, float, float]
 
 _MASS = 0.7
 _SIZES = (0.3, 0.5, 0.2)
+_TOLERANCE = 1e-3
 _ROBOT = '<robot name="probe" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 _POSE = '<origin xyz="0 0 0" rpy="0 0 0"/>'
 
@@ -71,7 +72,7 @@ def _probed(
         made = _called(text, name, given, block)
         if made is None or made.find("mass") is None or _pose(made, "xyz") or _pose(made, "rpy"):
             continue
-        if not _near(_number(made.find("mass"), "value"), _MASS):
+        if not math.isclose(_number(made.find("mass"), "value"), _MASS, rel_tol=_TOLERANCE):
             continue
         fit = _fit(made, sizes)
         if fit is not None:
@@ -100,7 +101,7 @@ def _fit(made: Element, sizes: list[str]) -> tuple[Kind, tuple[str, ...]] | None
     known = dict(zip(sizes, _SIZES, strict=False))
     for order in permutations(sizes):
         due = moments(kind, _MASS, [known[name] for name in order])
-        if all(_near(a, b) for a, b in zip(own, due, strict=True)):
+        if all(math.isclose(a, b, rel_tol=_TOLERANCE) for a, b in zip(own, due, strict=True)):
             return kind, order
     return None
 
@@ -140,7 +141,3 @@ def _number(element: Element | None, name: str) -> float:
         return float(element.attributes.get(name, "nan")) if element is not None else math.nan
     except ValueError:
         return math.nan
-
-
-def _near(a: float, b: float) -> bool:
-    return math.isclose(a, b, rel_tol=1e-3)

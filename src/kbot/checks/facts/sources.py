@@ -155,24 +155,20 @@ def words_of(element: Element) -> tuple[str, ...]:
         elif tag == "xacro:call":
             words.append(attributes.get("macro", ""))
         elif tag in ("xacro:if", "xacro:unless"):
-            words += identifiers(attributes.get("value", ""))
+            words += _NAME.findall(attributes.get("value", ""))
         else:
             words.append(tag[len(XACRO) :])
     for value in attributes.values():
         if "$" in value:
-            words += identifiers(value)
+            words += _NAME.findall(value)
     params = attributes.get("params")
     if params is not None and "^" in params:  # it takes its caller's property of that name
         words += (m[1] for m in re.finditer(r"(?<![\w-])([\w-]++)\s*:?=\s*\^", params))
-        words += identifiers(params)
+        words += _NAME.findall(params)
     for child in element.children:
         if isinstance(child, Text) and type(child) is not Comment and "$" in child.value:
-            words += identifiers(child.value)
+            words += _NAME.findall(child.value)
     return tuple(words)
-
-
-def identifiers(expression: str) -> list[str]:
-    return _NAME.findall(expression)
 
 
 def parameters_of(macro: Element) -> dict[str, str]:

@@ -11,7 +11,6 @@ from kbot.checks.rules.wheels import at_both, pose_origin
 from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 
-_GRAVITY = 9.81
 _SLIDES = 0.2
 
 

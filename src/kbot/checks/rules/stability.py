@@ -14,7 +14,6 @@ from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
 _GRAVITY = 9.81
-_SLIDES = 0.2
 Point = tuple[float, float]
 
 

@@ -15,8 +15,6 @@ from kbot.checks.rules.geometry import overlap
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
 
-_GRAVITY = 9.81
-_SLOPE = math.radians(5.0)
 _EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
 
 

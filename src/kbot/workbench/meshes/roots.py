@@ -7,8 +7,7 @@ from pathlib import Path
 
 from kbot.model import Mesh, Robot, Visual
 from kbot.text import Diagnostic, Severity
-from kbot.xacro.package_roots import lies_in_package
-from kbot.xacro.packages import Packages, package_around
+from kbot.xacro.packages import Packages, lies_in_package, package_around
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

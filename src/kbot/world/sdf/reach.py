@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kbot.world.sdf.model_paths import LIBRARY, fuel_stores, model_paths
-from kbot.xacro import Packages
-from kbot.xacro.package_roots import lies_in_package
+from kbot.xacro.packages import Packages, lies_in_package
 
 
 class Reach:

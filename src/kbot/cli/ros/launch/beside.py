@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import click
-
+from kbot.cli.output import print_note
 from kbot.record.record_options import RecordOptions
 
 if TYPE_CHECKING:
@@ -14,10 +13,6 @@ if TYPE_CHECKING:
     from kbot.ros.launch import Plan
     from kbot.ros.launch.staging import Stage
     from kbot.ros.peer_options import PeerOptions
-
-
-def tell(text: str) -> None:
-    click.echo(text, err=True)
 
 
 def with_parameters(plan: Plan, peers: PeerOptions) -> PeerOptions:
@@ -30,10 +25,10 @@ def recording_of(staged: Stage, record: RecordOptions) -> RecordOptions:
     """The recording of the command line, else that of the launch file."""
     for recording in staged.recordings[:1]:
         if staged.path is None or not staged.simulate:
-            tell(f"{recording.path} is not recorded: nothing is simulated here")
+            print_note(f"{recording.path} is not recorded: nothing is simulated here")
         elif not record.path:
             record = RecordOptions(recording.path, recording.topics)
-            tell(f"Recording to {recording.path}")
+            print_note(f"Recording to {recording.path}")
     return record
 
 

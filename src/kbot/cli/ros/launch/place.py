@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from kbot.cli.ros.launch.beside import tell
+from kbot.cli.output import print_note
 from kbot.world import BUILDERS, World, load_world
 
 
@@ -33,5 +33,5 @@ def _known(name: str) -> str:
     own = PurePosixPath(name.replace("\\", "/")).stem
     if own in BUILDERS:
         return own
-    tell(f"The world '{name}' is not here: the robot stands in 'empty'.")
+    print_note(f"The world '{name}' is not found: the robot starts in 'empty'.")
     return "empty"

@@ -13,8 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
+from kbot.cli.output import print_note
 from kbot.ros.launch.running.processes import Process, Processes
 from kbot.ros.launch.running.programs import Program, command_line, environment
 from kbot.text import KbotError
@@ -40,7 +39,7 @@ def run_programs(plan: Plan, programs: Sequence[Program]) -> int:
     with processes_of(plan, programs, {"KBOT_TRANSPORT": kind}) as built:
         if kind == "ros1":
             _tell_master(plan)
-        processes = Processes(built, _tell, _thread.interrupt_main)
+        processes = Processes(built, print_note, _thread.interrupt_main)
         try:
             with suppress(KeyboardInterrupt):
                 while not processes.are_over:
@@ -60,7 +59,7 @@ def start_programs(
     kind = "ros2" if "ros2" in peers.bridges and "ros1" not in peers.bridges else "ros1"
     told = {"KBOT_TRANSPORT": kind if peers.is_live else "local"}
     built = stack.enter_context(processes_of(plan, programs, told))
-    processes = Processes(built, _tell, _thread.interrupt_main)
+    processes = Processes(built, print_note, _thread.interrupt_main)
     stack.callback(processes.close)
     return processes
 
@@ -75,10 +74,6 @@ def live_for_programs(programs: Sequence[Program], peers: PeerOptions) -> PeerOp
     if speaks_2 or wanted_transport(os.environ) == "ros2":
         return replace(peers, bridges=("ros2",))
     return replace(peers, bridges=("ros1",))
-
-
-def _tell(text: str) -> None:
-    click.echo(text, err=True)
 
 
 def clear_on_master(plan: Plan) -> None:
@@ -129,7 +124,7 @@ def processes_of(plan: Plan, programs: Sequence[Program], told: Mapping[str, str
     folder = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
     try:
         if any(program.node.output == "log" for program in programs):
-            _tell(f'Nodes with output="log" write to {folder}')
+            print_note(f'Nodes with output="log" write to {folder}')
         yield [_process(plan, program, folder, told) for program in programs]
     finally:
         if not any(log.stat().st_size for log in folder.glob("*.log")):

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.cli.arguments import read_displays
 from kbot.cli.keys import keys
-from kbot.cli.output import report
+from kbot.cli.output import print_note, report
 from kbot.cli.outputs import run_outputs
 from kbot.cli.progress import loading
-from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, tell, with_parameters
+from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, with_parameters
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.ros.launch.robots import put_all
 from kbot.kinematics.odometry import PlanarPose
@@ -68,7 +68,7 @@ def carry_out(
                 session = _shown(staged, outputs, package_path)
         processes = start_programs(stack, plan, staged.programs, peers)
         if teleop is not None and place is not None:
-            tell(HELP)
+            print_note(HELP)
             stack.enter_context(keys(teleop.press))
         session.display_file = _displays(staged)
         if staged.fixed_frame:
@@ -85,7 +85,7 @@ def _displays(staged: Stage) -> DisplayFile:
     try:
         return read_displays(staged.displays)
     except KbotError as error:
-        tell(f"{error}; the displays are those of the page")
+        print_note(f"{error}; the page shows its own displays")
         return DisplayFile()
 
 
@@ -132,7 +132,7 @@ def _simulated(
     session = driven_session(description, place.world, place.named, 0, "recipe", attend, start, naming)
     session.paused = staged.paused
     if staged.paused:
-        tell("The simulation is paused, as the launch file wants it: P in the page lets it go on.")
+        print_note("The simulation is paused, as the launch file asks. Press P in the page to continue.")
     return session
 
 
@@ -204,7 +204,7 @@ def _play(
             bus,
             clock,
             playing,
-            tell,
+            print_note,
             theirs=theirs,
             instead=instead,
             on_end=_thread.interrupt_main if playing.required else lambda: None,

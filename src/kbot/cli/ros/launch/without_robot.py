@@ -11,9 +11,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from kbot.cli.keys import keys
-from kbot.cli.output import fail
+from kbot.cli.output import fail, print_note
 from kbot.cli.outputs import run_outputs
-from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, tell, with_parameters
+from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, with_parameters
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.ros.graph.presence import find, running
@@ -77,7 +77,9 @@ def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: P
         clear_on_master(plan)
     with ExitStack() as stack:
         players = [
-            Playback(said.bus, said.clock, playing, tell, on_end=end if playing.required else lambda: None)
+            Playback(
+                said.bus, said.clock, playing, print_note, on_end=end if playing.required else lambda: None
+            )
             for playing in playings
         ]
         if len(players) == 1:
@@ -95,7 +97,7 @@ def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: P
             outputs.show(said, description, name, tells_time=bool(players))
         processes = start_programs(stack, plan, staged.programs, peers)
         if not players:
-            tell("There is no robot here. Ctrl-C ends it.")
+            print_note("There is no robot here. Ctrl-C ends it.")
         with suppress(KeyboardInterrupt):
             _run(said, players, speed, processes, is_over)
     return processes.status if processes is not None else 0
@@ -119,7 +121,7 @@ def _run(
 def _tell_what_is_not_said(staged: Stage) -> None:
     for what, is_there in (("Frames", staged.transforms), ("Maps", staged.maps)):
         if is_there:
-            tell(f"{what} of the launch are not said: the KBot that runs has its own")
+            print_note(f"{what} of the launch are not said: the KBot that runs has its own")
 
 
 def _pass_time(clock: Clock, speed: float | None) -> None:
@@ -159,7 +161,7 @@ def _drive_by_keys(stack: ExitStack, said: _Said, settings: Keys, *, is_beside: 
 
     teleop = TeleopKeys(settings.speed, settings.turn)
     said.clock.every(RATE, lambda: teleop.drive(drive))
-    tell(HELP)
+    print_note(HELP)
     stack.enter_context(keys(teleop.press))
 
 
@@ -173,4 +175,4 @@ def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
     stack.callback(graph.close)
     graph.advertise(topic, _TWIST)
     bus.subscribe(topic, Twist, lambda message: graph.publish(topic, to_plain(message, exact=True)))
-    tell(f"The KBot that runs hears {topic}.")
+    print_note(f"The KBot that runs hears {topic}.")

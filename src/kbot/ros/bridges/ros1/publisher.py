@@ -55,11 +55,8 @@ class Outgoing(TopicEnd):
 
     def close(self) -> None:
         """Let every subscriber go; from any thread."""
-        later(self._let_go)
-
-    def _let_go(self) -> None:
-        for subscriber in self._subscribers:
-            subscriber.close()
+        for subscriber in self._subscribers.copy():
+            later(subscriber.close)
 
 
 class _Subscriber:
