@@ -9,7 +9,9 @@ from kbot.checks.config import Config
 from kbot.checks.context import Context
 from kbot.checks.merge import said_once
 from kbot.checks.registry import rules_by_need
+from kbot.model.read import read_robot
 from kbot.text import Diagnostic, Source, Span
+from kbot.xacro import expand_text
 
 if TYPE_CHECKING:
     from kbot.model.load import Loaded
@@ -34,9 +36,6 @@ def examine(
     properties: Mapping[str, str] | None = None,
 ) -> Context:
     """Expand and read a description, keeping all that is wrong, ready for the rules."""
-    from kbot.model.read import read_robot
-    from kbot.xacro import expand_text
-
     expansion = expand_text(source.text, source.path, arguments, properties=properties, packages=packages)
     problems, robot = list(expansion.diagnostics), None
     if expansion.document is not None:

@@ -17,11 +17,11 @@ from kbot.checks.suppressions import without_suppressed
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
 from kbot.text.diagnostic import bounded
 from kbot.text.errors import reading
+from kbot.xacro import Packages
 
 if TYPE_CHECKING:
     from kbot.checks.context import Context
     from kbot.model.load import Loaded
-    from kbot.xacro import Packages
 
 
 def check_file(
@@ -60,10 +60,8 @@ def check_text(
     Raises:
         KbotError: the configuration is not usable.
     """
-    from kbot.xacro import Packages as Finder
-
     config = config or load_config(str(Path(path).parent))
-    packages = (packages or Finder()).beside(path)
+    packages = (packages or Packages()).beside(path)
     with reading(path), _without_collecting():
         found = _findings(Source(path, text), path, arguments or {}, packages, config, properties)
     return _wanted(found, path, config)

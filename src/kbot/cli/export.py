@@ -15,6 +15,7 @@ from kbot.cli.picture_options import look_options, parse_look
 from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
+from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from kbot.model import Robot
@@ -147,8 +148,6 @@ def _by_ending(output: str | None) -> str:
 
 
 def _positions(words: Sequence[str], robot: Robot) -> dict[str, float]:
-    from kbot.text.suggest import did_you_mean
-
     others, given = split_arguments(words)
     if others:
         fail(f"--joint is written name:=value, as in elbow:=1.2; not '{others[0]}'")

@@ -16,6 +16,7 @@ from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
 from kbot.record.feed import Feed, Packet
+from kbot.record.reader import kept
 from kbot.record.world_recorder import WorldRecorder
 from kbot.record.writer import open_writer, remove_recording
 from kbot.text import KbotError
@@ -210,8 +211,6 @@ class Recorder:
             raise interruption
 
     def _fail(self, error: OSError) -> None:
-        from kbot.record.reader import kept
-
         self._detach()
         self._writer.abandon()
         reason = error.strerror or str(error)

@@ -12,9 +12,12 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from kbot.kinematics.odometry import PlanarPose
+from kbot.model.load import resolve_robot_path
 from kbot.workbench.address import Address, bound
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import Description
+from kbot.world import load_world
 
 if TYPE_CHECKING:
     from kbot.workbench.driving.driving import Attend
@@ -45,13 +48,9 @@ def open_session(
         DescriptionError: it makes no robot; with everything that is wrong.
         KbotError: there is no such world.
     """
-    from kbot.model.load import resolve_robot_path
-    from kbot.workbench.source.description import Description
-
     description = Description(resolve_robot_path(path), arguments, package_path, properties=properties)
     if simulate:
         from kbot.workbench.session.driven_session import driven_session
-        from kbot.world import load_world
 
         return driven_session(description, load_world(world), world, seed, contacts, attend, start)
     from kbot.workbench.driving.sliders import Sliders, SliderSetting

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from kbot.checks.facts.spatial import Vector
+from kbot.model.meshes import load_mesh
 from kbot.text import KbotError
 
 
@@ -41,8 +42,6 @@ def _facts_of(path: str) -> MeshFacts | str:
 
 @lru_cache(maxsize=1024)
 def _read(path: str, _modified: int, _size: int) -> MeshFacts | str:
-    from kbot.model.meshes import load_mesh
-
     try:
         mesh = load_mesh(path)
     except KbotError as error:

@@ -8,6 +8,7 @@ from kbot.checks.config import Config
 from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
 from kbot.checks.file_kinds import FileKind
+from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.plan import Description, Param
 from kbot.ros.launch.staging import missing_displays
@@ -75,8 +76,6 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
     publishers = [n for n in plan.nodes if n.package in _PUBLISHERS or n.type in _PUBLISHERS]
     if not publishers or not any(n.type in _SPAWNERS for n in plan.nodes):
         return
-    from kbot.model.load import load_robot
-
     for param in plan.params.values():
         if param.description is None:
             continue

@@ -16,7 +16,8 @@ from kbot.cli.outputs import record_options
 from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import print_answers, table
 from kbot.cli.ros.peer_options import peer_options
-from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE
+from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
+from kbot.model.spawned import with_controllers
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.staging import Stage, stage
 from kbot.text import Diagnostic, KbotError, Severity
@@ -130,7 +131,6 @@ def command(
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
     with loading(staged.path):
-        from kbot.model.load import load_robot
         from kbot.workbench.address import bound
 
         load_robot(staged.path, staged.arguments, packages=packages).require()
@@ -161,8 +161,6 @@ def _of_robots(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
     if not (staged.path and staged.simulate):
         return ()
     from kbot.checks.first_look import CONTROL, first_look, folded
-    from kbot.model.load import load_robot
-    from kbot.model.spawned import with_controllers
     from kbot.sim.preparation import controller_findings
 
     spawned = [(staged.path, staged.arguments, staged.controllers)]

@@ -17,11 +17,16 @@ from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.cli.ros.launch.robots import put_all
 from kbot.kinematics.odometry import PlanarPose
+from kbot.messages import JointState
 from kbot.model.spawned import with_controllers
+from kbot.model.writer import to_urdf
+from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.text import KbotError
 from kbot.workbench.displays.files import DisplayFile
 from kbot.workbench.serve import serve_session
+from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import Description
 
 if TYPE_CHECKING:
     from kbot.cli.ros.launch.place import Place
@@ -34,7 +39,6 @@ if TYPE_CHECKING:
     from kbot.ros.peer_options import PeerOptions
     from kbot.sim import Simulation
     from kbot.workbench.address import Address
-    from kbot.workbench.session.session import Session
 
 
 def carry_out(
@@ -100,7 +104,6 @@ def _simulated(
     from kbot.sensors.declared import mount_on_others
     from kbot.sim.naming import Naming
     from kbot.workbench.session.driven_session import driven_session
-    from kbot.workbench.source.description import Description
 
     spawn = staged.spawn
     description = Description(
@@ -145,13 +148,7 @@ def _command(simulation: Simulation, topic: str) -> Callable[[float, float], Non
 
 
 def _shown(staged: Stage, outputs: RunOutputs, package_path: Sequence[str]) -> Session:
-    from kbot.messages import JointState
-    from kbot.model.writer import to_urdf
-    from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
-    from kbot.text import KbotError
     from kbot.workbench.driving.sliders import Sliders, SliderSetting
-    from kbot.workbench.session.session import Session
-    from kbot.workbench.source.description import Description
 
     joints = staged.joints
     players: list[Playback] = []

@@ -16,6 +16,7 @@ from kbot.cli.outputs import run_outputs
 from kbot.cli.ros.launch.beside import dump_parameters, publish_maps, recording_of, with_parameters
 from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, start_programs
 from kbot.messages import Bus, Clock, Twist, Vector3
+from kbot.record.encodings.plain import to_plain
 from kbot.ros.graph.presence import find, running
 from kbot.ros.nodes.rosbag_play import Playback
 
@@ -168,7 +169,6 @@ def _drive_by_keys(stack: ExitStack, said: _Said, settings: Keys, *, is_beside: 
 def _carry(stack: ExitStack, bus: Bus, topic: str) -> None:
     """Let the KBot that runs hear a topic; which, KBOT_AT says where several run. Raises KbotError: it says
     none of them, or the KBot hears no such topic."""
-    from kbot.record.encodings.plain import to_plain
     from kbot.ros.graph.client import GraphClient
 
     graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))
