@@ -73,7 +73,7 @@ class Robot(model.Robot):
         Raises:
             KbotError: a joint that is not there, or follows another.
         """
-        from kbot.workbench.notebook import show_robot
+        from kbot.workbench.notebook import show_robot  # the workbench, which few programs show
 
         return show_robot(self, joints, height)
 
@@ -102,7 +102,7 @@ def load(
             argument nor a top-level property.
         KbotError: a value is not a text, a number or a truth value, or a property is given twice.
     """
-    from kbot.checks.first_look import SIZES, first_look
+    from kbot.checks.first_look import SIZES, first_look  # only to load: start-up time
 
     values = _texts("argument", {**(arguments or {}), **more_arguments})
     overrides = _texts("property", properties or {})

@@ -247,7 +247,7 @@ class Context:
         """The files of controllers' parameters that Gazebo's plugins name."""
         if not any(extension.tag == "gazebo" for extension in self.robot.extensions):
             return ()
-        from kbot.model.controller_files import controller_files
+        from kbot.model.controller_files import controller_files  # most robots name no such file
 
         return tuple(controller_files(self.robot))
 

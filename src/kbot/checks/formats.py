@@ -111,7 +111,7 @@ def relative(path: str) -> str:
 
 
 def _uri(path: str) -> str:
-    from urllib.parse import quote
+    from urllib.parse import quote  # only for SARIF: start-up time
 
     name = relative(path)
     return Path(name).as_uri() if Path(name).is_absolute() else quote(os.fsencode(name))

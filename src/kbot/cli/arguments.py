@@ -96,7 +96,7 @@ def read_displays(path: str) -> DisplayFile:
     Raises:
         KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
     """
-    from kbot.workbench.displays.files import DisplayFile
+    from kbot.workbench.displays.files import DisplayFile  # lazy in this module: -h is fast
 
     displays = DisplayFile(path)
     for note in displays.greeting.notes if displays.greeting is not None else ():

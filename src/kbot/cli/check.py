@@ -181,7 +181,7 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
         DescriptionError: a name is neither an argument nor a property of any of the descriptions. Launch
             files have arguments of their own: where there is one, its rules check the names.
     """
-    from kbot.xacro.assignments import Assignments, resolve_names
+    from kbot.xacro.assignments import Assignments, resolve_names  # rarely needed: start-up time
 
     resolved = dict[int, Assignments]()
     known = defaultdict[str, set[str]](set)
@@ -301,7 +301,7 @@ def _print(found: Sequence[Diagnostic], form: str, files: Sequence[str], statist
         summary = {"statistics": dict(Counter(d.code for d in found))} if statistics else {}
         print_json({"findings": [to_json(d) for d in found], **summary})
     elif form == "sarif":
-        from importlib.metadata import version
+        from importlib.metadata import version  # slow to import
 
         print_json(sarif(found, version("kbot")))
     elif form == "github":

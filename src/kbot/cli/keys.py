@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import select
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -26,7 +28,7 @@ def keys(pressed: Callable[[str], None]) -> Iterator[None]:
         finally:
             closed.set()
         return
-    import termios
+    import termios  # Windows has none
     import tty
 
     descriptor = sys.stdin.fileno()
@@ -42,9 +44,6 @@ def keys(pressed: Callable[[str], None]) -> Iterator[None]:
 
 
 def _read(descriptor: int, pressed: Callable[[str], None], closed: threading.Event) -> None:
-    import os
-    import select
-
     while not closed.is_set():
         ready, _, _ = select.select([descriptor], [], [], _LOOK_SECONDS)
         if ready:
@@ -56,7 +55,7 @@ def _read(descriptor: int, pressed: Callable[[str], None], closed: threading.Eve
 
 
 def _read_windows(pressed: Callable[[str], None], closed: threading.Event) -> None:
-    import msvcrt
+    import msvcrt  # only Windows has it
 
     while not closed.wait(_LOOK_SECONDS / 5):
         while msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]  # of Windows alone

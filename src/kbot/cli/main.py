@@ -94,7 +94,7 @@ class Verbs(click.Group):
 
 def _print_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
     if asked and not ctx.resilient_parsing:
-        from importlib.metadata import version
+        from importlib.metadata import version  # slow to import
 
         click.echo(f"kbot {version('kbot')}")
         ctx.exit()

@@ -56,7 +56,7 @@ def rate_option(
 
 def pose_of(option: str, text: str) -> PlanarPose:
     """`X,Y,YAW` in m, m and rad; anything else ends the program."""
-    from kbot.kinematics import PlanarPose
+    from kbot.kinematics import PlanarPose  # numpy: -h needs none
 
     x, y, yaw = _finite(option, text, 3, "x and y in m and yaw in rad, as in 1.5,0,1.57")
     return PlanarPose(x, y, yaw)

@@ -55,7 +55,7 @@ def parse_size(size: str) -> tuple[int, int]:
     Raises:
         KbotError: it is none; the text says how to write it.
     """
-    from kbot.render.look import MOST_PIXELS
+    from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
 
     try:
         width, height = (int(word) for word in size.lower().split("x"))

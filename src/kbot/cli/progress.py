@@ -21,7 +21,7 @@ def busy(what: str) -> Iterator[None]:
     with ExitStack() as shown:
 
         def show() -> None:
-            from rich.console import Console
+            from rich.console import Console  # slow to import; only on a terminal
 
             shown.enter_context(Console(stderr=True).status(what))
 

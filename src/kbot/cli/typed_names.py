@@ -17,7 +17,7 @@ def resolve_typed_names(file: str, values: Mapping[str, str], package_path: Sequ
     Raises:
         DescriptionError: a name is neither an argument nor a top-level property of the file.
     """
-    from kbot.model.load import resolve_robot_path
+    from kbot.model.load import resolve_robot_path  # lazy in this module: -h is fast
     from kbot.xacro import Packages
     from kbot.xacro.assignments import resolve_names
 

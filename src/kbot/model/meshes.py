@@ -72,7 +72,7 @@ class MeshData:
     @cached_property
     def volume(self) -> float | None:
         """m^3 within the surface; None where it is not closed or encloses nothing."""
-        import trimesh
+        import trimesh  # lazy in this module: slow to import
 
         mesh = trimesh.Trimesh(self.vertices, self.faces, process=True)
         volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0  # some write triangles inside out

@@ -23,7 +23,7 @@ __all__ = ["BrokenOff", "Recorder", "Recording", "Summary", "open_writer"]
 
 def __getattr__(name: str) -> object:
     if name in _HOMES:
-        from importlib import import_module
+        from importlib import import_module  # names are imported when used: start-up time
 
         value: object = getattr(import_module(f"kbot.record.{_HOMES[name]}"), name)
         globals()[name] = value

@@ -46,7 +46,7 @@ class Types:
         Raises:
             KbotError: the definition does not follow the grammar, or is too large.
         """
-        from kbot.record.encodings.safe_store import safe_copy
+        from kbot.record.encodings.safe_store import safe_copy  # rosbags, lazy in this module: slow to import
 
         if name in self.ros2.fielddefs:
             return

@@ -106,7 +106,7 @@ class Table:
             KbotError: the extra is not installed.
         """
         try:
-            import pyarrow
+            import pyarrow  # an extra
             from pyarrow import parquet
         except ModuleNotFoundError:
             raise KbotError("Parquet needs an extra: pip install 'kbot[parquet]'") from None

@@ -258,6 +258,6 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
 
 
 def _engine_version() -> str:
-    import mujoco
+    import mujoco  # slow to import; a view is recorded without it
 
     return str(mujoco.__version__)

@@ -38,7 +38,7 @@ def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
 
 
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
-    from kbot.text.diagnostic import Diagnostic, Severity
+    from kbot.text.diagnostic import Diagnostic, Severity  # only for an error: start-up time
 
     origin = Origin(Span(Source(path, ""), 0, 0)) if path else None
     return DescriptionError([Diagnostic(code, Severity.ERROR, message, origin, hint)])
@@ -65,7 +65,7 @@ def read_source(
     try:
         data = read_bytes(name, max_bytes, from_pipe=from_pipe)
     except FileNotFoundError:
-        from kbot.text.installed import find_file
+        from kbot.text.installed import find_file  # cycle: it imports this module
 
         found = find_file(name)
         if found is not None and not os.path.isdir(found):
@@ -267,7 +267,7 @@ def _changed(path: str) -> KbotError:
 
 def _beside(path: str | os.PathLike[str], data: bytes, scratches: ExitStack) -> str:
     """The data in a file beside a path's, with its mode; it goes with `scratches` unless it was moved."""
-    import tempfile
+    import tempfile  # slow to import; most runs write no file
 
     folder, name = os.path.split(os.path.realpath(path))
     descriptor, scratch = tempfile.mkstemp(prefix=f".{name}.", dir=folder)

@@ -48,6 +48,6 @@ class Prefixes:
 
 def fault(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
     """An error about a piece of a source."""
-    from kbot.text.diagnostic import Diagnostic, Severity
+    from kbot.text.diagnostic import Diagnostic, Severity  # only for an error: start-up time
 
     return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)

@@ -66,7 +66,7 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
         parser.Parse(source.data, True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
-        from kbot.text.malformed import malformed
+        from kbot.text.malformed import malformed  # only for an error: start-up time
 
         raise DescriptionError([malformed(source, parser.ErrorByteIndex, reason, opened)]) from None
     document.diagnostics = tuple(problems)

@@ -34,7 +34,7 @@ MOST_LARGE_KEYS = 100
 
 def load_yaml(text: str) -> Any:  # noqa: ANN401 - what YAML holds
     """Raises yaml.YAMLError: it is not YAML, or a value cannot be made of it."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     try:
         return yaml.load(text, safe_loader())

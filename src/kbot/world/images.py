@@ -30,7 +30,7 @@ def read_picture(
     Raises:
         KbotError: the file is missing, not a picture, or far too large for one.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image, UnidentifiedImageError  # few worlds have pictures: start-up time
 
     file = Path(path)
     try:

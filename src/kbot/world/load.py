@@ -32,7 +32,7 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     text = os.fspath(world)
     suffix = Path(text).suffix.lower()
     if suffix in SDF_SUFFIXES:
-        from kbot.world.sdf import read_sdf
+        from kbot.world.sdf import read_sdf  # built-in worlds need no reader: start-up time
 
         with reading(text):
             return read_sdf(text)

@@ -134,7 +134,7 @@ def _interpret(
 
 def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """What a map says, and the `file:line:column` of each value."""
-    import yaml
+    import yaml  # only for a map: start-up time
 
     text = read_source(name).text
     try:
@@ -181,7 +181,7 @@ def _is_number(value: object) -> bool:
 def _encode(grey: NDArray[np.uint8], kind: str) -> bytes:
     if kind == "pgm":
         return b"P5\n%d %d\n255\n" % (grey.shape[1], grey.shape[0]) + grey.tobytes()
-    from PIL import Image
+    from PIL import Image  # only to write a PNG
 
     stream = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(grey)).save(stream, "PNG")

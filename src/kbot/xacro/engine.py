@@ -82,7 +82,7 @@ def expand_text(
 
 def clear_cache() -> None:
     """Forget parsed files, compiled expressions and YAML data."""
-    from kbot.xacro import yaml
+    from kbot.xacro import yaml  # most robots read no YAML: start-up time
 
     files.clear_cache()
     compiler.clear_cache()
@@ -159,7 +159,7 @@ def _near_property(name: str, value: str, scope: Scope) -> str:
 
 
 def _stopped(fault: LimitFault, name: str) -> Diagnostic:
-    from kbot.text.diagnostic import Severity
+    from kbot.text.diagnostic import Severity  # only for an error: start-up time
 
     origin = fault.origin or Origin(Span(Source(name, ""), 0, 0))
     return Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint).diagnostic()

@@ -28,7 +28,7 @@ class Problem:
 
     def also(self, message: str, origin: Origin) -> None:
         """Add a place, unless it is the problem's own or known already."""
-        from kbot.text.diagnostic import Related
+        from kbot.text.diagnostic import Related  # lazy in this module: only for an error
 
         span = origin.span
         if self.origin is None or (span.source, span.start) != (

@@ -6,7 +6,7 @@ import math
 import re
 
 from kbot.xacro.faults import Fault
-from kbot.xacro.values import Value, YamlDict
+from kbot.xacro.values import Value, YamlDict, attribute
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
     """
     if "]" in sep:  # it would end the set of characters, and begin a pattern of any cost
         raise ValueError(f"{sep!r} is no set of characters to split at")
-    import warnings
+    import warnings  # rarely needed: start-up time
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -90,8 +90,6 @@ def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
 
 def has_attribute(value: Value, name: str) -> bool:
     """Whether `value.name` is something."""
-    from kbot.xacro.values import attribute
-
     try:
         attribute(value, name)
     except AttributeError:
@@ -147,7 +145,7 @@ FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
 def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value]) -> Callable[..., Value]:
     def call(*args: Value, **named: Value) -> Value:
         run.warn("X202", f"{name}() without a prefix is deprecated", hint=f"write {space}.{name}()")
-        from kbot.xacro.expressions.functions import call as bounded
+        from kbot.xacro.expressions.functions import call as bounded  # cycle: costs imports this module
 
         return bounded(run.budget, function, list(args), named)
 

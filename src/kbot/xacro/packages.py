@@ -143,7 +143,7 @@ class Packages:
         """
         scheme, separator, rest = uri.partition("://")
         if separator and "%" in rest:
-            from urllib.parse import unquote
+            from urllib.parse import unquote  # rarely needed: start-up time
 
             rest = unquote(rest)
         if separator and scheme in ("package", "model"):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from kbot.xacro.binding import Binding
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope
-    from kbot.xacro.source_map import SourceMap
+    from kbot.xacro.source_map import SourceMap  # rarely needed: start-up time
     from kbot.xacro.values import Value
 
 

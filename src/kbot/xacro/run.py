@@ -88,7 +88,7 @@ class Run:
     @cached_property
     def packages(self) -> Packages:
         """Where packages are looked for: around the file too, unless the caller said where."""
-        from kbot.xacro.packages import Packages
+        from kbot.xacro.packages import Packages  # not every description has packages: start-up time
 
         return (self._packages or Packages()).beside(self.files[0] or os.curdir)
 
@@ -155,7 +155,7 @@ class Run:
 
     def load_yaml(self, filename: str, constant: Callable[[str], Value]) -> Value:
         """`xacro.load_yaml`; `constant` evaluates the expression that a unit stands before."""
-        from kbot.xacro import yaml
+        from kbot.xacro import yaml  # most robots read no YAML: start-up time
 
         name = self.absolute(str(filename))
         self.dependencies[name] = None
@@ -204,7 +204,7 @@ class Run:
         if problem is not None:
             problem.also("needed here", origin)
             return problem
-        from kbot.text.diagnostic import Severity
+        from kbot.text.diagnostic import Severity  # only for an error: start-up time
 
         problem = Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         self._known[key] = problem

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.expressions.operations import Frame
 from kbot.xacro.faults import Fault
+from kbot.xacro.templates import expression
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
@@ -92,7 +93,7 @@ def _arg(run: Run, words: list[str]) -> str:
 def _find(run: Run, words: list[str]) -> str:
     if len(words) != 1:
         raise Fault("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
-    from kbot.xacro.packages import PackageNotFound
+    from kbot.xacro.packages import PackageNotFound  # not every description has packages: start-up time
 
     try:
         return run.packages.find(words[0])
@@ -130,7 +131,7 @@ def _anon(run: Run, words: list[str]) -> str:
     """A name of one's own: the same for the same word, and in every run, so that results repeat."""
     if len(words) != 1:
         raise Fault("X111", f"$(anon NAME) takes one name, not {len(words)}")
-    import hashlib
+    import hashlib  # rarely needed: start-up time
 
     seed = f"{run.files[0]}\0{words[0]}"
     return f"{words[0]}_{hashlib.sha256(seed.encode()).hexdigest()[:12]}"
@@ -170,6 +171,4 @@ class _Names:
 def _evaluate(source: str, run: Run) -> str:
     if "__" in source:
         raise Fault("X191", "two underscores in a row are refused within $(eval …)")
-    from kbot.xacro.templates import expression
-
     return run.budget.text(expression(source, Frame(_Names(run), {})))

@@ -257,7 +257,7 @@ def failed(error: Exception, content: str) -> Fault:
     wanted = getattr(error, "wanted", None)
     hint = ""
     if wanted:
-        from kbot.text.suggest import did_you_mean
+        from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
         hint = did_you_mean(wanted, getattr(error, "candidates", ()))
     reason = shortened(str(error)) or type(error).__name__

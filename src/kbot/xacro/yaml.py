@@ -45,7 +45,7 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     Raises:
         Fault: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
-    import yaml
+    import yaml  # lazy in this module: clear_cache imports this module
 
     from kbot.text.yaml_text import NOT_MADE
 

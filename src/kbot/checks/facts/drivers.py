@@ -162,7 +162,7 @@ def _from_yaml(path: str) -> Iterator[Driver]:
 
 def compose(source: Source) -> Any:  # noqa: ANN401 - a node of PyYAML, which has no common type
     """The YAML node tree of a source; None if it is not YAML or nested too deeply."""
-    import yaml
+    import yaml  # only for a file of controllers: start-up time
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:

@@ -59,7 +59,7 @@ def info(recording: str, as_json: bool) -> int:
 
     Exit status: 0 complete; 1 incomplete or damaged.
     """
-    from kbot.cli.bag.info import bag_text
+    from kbot.cli.bag.info import bag_text  # lazy in this module: -h is fast
     from kbot.record import Recording
 
     found = Recording(recording).summary()

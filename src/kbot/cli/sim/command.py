@@ -161,6 +161,7 @@ def command(
         )
         start = pose_of("--pose", pose)
         with loading(file):
+            # lazy in this module: -h is fast
             from kbot.checks.first_look import CONTROL, MESHES, first_look
             from kbot.model.load import load_robot, resolve_robot_path
             from kbot.workbench.address import bound

@@ -19,7 +19,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 
     Where the description declares a flat lidar, the robot also stops before what that sees.
     """
-    from kbot.cli.sim.progress import Progress
+    from kbot.cli.sim.progress import Progress  # lazy in this module: -h is fast
     from kbot.navigation.simulated import go_to
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared

@@ -26,7 +26,7 @@ def run_headless(
     in_real_time: bool = False,
 ) -> int:
     """Run, then report on stdout; the exit status. `seconds` None is until Ctrl-C."""
-    from kbot.cli.sim.progress import Progress
+    from kbot.cli.sim.progress import Progress  # lazy in this module: -h is fast
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 

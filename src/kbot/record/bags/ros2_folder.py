@@ -85,7 +85,7 @@ class Folder:
 
 def _metadata(file: Path) -> dict[str, Any]:
     """All scalars as text: a number may have any length. Raises ValueError, OSError: it cannot be read."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     text = read_bytes(file, _LARGEST_METADATA).decode("utf-8")

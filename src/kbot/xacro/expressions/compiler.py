@@ -99,7 +99,7 @@ def is_identifier(name: str) -> bool:
     """Whether a name can stand in an expression."""
     if name.isascii():
         return name.isidentifier() and name not in _KEYWORDS
-    import unicodedata
+    import unicodedata  # rarely needed: start-up time
 
     return name.isidentifier() and unicodedata.normalize("NFKC", name) == name
 
@@ -115,7 +115,7 @@ def _compile(expression: str) -> Closure:
             return simple
     if len(source) > MAX_CHARACTERS:
         raise InvalidExpression(f"the expression is longer than {MAX_CHARACTERS:,} characters")
-    import ast
+    import ast  # slow to import; simple expressions need no parser
 
     from kbot.xacro.expressions.closures import closure_of
 

@@ -21,7 +21,7 @@ _FUNCTION_STEPS = 3
 
 
 def _closure(node: ast.expr) -> Closure:
-    from kbot.xacro.expressions.closures import closure_of
+    from kbot.xacro.expressions.closures import closure_of  # cycle: it imports this module
 
     return closure_of(node)
 

@@ -87,7 +87,7 @@ def guarded(budget: Budget, function: Value) -> Value:
     """A function that Python's C code will call, with its costs."""
     if not callable(function):
         return function
-    from kbot.xacro.expressions.functions import call
+    from kbot.xacro.expressions.functions import call  # cycle: it imports this module
 
     return lambda *args, **named: call(budget, function, list(args), named)
 

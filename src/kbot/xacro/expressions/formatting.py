@@ -71,7 +71,7 @@ def format_value(budget: Budget, value: Value, spec: str) -> str:
 
 def format_text(budget: Budget, pattern: str, args: Sequence[Value], named: dict[str, Value]) -> str:
     """`pattern.format(*args, **named)`."""
-    import string
+    import string  # rarely needed: start-up time
 
     size = 0
 

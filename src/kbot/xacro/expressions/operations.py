@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from kbot.xacro.expressions import operators
 from kbot.xacro.faults import Fault
+from kbot.xacro.names import FUNCTIONS
 from kbot.xacro.values import Value
 
 TYPE_CHECKING = False
@@ -80,8 +81,7 @@ def function_closure(identifier: str) -> Closure:
         except Fault as fault:
             if fault.code != "X103" or fault.problem is not None:  # the name has a value, which is at fault
                 raise
-        from kbot.text.suggest import did_you_mean
-        from kbot.xacro.names import FUNCTIONS
+        from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
         near = did_you_mean(identifier, FUNCTIONS)
         unknown = Fault("X103", f"unknown function '{identifier}'", near or "", key=("undefined", identifier))

@@ -69,7 +69,7 @@ _remainder = _divide(operator.mod)
 
 def modulo(budget: Budget, a: Value, b: Value) -> Value:
     if isinstance(a, str | bytes):
-        from kbot.xacro.expressions.formatting import percent
+        from kbot.xacro.expressions.formatting import percent  # rarely needed: start-up time
 
         return budget.checked(percent(budget, a, b))
     return _remainder(budget, a, b)

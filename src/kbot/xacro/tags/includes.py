@@ -56,7 +56,7 @@ def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None
 def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
     names = [name]
     if _PATTERN.search(name):
-        import glob
+        import glob  # rarely needed: start-up time
 
         wild = sum(bool(_PATTERN.search(part)) for part in re.split(r"[/\\]", name))
         names = sorted(islice(glob.iglob(name), _MOST_MATCHES + 1)) if wild <= _MOST_WILD else []

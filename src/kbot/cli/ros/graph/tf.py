@@ -109,7 +109,7 @@ class _Frames:
         self._places: dict[str, Transform] = {}
 
     def hear(self, topic: str, message: dict[str, Any]) -> None:
-        from kbot.kinematics.transform import Transform
+        from kbot.kinematics.transform import Transform  # numpy: -h needs none
 
         for item in message["transforms"]:
             child, place = item["child_frame_id"], item["transform"]

@@ -211,7 +211,7 @@ def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate:
 
 def _part(message: object, field: str) -> Any:  # noqa: ANN401 - whatever the field holds
     """`pose.pose.position` or `ranges[3]` of a message. Raises KbotError: it has no such part."""
-    from kbot.text.suggest import did_you_mean
+    from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
     value: Any = message
     for name in re.findall(r"[^.\[\]]+", field):

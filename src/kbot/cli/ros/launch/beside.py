@@ -45,7 +45,7 @@ def publish_maps(bus: Bus, staged: Stage) -> None:
     """Say what map servers say."""
     if not staged.maps:
         return
-    from kbot.messages.navigation import MapMetaData, OccupancyGrid
+    from kbot.messages.navigation import MapMetaData, OccupancyGrid  # only for a map: start-up time
     from kbot.world.occupancy_files import read_map
 
     for path in staged.maps:
@@ -56,7 +56,7 @@ def publish_maps(bus: Bus, staged: Stage) -> None:
 
 def dump_parameters(plan: Plan) -> None:
     """`rosparam dump`: what the launch sets beneath a name, into a file."""
-    from kbot.ros.parameter_values import dump_yaml
+    from kbot.ros.parameter_values import dump_yaml  # rarely needed: start-up time
     from kbot.text.files import write_text
 
     for command, name, file in plan.store:

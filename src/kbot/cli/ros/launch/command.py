@@ -131,7 +131,7 @@ def command(
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
     with loading(staged.path):
-        from kbot.workbench.address import bound
+        from kbot.workbench.address import bound  # lazy in this module: a dry run needs no page
 
         load_robot(staged.path, staged.arguments, packages=packages).require()
         place = None

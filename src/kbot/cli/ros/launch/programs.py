@@ -33,7 +33,7 @@ def run_programs(plan: Plan, programs: Sequence[Program]) -> int:
     Raises:
         KbotError: they need a master of ROS 1, and none answers.
     """
-    from kbot.ros.client import wanted_transport
+    from kbot.ros.client import wanted_transport  # lazy in this module: most launches run no programs
 
     kind = wanted_transport(os.environ)
     with processes_of(plan, programs, {"KBOT_TRANSPORT": kind}) as built:

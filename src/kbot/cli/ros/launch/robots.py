@@ -30,7 +30,7 @@ def put_all(simulation: Simulation, staged: Stage, package_path: Sequence[str]) 
 
 
 def _spawn(simulation: Simulation, other: SpawnedRobot, package_path: Sequence[str]) -> None:
-    from kbot.model.load import load_robot
+    from kbot.model.load import load_robot  # most launches have one robot
     from kbot.xacro import Packages
 
     packages, spawn = Packages(package_path, around=other.path), other.spawn

@@ -65,7 +65,7 @@ def print_answers(
         for file in dict.fromkeys(plan.files):
             click.echo(file)
     if dump_params:
-        import yaml
+        import yaml  # only for --dump-params
 
         click.echo(yaml.safe_dump({name: param.value for name, param in plan.params.items()}))
     if ros_args:

@@ -100,7 +100,9 @@ def _simulated(
     package_path: Sequence[str],
     teleop: TeleopKeys | None,
 ) -> Session:
-    from kbot.ros.nodes.gz_bridge import GzBridge
+    from kbot.ros.nodes.gz_bridge import (
+        GzBridge,  # the engine, which a robot that is only shown does not need
+    )
     from kbot.sensors.declared import mount_on_others
     from kbot.sim.naming import Naming
     from kbot.workbench.session.driven_session import driven_session

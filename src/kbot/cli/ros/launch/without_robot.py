@@ -139,7 +139,7 @@ def _pass_time(clock: Clock, speed: float | None) -> None:
 
 def _as_the_environment_says(peers: PeerOptions) -> PeerOptions:
     """With a bridge to the ROS that is there, if it can be had, where none is asked for."""
-    from kbot.ros.client import wanted_transport
+    from kbot.ros.client import wanted_transport  # lazy in this module: few launches need it
 
     if peers.is_live:
         return peers
