@@ -17,7 +17,6 @@ from kbot.record.run_outputs import RunOutputs
 from kbot.ros.bridges.ros2.bridge import LOOPBACK, Ros2Bridge
 from kbot.ros.bridges.ros2.graph import GRAPH_TYPE, node_message
 from kbot.ros.bridges.ros2.types import sample_of, sample_type
-from kbot.ros.peer_options import PeerOptions
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -99,7 +98,7 @@ def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch
     for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.ros.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
-    outputs = RunOutputs(print, peers=RosPeers(PeerOptions(("ros2",)), print))
+    outputs = RunOutputs(print, peers=RosPeers(print, ["ros2"]))
     import kbot
 
     with pytest.raises(KbotError, match=r"pip install 'kbot\[ros2\]'"):

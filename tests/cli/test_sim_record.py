@@ -50,7 +50,7 @@ def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.Capture
     [
         (["--record-topic", "/odom"], "--record-topic goes with --record"),
         (["--bridge-host", "0.0.0.0"], "--bridge-host goes with a bridge"),
-        (["--record", ""], "--record is given no name"),
+        (["--record", ""], "--record needs the name of the file to write"),
         (["--record", "run.txt"], "is no kind of recording"),
         (["--record", "run.mcap", "--record-topic", "/odmo"], "no topic /odmo to record: did you mean"),
     ],

@@ -9,7 +9,6 @@ from kbot.record import Recording
 from kbot.record.record_options import RecordOptions
 from kbot.record.replay import replay
 from kbot.record.run_outputs import RunOutputs
-from kbot.ros.peer_options import PeerOptions
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.sim.real_time import run_in_real_time
@@ -52,7 +51,7 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
 
 def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:
     told: list[str] = []
-    outputs = RunOutputs(told.append, peers=RosPeers(PeerOptions(("foxglove",)), told.append))
+    outputs = RunOutputs(told.append, peers=RosPeers(told.append, ["foxglove"]))
     for _ in range(2):
         outputs.join(Simulation(kbot.load("kbot")), "", "empty")
     assert len([text for text in told if text.startswith("Foxglove")]) == 1
@@ -62,7 +61,7 @@ def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path)
 
 def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    peers = RosPeers(PeerOptions(("foxglove",), host="192.0.2.1"), print)
+    peers = RosPeers(print, ["foxglove"], "192.0.2.1")
     outputs = RunOutputs(print, RecordOptions(str(path)), peers)
     with pytest.raises(KbotError, match="Foxglove cannot be served"):
         outputs.join(Simulation(kbot.load("kbot")), "", "empty")

@@ -40,4 +40,6 @@ class PeerOptions:
         """`report` receives sentences for the user."""
         from kbot.ros.peers import RosPeers  # when opened: it loads the graph server's websockets
 
-        return RosPeers(self, report)
+        return RosPeers(
+            report, self.bridges, self.host, navigation=self.navigation, parameters=self.parameters
+        )

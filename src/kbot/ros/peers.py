@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from kbot.messages.live import Live
 from kbot.record.feed import Feed
@@ -11,7 +11,6 @@ from kbot.ros.bridges.kind import Bridge
 from kbot.ros.bridges.link import Link
 from kbot.ros.bridges.registry import BRIDGES
 from kbot.ros.graph.server import GraphServer
-from kbot.ros.peer_options import PeerOptions
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
@@ -23,9 +22,21 @@ class RosPeers:
     """Opens the bridges at the first `join` or `show` and keeps them open until `close`, also while one
     simulation replaces another."""
 
-    def __init__(self, options: PeerOptions, report: Callable[[str], None]) -> None:
-        self._options, self._report = options, report
-        self._link = Link(report, frozenset() if options.navigation else _navigation_topics())
+    def __init__(
+        self,
+        report: Callable[[str], None],
+        bridges: Sequence[str] = (),
+        host: str | None = None,
+        *,
+        navigation: bool = True,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> None:
+        """`report` receives sentences for the user. The rest is as in PeerOptions."""
+        self._report = report
+        self._kinds = [kind for kind in BRIDGES if kind.name in bridges]
+        self._host = host
+        self._parameters = dict(parameters or {})
+        self._link = Link(report, frozenset() if navigation else _navigation_topics())
         self._bridges: list[Bridge] = []
         self._gazebo: GazeboTopics | None = None
         self._simulation: Simulation | None = None
@@ -90,7 +101,7 @@ class RosPeers:
         published: dict[str, object] = {"/robot_description": description} if description else {}
         if tells_time:
             published["/use_sim_time"] = True
-        self._link.parameters = {**self._options.parameters, **self._link.parameters, **published}
+        self._link.parameters = {**self._parameters, **self._link.parameters, **published}
         self._link.attach(live, feed)
         if not self._bridges:
             self._open_bridges()
@@ -100,11 +111,10 @@ class RosPeers:
 
     def _open_bridges(self) -> None:
         try:
-            for kind in BRIDGES:
-                if kind.name in self._options.bridges:
-                    bridge = kind.open(self._link, self._options.host)
-                    self._bridges.append(bridge)
-                    self._report(bridge.describe())
+            for kind in self._kinds:
+                bridge = kind.open(self._link, self._host)
+                self._bridges.append(bridge)
+                self._report(bridge.describe())
         except KbotError:
             self.close()
             raise
