@@ -15,7 +15,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["kbot.wire", "rosbags.typesys"]):
+with atheris.instrument_imports(include=["kbot.record.encodings", "rosbags.typesys"]):
     from rosbags.serde import SerdeError
 
     from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition

@@ -16,7 +16,7 @@ from typing import Any
 import atheris
 
 with atheris.instrument_imports(
-    include=["kbot.workbench.protocol", "kbot.ros.bridges.websocket", "kbot.wire"]
+    include=["kbot.workbench.protocol", "kbot.ros.bridges", "kbot.record.encodings"]
 ):
     import kbot
     from kbot.record.feed import Feed

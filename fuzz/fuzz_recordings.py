@@ -15,7 +15,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["kbot.record", "kbot.wire", "mcap", "rosbags.rosbag1"]):
+with atheris.instrument_imports(include=["kbot.record", "mcap", "rosbags.rosbag1"]):
     from mcap.writer import CompressionType, Writer
 
     from kbot.messages import String, TFMessage

@@ -10,10 +10,9 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-import kbot
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, encode_cdr, encode_ros1
+from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call
@@ -286,7 +285,7 @@ def test_a_persistent_caller_over_tcpros(running: Running, ros1: Ros1Bridge) -> 
             body = encode_ros1(srv.GetModelStateRequest(model), kind.request_name)
             connection.sendall(struct.pack("<I", len(body)) + body)
             assert read_exactly(connection, 1) == b"\1"
-            found = kbot.wire.decode_ros1(read_block(connection), kind.response, kind.response_name)
+            found = decode_ros1(read_block(connection), kind.response, kind.response_name)
             assert found.success is works
         connection.sendall(struct.pack("<I", 3) + b"???")
         assert read_exactly(connection, 1) == b"\0"

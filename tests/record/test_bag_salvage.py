@@ -79,7 +79,7 @@ def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path
 def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, name: str, grown: str) -> None:
     file, grows = tmp_path / name, tmp_path / grown
     code = (
-        "import kbot, sys, time\nfrom kbot.record import Recorder\nfrom kbot.wire import Feed\n"
+        "import kbot, sys, time\nfrom kbot.record import Feed, Recorder\n"
         "sim = kbot.Simulation(kbot.load('kbot'))\n"
         f"recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), {str(file)!r})\n"
         "while True: sim.run(0.1); time.sleep(0.05)\n"

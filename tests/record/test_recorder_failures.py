@@ -28,9 +28,8 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
         import kbot
-        from kbot.record import Recorder
+        from kbot.record import Feed, Recorder
         from kbot.sim import Simulation
-        from kbot.wire import Feed
         told = []
         sim = Simulation(kbot.load("kbot"))
         feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
@@ -120,9 +119,8 @@ def test_what_sqlite_has_recorded_a_second_before_the_disk_is_full_is_kept(tmp_p
 def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     program = f"""
         import os, kbot
-        from kbot.record import Recorder
+        from kbot.record import Feed, Recorder
         from kbot.sim import Simulation
-        from kbot.wire import Feed
         sim = Simulation(kbot.load("kbot"))
         feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
         recorder = Recorder(sim, feed, {str(tmp_path / "run.mcap")!r})

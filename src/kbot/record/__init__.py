@@ -1,10 +1,11 @@
-"""Recordings of what a simulation said and was told: written, read, cut, converted, and run again.
+"""Recordings of a simulation's messages and commands: written, read, cut, converted and replayed.
 
 Names are imported when they are first used: whether a file is a recording is asked before a robot is shown.
 """
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from kbot.record.feed import Feed
     from kbot.record.formats import BrokenOff
     from kbot.record.reader import Recording, Summary
     from kbot.record.recorder import Recorder
@@ -12,13 +13,14 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "BrokenOff": "formats",
+    "Feed": "feed",
     "Recorder": "recorder",
     "Recording": "reader",
     "Summary": "reader",
     "open_writer": "writer",
 }
 
-__all__ = ["BrokenOff", "Recorder", "Recording", "Summary", "open_writer"]
+__all__ = ["BrokenOff", "Feed", "Recorder", "Recording", "Summary", "open_writer"]
 
 
 def __getattr__(name: str) -> object:

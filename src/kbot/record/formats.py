@@ -21,7 +21,7 @@ Note = Callable[[str, dict[str, str]], None]
 
 
 class Recordable(Protocol):
-    """A message with its bytes in both encodings; a `kbot.wire.Packet`, or one read from a recording."""
+    """A message with its bytes in both encodings; a `Packet` of a feed, or one read from a recording."""
 
     @property
     def topic(self) -> str: ...
