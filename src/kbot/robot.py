@@ -19,7 +19,7 @@ from kbot.xacro import Packages
 from kbot.xacro.assignments import resolve_names
 
 if TYPE_CHECKING:
-    from kbot.workbench.notebook import Shown
+    from kbot.workbench.notebook import NotebookView
 
 Value = str | bool | int | float
 
@@ -33,6 +33,12 @@ class Robot(model.Robot):
     """A robot description, with its frames and its drive."""
 
     loaded: Loaded = field(compare=False, repr=False)
+
+    @classmethod
+    def of(cls, loaded: Loaded) -> Robot:
+        """The robot of a description that was read. Raises DescriptionError: it has errors."""
+        robot = loaded.require()
+        return cls(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -65,7 +71,7 @@ class Robot(model.Robot):
         """The robot as URDF text."""
         return to_urdf(self)
 
-    def show(self, joints: Mapping[str, float] | None = None, *, height: int = 480) -> Shown:
+    def show(self, joints: Mapping[str, float] | None = None, *, height: int = 480) -> NotebookView:
         """The robot with sliders for its joints, for a notebook; `height` in pixels.
 
         `joints`: where they stand at first, in rad or m by name, within their limits.
@@ -113,10 +119,10 @@ def load(
     for text in given.notes:
         warnings.warn(text, DescriptionWarning, stacklevel=2)
     loaded = load_robot(path, given.arguments, {**given.properties, **overrides}, places)
-    robot = loaded.require()
+    robot = Robot.of(loaded)
     for diagnostic in (*loaded.diagnostics, *first_look(loaded, SIZES)):
         warnings.warn(str(diagnostic), DescriptionWarning, stacklevel=2)
-    return Robot(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
+    return robot
 
 
 def _packages(

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from kbot import sim
 
 if TYPE_CHECKING:
-    from kbot.workbench.notebook import Shown
+    from kbot.workbench.notebook import NotebookView
 
 
 class Simulation(sim.Simulation):
     __doc__ = sim.Simulation.__doc__
 
-    def show(self, moments: Sequence[sim.State] = (), *, height: int = 480) -> Shown:
+    def show(self, moments: Sequence[sim.State] = (), *, height: int = 480) -> NotebookView:
         """The robot and its world as they stand, for a notebook; `height` in pixels.
 
         `moments` are what `state()` gave, in order of time: with them a slider goes through what was.

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from kbot.model import Robot
     from kbot.render.look import Look
     from kbot.render.palette import Theme
-    from kbot.xacro.assignments import Assignments
 
 FORMATS = ("png", "html", "glb", "tree")
 _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb"}
@@ -94,7 +93,9 @@ def command(
     positions = {**initial_positions(robot), **_positions(joints, robot)}
     report([*loaded.diagnostics, *first_look(loaded, MESHES)])
     if wanted == "html":
-        data = _html(robot, file, given, package_path, positions)
+        from kbot.robot import Robot  # with its origins, which the page shows
+
+        data = Robot.of(loaded).show(positions).page.encode()
     else:
         data = _drawn(robot, wanted, positions, look, theme)
     _write(output, f"{plain_file_name(robot.name)}.{'svg' if wanted == 'tree' else wanted}", data)
@@ -114,25 +115,6 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme:
     from kbot.render.things import robot_alone
 
     return draw_picture(robot_alone(robot, joints), look, theme)
-
-
-def _html(
-    robot: Robot, file: str, given: Assignments, package_path: Sequence[str], joints: dict[str, float]
-) -> bytes:
-    from kbot.workbench.protocol import SetJoint
-    from kbot.workbench.saved_page import saved_page
-    from kbot.workbench.serve import open_session
-
-    session = open_session(
-        file,
-        simulate=False,
-        arguments=given.arguments,
-        properties=given.properties,
-        package_path=package_path,
-    )
-    for name, position in joints.items():
-        session.obey(SetJoint(name, position), 0)
-    return saved_page(session, robot).encode()
 
 
 def _by_ending(output: str | None) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.transform import Transform
 from kbot.model import Geometry, Mesh
 from kbot.model.meshes import load_mesh
+from kbot.render.offscreen import add_triangles
 from kbot.sim import Simulation
 from kbot.sim.engine.geometry import add_shape, mesh_name, wxyz
 from kbot.text import KbotError
@@ -129,10 +130,5 @@ def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:
         vertices, faces = data.vertices * np.asarray(shape.scale), data.faces
     name = mesh_name(vertices, faces)
     if spec.mesh(name) is None:
-        spec.add_mesh(
-            name=name,
-            uservert=np.asarray(vertices, dtype=np.float64).ravel(),
-            userface=np.asarray(faces, dtype=np.int32).ravel(),
-            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-        )
+        add_triangles(spec, name, vertices, faces)
     return name

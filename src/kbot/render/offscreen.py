@@ -66,6 +66,21 @@ class Canvas:
             yield
 
 
+def add_triangles(spec: Any, name: str, vertices: NDArray[np.float64], faces: NDArray[np.int_]) -> Any:
+    """Add a mesh to a model that is only drawn: `vertices` (n, 3) in m, `faces` (m, 3). Returns the mesh."""
+    return spec.add_mesh(
+        name=name,
+        uservert=at_least_four(np.asarray(vertices, dtype=np.float64)).ravel(),
+        userface=np.asarray(faces, dtype=np.int32).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # a drawn mesh may be open
+    )
+
+
+def at_least_four(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows with the last repeated: the engine accepts no mesh of fewer than four vertices."""
+    return rows[np.minimum(np.arange(max(4, len(rows))), len(rows) - 1)]
+
+
 def require_offscreen() -> None:
     """Raises KbotError: there is no OpenGL off screen."""
     _context(1, 1).free()

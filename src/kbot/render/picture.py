@@ -7,14 +7,17 @@ import itertools
 import math
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from kbot.kinematics.transform import Transform
 from kbot.model.meshes import Texture
 from kbot.render.floor import draw_floor
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import face_normals
+from kbot.render.offscreen import Canvas, add_triangles, at_least_four
 from kbot.render.palette import PALETTES, Theme
 from kbot.render.surfaces import Surface
 from kbot.render.things import Things
@@ -37,8 +40,6 @@ def draw_picture(things: Things, look: Look, theme: Theme = "dark") -> bytes:
     Raises:
         KbotError: OpenGL is not to be had off screen; the text says what to install.
     """
-    from PIL import Image
-
     finer = max(1, min(_FINER, _MOST_DRAWN // max(look.width, look.height)))
     colours, opacity, depth = _draw_things(things, look, finer)
     if look.transparent:
@@ -62,10 +63,6 @@ def _on_floor(
 
 def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, Array]:
     """Colours (h, w, 3) and opacity (h, w) in 0..1, and least distance along the axis in m, (h, w)."""
-    import mujoco
-
-    from kbot.render.offscreen import Canvas
-
     width, height = look.width * finer, look.height * finer
     model = _model(things, look, width, height)
     data = mujoco.MjData(model)
@@ -85,8 +82,6 @@ def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, 
 
 
 def _model(things: Things, look: Look, width: int, height: int) -> Any:
-    import mujoco
-
     spec = mujoco.MjSpec()
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = width, height
@@ -122,21 +117,13 @@ def _area(surface: Surface) -> float:
 
 
 def _add(spec: Any, name: str, surface: Surface) -> None:
-    import mujoco
-
-    vertices, faces, texture = surface.vertices, surface.faces, surface.texture
-    least = np.minimum(np.arange(max(4, len(vertices))), len(vertices) - 1)  # the engine takes no fewer
-    mesh = spec.add_mesh(
-        name=name,
-        uservert=vertices[least].ravel(),
-        userface=faces.astype(np.int32).ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-    )
+    faces, texture = surface.faces, surface.texture
+    mesh = add_triangles(spec, name, surface.vertices, faces)
     geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
     if texture is None:
         geom.rgba = surface.rgba
     else:
-        mesh.usertexcoord = (texture.uv * (1.0, -1.0) + (0.0, 1.0))[least].ravel()
+        mesh.usertexcoord = at_least_four(texture.uv * (1.0, -1.0) + (0.0, 1.0)).ravel()
         mesh.userfacetexcoord = faces.astype(np.int32).ravel()
         _add_texture(spec, name, texture)
         geom.material = name
@@ -145,8 +132,6 @@ def _add(spec: Any, name: str, surface: Surface) -> None:
 
 def _add_texture(spec: Any, name: str, texture: Texture) -> None:
     """A material that lays a picture over a mesh; its first row is at the top, where v is 0 to the engine."""
-    import mujoco
-
     image = texture.image.convert("RGB")
     laid = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     laid.width, laid.height, laid.data = image.width, image.height, image.tobytes()

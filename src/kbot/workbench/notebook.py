@@ -25,8 +25,8 @@ from kbot.workbench.source.overrides import Overrides
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
-    """What `show()` gives: notebooks display it, `save` writes it as a file. `page` is its HTML."""
+class NotebookView:
+    """The result of `show()`: notebooks display it, `save` writes it to a file. `page` is its HTML."""
 
     page: str = field(repr=False)  # a megabyte, which notebooks keep the text of too
     height: int
@@ -47,7 +47,7 @@ class Shown:
         write_text(path, self.page)
 
 
-def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) -> Shown:
+def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) -> NotebookView:
     """A robot with sliders for its joints, which stand as `joints` say at first (rad, m).
 
     Raises:
@@ -56,10 +56,10 @@ def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) ->
     session = Session(_Read(_reading(robot)), "view", Sliders)
     for name, position in (joints or {}).items():
         session.obey(SetJoint(name, float(position)), 0)
-    return Shown(saved_page(session, robot), height)
+    return NotebookView(saved_page(session, robot), height)
 
 
-def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> Shown:
+def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> NotebookView:
     """A simulation as it stands; with `moments` a slider over them.
 
     Raises:
@@ -67,7 +67,7 @@ def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: i
     """
     session = _looking_at(simulation)
     states = list(_states(session, simulation, moments)) if moments else []
-    return Shown(saved_page(session, simulation.robot, states), height)
+    return NotebookView(saved_page(session, simulation.robot, states), height)
 
 
 def _looking_at(simulation: Simulation) -> Session:
