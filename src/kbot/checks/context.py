@@ -13,8 +13,8 @@ from kbot.checks.facts.drivers import Driver, find_drivers
 from kbot.checks.facts.folders import Folders
 from kbot.checks.facts.mobile_base import MobileBase, find_mobile_base
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
-from kbot.checks.facts.spatial import Frame
 from kbot.checks.facts.vocabulary import CHILDREN
+from kbot.kinematics.spatial import Frame
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 

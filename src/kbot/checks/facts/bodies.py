@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from kbot.checks.facts.mesh_files import mesh_facts
-from kbot.checks.facts.spatial import (
+from kbot.kinematics.spatial import (
     IDENTITY,
     Frame,
     Matrix,

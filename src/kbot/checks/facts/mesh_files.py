@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 
-from kbot.checks.facts.spatial import Vector
+from kbot.kinematics.spatial import Vector
 from kbot.model.meshes import load_mesh
 from kbot.text import KbotError
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from kbot.checks.facts.bodies import Body, Part, axis_of
 from kbot.checks.facts.part_names import CASTER, WHEEL, mirrored_name, side_of
-from kbot.checks.facts.spatial import Frame, Vector, dot, subtract, unit
+from kbot.kinematics.spatial import Frame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
 
 MOST_JOINTS = 1_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from kbot.checks.facts.spatial import Vector, dot
+from kbot.kinematics.spatial import Vector, dot
 from kbot.model import Box, Capsule, Cylinder, Sphere
 
 

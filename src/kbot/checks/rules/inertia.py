@@ -8,10 +8,10 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import tensor_of
-from kbot.checks.facts.spatial import Vector, eigenvalues
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.rules.masses import weights_below
+from kbot.kinematics.spatial import Vector, eigenvalues
 from kbot.model import Inertial, Link, Mesh
 from kbot.text import Related, Severity
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from kbot.checks.context import Context
 from kbot.checks.edits import set_attribute, set_value
 from kbot.checks.facts.inertia_macros import InertiaMacro, Kind, find_macros, known_macro
-from kbot.checks.facts.spatial import rotation, scale_matrix, tensor_in, transpose
+from kbot.kinematics.spatial import rotation, scale_matrix, tensor_in, transpose
 from kbot.model import Box, Collision, Cylinder, Inertial, Link, Sphere, Visual
 from kbot.text import Call, Edit, Element, Fix
 from kbot.xacro.macros import Macro

@@ -6,8 +6,8 @@ import math
 
 from kbot.checks.context import Context
 from kbot.checks.edits import remove_element
-from kbot.checks.facts.spatial import norm
 from kbot.checks.registry import Finding, Found, rule
+from kbot.kinematics.spatial import norm
 from kbot.model import JointType
 from kbot.text import Element, Fix, Related, Severity
 from kbot.text.suggest import did_you_mean

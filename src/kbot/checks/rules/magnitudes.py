@@ -6,11 +6,11 @@ import math
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Solid, tensor_of
-from kbot.checks.facts.spatial import eigenvalues
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia import breaks_triangle, sound, weighed
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.rules.tensors import about_axle, geometry_of
+from kbot.kinematics.spatial import eigenvalues
 from kbot.model import Inertial, Link
 from kbot.text import Severity
 

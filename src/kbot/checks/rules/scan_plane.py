@@ -9,7 +9,7 @@ from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Part
 from kbot.checks.facts.mobile_base import held
 from kbot.checks.facts.rays import distance_along
-from kbot.checks.facts.spatial import Frame, Vector, add, dot, norm, scale, subtract
+from kbot.kinematics.spatial import Frame, Vector, add, dot, norm, scale, subtract
 from kbot.text import Element, Origin
 
 _BEAMS = 360

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import held
-from kbot.checks.facts.spatial import dot
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.scan_plane import own_body
+from kbot.kinematics.spatial import dot
 from kbot.model import JointType
 from kbot.text import Element, Related, Severity
 from kbot.text.suggest import did_you_mean

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import lowest
-from kbot.checks.facts.spatial import Vector
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.contact import caster_place
+from kbot.kinematics.spatial import Vector
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
-from kbot.checks.facts.spatial import (
+from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
+from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
+from kbot.kinematics.spatial import (
     Matrix,
     Vector,
     dot,
@@ -17,9 +20,6 @@ from kbot.checks.facts.spatial import (
     tensor_in,
     transpose,
 )
-from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
-from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
 from kbot.text import Related, Severity
 

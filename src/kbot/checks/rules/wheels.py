@@ -9,9 +9,9 @@ from kbot.checks.context import Context
 from kbot.checks.facts.bodies import axis_of
 from kbot.checks.facts.mobile_base import MOST_JOINTS, Pair, Wheel
 from kbot.checks.facts.part_names import side_of
-from kbot.checks.facts.spatial import dot, unit
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.geometry import overlap
+from kbot.kinematics.spatial import dot, unit
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
 

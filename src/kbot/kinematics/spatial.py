@@ -1,7 +1,7 @@
 """Vectors, rotations and symmetric tensors of three dimensions as plain tuples.
 
-The rules look at a few hundred small matrices one at a time; tuples are several times faster there
-than arrays. Everything that deals with many poses at once is in `kbot.kinematics`.
+For one small matrix at a time tuples are several times faster than arrays. `transform` and `frames` have
+the arrays, for many poses at once.
 """
 
 from __future__ import annotations
