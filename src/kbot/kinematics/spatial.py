@@ -68,12 +68,13 @@ def multiply(m: Matrix, n: Matrix) -> Matrix:
 
 @lru_cache(maxsize=4096)
 def rotation(rpy: Vector) -> Matrix:
-    """Roll, pitch, yaw about fixed axes in radians, as URDF has them."""
+    """The rotation of roll, then pitch, then yaw in radians about the fixed x, y, z axes (REP 103, URDF)."""
     if rpy == ZERO:
         return IDENTITY
-    cr, sr = math.cos(rpy[0]), math.sin(rpy[0])
-    cp, sp = math.cos(rpy[1]), math.sin(rpy[1])
-    cy, sy = math.cos(rpy[2]), math.sin(rpy[2])
+    roll, pitch, yaw = (angle + 0.0 for angle in rpy)  # -0.0 and 0.0 share an entry of the cache
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.kinematics.spatial import rotation
+
 Array = NDArray[np.float64]
 
 _LEAST = 1e-290
@@ -35,8 +37,8 @@ class Transform:
             raise ValueError(f"a transform is a (4, 4) matrix, not one of shape {copy.shape}")
         if not np.isfinite(copy).all():
             raise ValueError("a transform's matrix has a number that is not finite")
-        rotation = copy[:3, :3]
-        rigid = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) and np.linalg.det(rotation) > 0
+        turn = copy[:3, :3]
+        rigid = np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) and np.linalg.det(turn) > 0
         if not rigid or not np.allclose(copy[3], (0.0, 0.0, 0.0, 1.0), atol=1e-9):
             raise ValueError("the matrix is not a rigid transform")
         copy.flags.writeable = False
@@ -73,7 +75,8 @@ class Transform:
             ValueError: a number is not finite.
         """
         matrix = np.eye(4)
-        matrix[:3, :3] = rotation_from_rpy(*_finite(rpy))
+        roll, pitch, yaw = _finite(rpy)
+        matrix[:3, :3] = rotation((roll, pitch, yaw))
         matrix[:3, 3] = _finite(xyz)
         return cls._trusted(matrix)
 
@@ -183,19 +186,6 @@ def _finite(values: Sequence[float]) -> tuple[float, ...]:
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"a number is not finite: {numbers}")
     return numbers
-
-
-def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Rotation matrix (3, 3) of roll, then pitch, then yaw about the fixed x, y, z axes (REP 103)."""
-    cr, cp, cy = np.cos((roll, pitch, yaw))
-    sr, sp, sy = np.sin((roll, pitch, yaw))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def rotations_about(axis: Sequence[float], angles: ArrayLike) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
-from kbot.kinematics.transform import rotation_from_rpy
+from kbot.kinematics.spatial import rotation
 from kbot.model import Inertial, Link, Robot
 from kbot.model.shapes import tensor
 from kbot.world.findings import Findings
@@ -35,8 +35,8 @@ def set_inertial(body: Any, link: Link, findings: Findings) -> None:
     body.mass = inertial.mass
     # the engine would otherwise take the body's own position for its centre of mass
     body.ipos = inertial.pose.xyz
-    rotation = rotation_from_rpy(*inertial.pose.rpy)
-    m = rotation @ matrix @ rotation.T
+    turn = np.array(rotation(inertial.pose.rpy))
+    m = turn @ matrix @ turn.T
     if not m.any():
         body.iquat, body.inertia = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         return
