@@ -12,7 +12,7 @@ import kbot
 from kbot.checks.facts.bodies import body_of
 from kbot.kinematics import DifferentialDrive, FrameTree
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
-from kbot.kinematics.wheels import pose_transform
+from kbot.kinematics.transform import Transform
 from kbot.model import JointType, read_robot
 from kbot.model.load import resolve_robot_path
 from kbot.model.shapes import tensor
@@ -99,7 +99,7 @@ def test_any_sensible_size_stands_on_the_ground_and_can_drive(arguments):
             continue
         solid = body_of(link).solid
         assert 500 < link.inertial.mass / solid.volume < 8000
-        own = pose_transform(link.inertial.pose).rotation
+        own = Transform.of(link.inertial.pose).rotation
         due = link.inertial.mass * np.array(solid.unit_tensor)
         assert own @ tensor(link.inertial) @ own.T == pytest.approx(due)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
 from kbot.checks.edits import copy_as_collision, insert_child, set_value
-from kbot.checks.facts.bodies import Body, body_of, frame_of
+from kbot.checks.facts.bodies import Body, body_of
 from kbot.checks.facts.drivers import Driver, find_drivers
 from kbot.checks.facts.folders import Folders
 from kbot.checks.facts.mobile_base import MobileBase, find_mobile_base
@@ -229,7 +229,7 @@ class Context:
         while waiting:
             parent = waiting.pop()
             for joint in robot.child_joints[parent]:
-                frames[joint.child] = frames[parent].then(frame_of(joint.pose))
+                frames[joint.child] = frames[parent].then(Frame.of(joint.pose))
                 waiting.append(joint.child)
         return frames
 

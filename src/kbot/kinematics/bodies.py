@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.wheels import pose_transform
+from kbot.kinematics.transform import Transform
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
@@ -27,7 +27,7 @@ def robot_bounds(
     for name, root_from_link in tree.poses(joints).items():
         link = tree.robot.links[name]
         for part in link.shapes:
-            frame_from_shape = frame_from_root @ root_from_link @ pose_transform(part.pose)
+            frame_from_shape = frame_from_root @ root_from_link @ Transform.of(part.pose)
             try:
                 box = bounds(part.geometry, frame_from_shape.rotation)
             except KbotError:

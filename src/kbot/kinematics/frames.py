@@ -211,7 +211,7 @@ def _steps(robot: Robot) -> list[_Step]:
 
 
 def _step(joint: Joint) -> _Step:
-    origin = Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy).matrix
+    origin = Transform.of(joint.pose).matrix
     x, y, z = unit_axis(joint)
     first, second = np.zeros((4, 4)), np.zeros((4, 4))
     if joint.type is JointType.PRISMATIC:

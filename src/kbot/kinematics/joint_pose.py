@@ -18,7 +18,7 @@ class JointPose:
     """`parent_from_child` of one joint."""
 
     def __init__(self, joint: Joint) -> None:
-        parent_from_joint = Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy)
+        parent_from_joint = Transform.of(joint.pose)
         x, y, z = parent_from_joint.translation.tolist()
         axis = unit_axis(joint)
         self._translation: Translation = (x, y, z)

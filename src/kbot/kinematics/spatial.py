@@ -10,6 +10,8 @@ import math
 from functools import lru_cache
 from typing import NamedTuple
 
+from kbot.model import Pose
+
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 
@@ -87,6 +89,11 @@ class Frame(NamedTuple):
 
     rotation: Matrix = IDENTITY
     translation: Vector = ZERO
+
+    @classmethod
+    def of(cls, pose: Pose) -> Frame:
+        """The frame that an `<origin>` gives."""
+        return cls(rotation(pose.rpy), pose.xyz)
 
     def then(self, inner: Frame) -> Frame:
         """outer_from_inmost = outer_from_inner.then(inner_from_inmost)."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.spatial import rotation
+from kbot.model import Pose
 
 Array = NDArray[np.float64]
 
@@ -79,6 +80,11 @@ class Transform:
         matrix[:3, :3] = rotation((roll, pitch, yaw))
         matrix[:3, 3] = _finite(xyz)
         return cls._trusted(matrix)
+
+    @classmethod
+    def of(cls, pose: Pose) -> Transform:
+        """From an `<origin>` of a robot. Raises ValueError as `from_xyz_rpy`."""
+        return cls.from_xyz_rpy(pose.xyz, pose.rpy)
 
     @classmethod
     def from_quaternion_xyzw(

@@ -99,7 +99,7 @@ def _corners_of_shapes(robot: Robot) -> Iterator[tuple[float, float, float]]:
             reach = bounds(collision.geometry)
             if reach is None:
                 continue
-            pose = Transform.from_xyz_rpy(collision.pose.xyz, collision.pose.rpy)
+            pose = Transform.of(collision.pose)
             in_base = tree.pose(link.name, in_frame=drive.base) @ pose
             for corner in product(*zip(*(v.tolist() for v in reach), strict=True)):
                 x, y, z = in_base.apply(corner).tolist()

@@ -8,7 +8,6 @@ import numpy as np
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.kinematics.wheels import pose_transform
 from kbot.model import Robot
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
@@ -27,7 +26,7 @@ def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     for link in robot.links.values():
         for part in link.visuals or link.collisions:
-            pose = poses[link.name] @ pose_transform(part.pose)
+            pose = poses[link.name] @ Transform.of(part.pose)
             try:
                 box = bounds(part.geometry, pose.rotation)
             except KbotError:

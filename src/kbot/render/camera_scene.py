@@ -97,7 +97,7 @@ class PictureModel:
             yield robot, name
             added = spec.worldbody.add_body(name=f"{robot}/{name}", mocap=True)
             for visual in link.visuals:
-                pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
+                pose = Transform.of(visual.pose)
                 known = colours.get(name) or (visual.material.rgba if visual.material else None)
                 _add(spec, added, visual.geometry, pose, known or GREY)
 

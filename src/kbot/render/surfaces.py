@@ -67,7 +67,7 @@ def robot_surfaces(
 
 def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[Surface]:
     for visual in link.visuals:
-        pose = Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)
+        pose = Transform.of(visual.pose)
         rgba = colour or (visual.material.rgba if visual.material else None)
         for part in filter(_has_faces, parts(visual.geometry)):
             own = rgba or part.rgba or PLAIN

@@ -88,7 +88,7 @@ def _hinge(joint: Joint | None, links: dict[str, int], joints: dict[str, int]) -
             "axis": [1, 0, 0],
             "slides": False,
         }
-    position, quaternion = position_quaternion(Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy))
+    position, quaternion = position_quaternion(Transform.of(joint.pose))
     return {
         "parent": links[joint.parent],
         "origin": [*position, *quaternion],

@@ -22,12 +22,8 @@ from kbot.kinematics.spatial import (
     tensor_in,
     transpose,
 )
-from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Link, Mesh, Pose, Sphere, Visual
+from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Link, Mesh, Sphere, Visual
 from kbot.text import Origin
-
-
-def frame_of(pose: Pose) -> Frame:
-    return Frame(rotation(pose.rpy), pose.xyz)
 
 
 def tensor_of(inertial: Inertial) -> Matrix:
@@ -185,7 +181,7 @@ def solid(parts: Sequence[Part]) -> Solid | None:
 
 def _part(shape: Visual | Collision) -> Part | None:
     """None for a mesh whose file is not there, and for a size that is not positive."""
-    geometry, frame = shape.geometry, frame_of(shape.pose)
+    geometry, frame = shape.geometry, Frame.of(shape.pose)
     origin = geometry.origin
     match geometry:
         case Box(size=size):

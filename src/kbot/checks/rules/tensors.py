@@ -5,17 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, frame_of, link_tensor
+from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, link_tensor
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
 from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.kinematics.spatial import (
+    Frame,
     Matrix,
     Vector,
     dot,
     eigenvalues,
     norm,
     rotate,
+    rotation,
     subtract,
     tensor_in,
     transpose,
@@ -84,7 +86,7 @@ def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
         return ""
     middle = tuple((start + end) / 2.0 for start, end in zip(*bounds, strict=True))
     size = norm(subtract(bounds[1], bounds[0]))
-    own = frame_of(joint.pose)
+    own = Frame.of(joint.pose)
     for name, frame in ((joint.parent, own), (context.robot.root, context.frames[link.name])):
         local = frame.local(inertial.pose.xyz)
         away = norm(subtract(local, (middle[0], middle[1], middle[2])))
@@ -275,7 +277,7 @@ def moments_swapped(context: Context) -> Found:
 
 def _swap(inertial: Inertial, solid: Solid) -> tuple[Vector, Vector, tuple[int, int]] | None:
     """The moments as they are, as they should be, and the two that are exchanged; None when they are not."""
-    turn = transpose(frame_of(inertial.pose).rotation)
+    turn = transpose(rotation(inertial.pose.rpy))
     unit_tensor = tensor_in(turn, solid.unit_tensor)
     due = (
         unit_tensor[0][0] * inertial.mass,

@@ -79,20 +79,15 @@ def rest(joint: Joint) -> float:
     return min(max(0.0, lower), upper) if lower <= upper else 0.0
 
 
-def origin(joint: Joint) -> Transform:
-    """`parent_from_child` of a joint at 0."""
-    return Transform.from_xyz_rpy(joint.pose.xyz, joint.pose.rpy)
-
-
 def held_pose(joint: Joint) -> Transform:
     """`parent_from_child` of a joint that is held where it starts."""
     if not joint.has_position:
-        return origin(joint)
+        return Transform.of(joint.pose)
     axis, position = unit_axis(joint), rest(joint)
     if joint.type is JointType.PRISMATIC:
-        return origin(joint) @ Transform.from_rotation_translation(np.eye(3), position * axis)
+        return Transform.of(joint.pose) @ Transform.from_rotation_translation(np.eye(3), position * axis)
     turn = rotations_about(axis.tolist(), [position])[0]
-    return origin(joint) @ Transform.from_rotation_translation(turn, np.zeros(3))
+    return Transform.of(joint.pose) @ Transform.from_rotation_translation(turn, np.zeros(3))
 
 
 def add_mimics(

@@ -15,7 +15,7 @@ from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_inertial, total_mass
-from kbot.sim.engine.joints import add_joint, add_mimics, held_pose, origin
+from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
 from kbot.sim.engine.surfaces import PLAIN, link_surfaces
 from kbot.sim.recipe import Contacts
@@ -62,7 +62,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:
         set_inertial(body, link, findings)
         shapes.add(body, link)
         for joint in robot.child_joints[name]:
-            pose = held_pose(joint) if joint.name in held else origin(joint)
+            pose = held_pose(joint) if joint.name in held else Transform.of(joint.pose)
             child = body.add_body(name=prefix + joint.child, pos=pose.translation, quat=wxyz(pose))
             if joint.name not in held:
                 add_joint(child, joint, prefix, findings)
@@ -125,7 +125,7 @@ class _Shapes:
                 self.touching.append(link.name)
 
     def _shape(self, body: Any, link: Link, collision: Collision) -> Any:
-        pose = Transform.from_xyz_rpy(collision.pose.xyz, collision.pose.rpy)
+        pose = Transform.of(collision.pose)
         try:
             return add_shape(self.spec, body, collision.geometry, pose)
         except KbotError as error:

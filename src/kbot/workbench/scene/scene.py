@@ -23,7 +23,6 @@ from kbot.model import (
     Sphere,
     Visual,
 )
-from kbot.model import Pose as UrdfPose
 from kbot.model.shapes import tensor
 from kbot.render.bounds import robot_bounds
 from kbot.text import KbotError
@@ -127,7 +126,7 @@ def _shapes(
                 kind, size = "mesh", scale
                 if not (painted or (material and material.rgba)):
                     rgba = OWN_COLOURS
-        position, quaternion = position_quaternion(_transform(part.pose))
+        position, quaternion = position_quaternion(Transform.of(part.pose))
         yield Shape(kind, size, position, quaternion, rgba, mesh, place(part.origin))
 
 
@@ -149,7 +148,7 @@ def _inertia(inertial: Inertial) -> InertiaView | None:
     if np.linalg.det(axes) < 0.0:
         axes[:, 0] = -axes[:, 0]
     squares = 6.0 * (moments.sum() - 2.0 * moments) / inertial.mass
-    pose = _transform(inertial.pose)
+    pose = Transform.of(inertial.pose)
     turned = Transform.from_quaternion_xyzw(quaternion_xyzw_from_rotation(axes))
     position, quaternion = position_quaternion(pose @ turned)
     box = tuple(math.sqrt(max(0.0, float(square))) for square in squares)
@@ -181,7 +180,3 @@ def slider_range(joint: Joint) -> tuple[float, float]:
     lower = joint.limit.lower if joint.limit.lower is not None else 0.0
     upper = joint.limit.upper if joint.limit.upper is not None else 0.0
     return (lower, upper) if lower < upper else (-reach, reach)
-
-
-def _transform(pose: UrdfPose) -> Transform:
-    return Transform.from_xyz_rpy(pose.xyz, pose.rpy)
