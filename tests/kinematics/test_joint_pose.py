@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.joint_pose import JointPose
+from kbot.kinematics.frames import FrameTree, JointPose
 from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot_text
 

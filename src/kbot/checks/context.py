@@ -14,6 +14,7 @@ from kbot.checks.facts.folders import Folders
 from kbot.checks.facts.mobile_base import MobileBase, find_mobile_base
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.vocabulary import CHILDREN
+from kbot.kinematics.frames import rest_frames
 from kbot.kinematics.spatial import Frame
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
@@ -222,16 +223,8 @@ class Context:
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:
-        """Where each link stands in the root's frame with every joint at zero."""
-        robot = self.robot
-        frames = {robot.root: Frame()}
-        waiting = [robot.root]
-        while waiting:
-            parent = waiting.pop()
-            for joint in robot.child_joints[parent]:
-                frames[joint.child] = frames[parent].then(Frame.of(joint.pose))
-                waiting.append(joint.child)
-        return frames
+        """The pose of each link in the root's frame with every joint at 0."""
+        return rest_frames(self.robot)
 
     @cached_property
     def bodies(self) -> Mapping[str, Body]:

@@ -14,6 +14,8 @@ from kbot.model import Pose
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
+Quaternion = tuple[float, float, float, float]
+"""A unit quaternion x, y, z, w."""
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ZERO: Vector = (0.0, 0.0, 0.0)
@@ -82,6 +84,17 @@ def rotation(rpy: Vector) -> Matrix:
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
         (-sp, cp * sr, cp * cr),
     )
+
+
+def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The rotation `b`, then `a` (Hamilton product), with w >= 0."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    x = aw * bx + ax * bw + ay * bz - az * by
+    y = aw * by - ax * bz + ay * bw + az * bx
+    z = aw * bz + ax * by - ay * bx + az * bw
+    w = aw * bw - ax * bx - ay * by - az * bz
+    return (x, y, z, w) if w >= 0.0 else (-x, -y, -z, -w)
 
 
 class Frame(NamedTuple):

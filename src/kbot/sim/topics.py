@@ -8,7 +8,7 @@ from itertools import chain
 from math import cos, sin
 from typing import Any
 
-from kbot.kinematics.joint_pose import product
+from kbot.kinematics.spatial import quaternion_product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import NANOSECONDS, Clock
@@ -171,7 +171,7 @@ class RobotTopics:
                     self._frame_prefix + self._robot.robot.root,
                     msg.Transform(
                         msg.Vector3(pose.x + c * x - s * y, pose.y + s * x + c * y, z),
-                        msg.Quaternion(*product((0.0, 0.0, sin(half), cos(half)), turn)),
+                        msg.Quaternion(*quaternion_product((0.0, 0.0, sin(half), cos(half)), turn)),
                     ),
                 ),
             )

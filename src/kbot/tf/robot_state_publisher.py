@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
-from kbot.kinematics.frames import mimics
-from kbot.kinematics.joint_pose import JointPose
+from kbot.kinematics.frames import JointPose, mimics
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock

@@ -7,8 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from kbot.kinematics.frames import unit_axis
-from kbot.kinematics.transform import Transform, rotations_about
+from kbot.kinematics.frames import joint_transform, unit_axis
+from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.sim.engine.world_joints import set_friction, stiffen
 from kbot.world.findings import Findings
@@ -83,11 +83,7 @@ def held_pose(joint: Joint) -> Transform:
     """`parent_from_child` of a joint that is held where it starts."""
     if not joint.has_position:
         return Transform.of(joint.pose)
-    axis, position = unit_axis(joint), rest(joint)
-    if joint.type is JointType.PRISMATIC:
-        return Transform.of(joint.pose) @ Transform.from_rotation_translation(np.eye(3), position * axis)
-    turn = rotations_about(axis.tolist(), [position])[0]
-    return Transform.of(joint.pose) @ Transform.from_rotation_translation(turn, np.zeros(3))
+    return joint_transform(joint, rest(joint))
 
 
 def add_mimics(
