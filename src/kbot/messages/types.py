@@ -7,6 +7,7 @@ A covariance is 6x6, row by row, over x, y, z and rotations about x, y, z.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import atan2, cos, sin
 from typing import Annotated
 
 Int32 = Annotated[int, "int32"]
@@ -61,6 +62,17 @@ class Quaternion:
     y: float = 0.0
     z: float = 0.0
     w: float = 1.0
+
+    @classmethod
+    def about_z(cls, yaw: float) -> Quaternion:
+        """The rotation by `yaw` rad about z."""
+        return cls(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
+
+    @property
+    def yaw(self) -> float:
+        """Heading of the turned x axis seen from above, in rad."""
+        x, y, z, w = self.x, self.y, self.z, self.w
+        return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 @dataclass(frozen=True, slots=True)

@@ -91,13 +91,11 @@ class Path:
 
 def to_pose_stamped(pose: PlanarPose, header: msg.Header) -> nav.PoseStamped:
     """geometry_msgs/PoseStamped of a pose on the ground."""
-    half = pose.yaw / 2.0
-    turned = msg.Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
-    return nav.PoseStamped(header, msg.Pose(msg.Point(pose.x, pose.y, 0.0), turned))
+    position, turn = msg.Point(pose.x, pose.y, 0.0), msg.Quaternion.about_z(pose.yaw)
+    return nav.PoseStamped(header, msg.Pose(position, turn))
 
 
 def from_pose_stamped(message: nav.PoseStamped) -> PlanarPose:
-    """Its place and heading on the ground."""
-    p, q = message.pose.position, message.pose.orientation
-    yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    return PlanarPose(p.x, p.y, yaw)
+    """Its position and heading on the ground."""
+    position = message.pose.position
+    return PlanarPose(position.x, position.y, message.pose.orientation.yaw)

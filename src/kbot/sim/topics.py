@@ -149,7 +149,7 @@ class RobotTopics:
             msg.Header(stamp, self._odometry_frame),
             self._frame_prefix + self._robot.base,
             msg.PoseWithCovariance(
-                msg.Pose(msg.Point(pose.x, pose.y, 0.0), _about_z(pose.yaw)), self._covariance
+                msg.Pose(msg.Point(pose.x, pose.y, 0.0), msg.Quaternion.about_z(pose.yaw)), self._covariance
             ),
             msg.TwistWithCovariance(
                 msg.Twist(msg.Vector3(twist.x, twist.y, 0.0), msg.Vector3(0.0, 0.0, twist.yaw)),
@@ -176,7 +176,3 @@ class RobotTopics:
                 ),
             )
         )
-
-
-def _about_z(yaw: float) -> msg.Quaternion:
-    return msg.Quaternion(0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))

@@ -83,10 +83,8 @@ class OccupancyGrid:
 
     def to_message(self, stamp: msg.Time = START) -> nav.OccupancyGrid:
         """nav_msgs/OccupancyGrid."""
-        half = self.origin.yaw / 2.0
-        turned = msg.Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
-        origin = msg.Pose(msg.Point(self.origin.x, self.origin.y, 0.0), turned)
-        info = nav.MapMetaData(stamp, self.resolution, self.columns, self.rows, origin)
+        position, turn = msg.Point(self.origin.x, self.origin.y, 0.0), msg.Quaternion.about_z(self.origin.yaw)
+        info = nav.MapMetaData(stamp, self.resolution, self.columns, self.rows, msg.Pose(position, turn))
         return nav.OccupancyGrid(msg.Header(stamp, self.frame), info, self.cells.reshape(-1))
 
     @classmethod
@@ -95,10 +93,9 @@ class OccupancyGrid:
         info, data = message.info, np.asarray(message.data, dtype=np.int8)
         if data.size != info.width * info.height:
             raise KbotError(f"a map of {info.width} x {info.height} cells comes with {data.size}")
-        p, q = info.origin.position, info.origin.orientation
-        yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+        position, yaw = info.origin.position, info.origin.orientation.yaw
         cells = data.reshape(info.height, info.width)
-        return cls(cells, info.resolution, PlanarPose(p.x, p.y, yaw), message.header.frame_id)
+        return cls(cells, info.resolution, PlanarPose(position.x, position.y, yaw), message.header.frame_id)
 
     def value(self, x: float, y: float) -> int:
         """What stands at a point in m; outside the grid it is unknown."""

@@ -49,10 +49,8 @@ class Told:
             self._hear_odometry(message)
 
     def _hear_odometry(self, message: Odometry) -> None:
-        place, turn = message.pose.pose.position, message.pose.pose.orientation
-        yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
-        speed = message.twist.twist
-        numbers = (place.x, place.y, yaw, speed.linear.x, speed.angular.z)
+        pose, speed = message.pose.pose, message.twist.twist
+        numbers = (pose.position.x, pose.position.y, pose.orientation.yaw, speed.linear.x, speed.angular.z)
         if all(map(math.isfinite, numbers)):
             self.odometry, self.twist = numbers[:3], numbers[3:]
 
