@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -56,6 +57,18 @@ def test_many_small_steps_are_one_large(start, left, right, steps, separation, a
 def test_planar_poses_are_a_group(a, b, c):
     assert close((a @ b) @ c, a @ (b @ c), 1e-12)
     assert close(a @ a.inverse(), PlanarPose(), 1e-12)
+
+
+@given(poses, poses)
+def test_a_point_goes_to_the_outer_frame_and_back(outer, point):
+    placed = outer @ point
+    assert outer.apply(np.array([[point.x, point.y]])) == pytest.approx(
+        np.array([[placed.x, placed.y]]), abs=1e-12
+    )
+    assert outer.local(placed.x, placed.y) == pytest.approx((point.x, point.y), abs=1e-12)
+    assert np.stack(outer.local(np.array([placed.x]), np.array([placed.y]))) == pytest.approx(
+        np.array([[point.x], [point.y]]), abs=1e-12
+    )
 
 
 @given(st.floats(-2, 2), st.floats(-1e-3, 1e-3))

@@ -8,6 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_Coordinate = TypeVar("_Coordinate", float, Array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +35,18 @@ class PlanarPose:
     def inverse(self) -> PlanarPose:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return PlanarPose(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
+
+    def apply(self, points: Array) -> Array:
+        """Points (n, 2) in m of this pose's frame, in the outer frame."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        placed: Array = points @ np.array([[c, s], [-s, c]]) + (self.x, self.y)
+        return placed
+
+    def local(self, x: _Coordinate, y: _Coordinate) -> tuple[_Coordinate, _Coordinate]:
+        """A point of the outer frame in this pose's frame, in m; for many points, x and y are arrays."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        dx, dy = x - self.x, y - self.y
+        return c * dx + s * dy, c * dy - s * dx
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,9 +47,7 @@ class Observation:
 
     def in_base(self, x: float, y: float) -> tuple[float, float]:
         """A point of the map in the base's frame; m."""
-        c, s = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
-        dx, dy = x - self.pose.x, y - self.pose.y
-        return c * dx + s * dy, c * dy - s * dx
+        return self.pose.local(x, y)
 
     @property
     def stands(self) -> bool:

@@ -8,9 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist, wrapped
@@ -224,7 +221,7 @@ class Navigator:
         planners = [self.planner]
         if run.attempts and observation.obstacles is not None:
             # the plain map comes next: what the lidar saw may have been in the way only for a while
-            planners.insert(0, self.planner.with_obstacles(_in_map(observation, observation.obstacles)))
+            planners.insert(0, self.planner.with_obstacles(observation.pose.apply(observation.obstacles)))
         run.learned = self._turning_centre.in_base
         # the base comes next: the planner's radius is that of a turn about the base's origin
         for planner, point in dict.fromkeys(product(planners, (run.learned, _BASE))):
@@ -287,11 +284,3 @@ class Navigator:
 class _Nothing:
     def update(self, observation: Observation) -> Twist:
         return STILL
-
-
-def _in_map(observation: Observation, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 2) of the base's frame, in the map."""
-    pose = observation.pose
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    placed: NDArray[np.float64] = points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
-    return placed

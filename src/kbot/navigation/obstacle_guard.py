@@ -68,9 +68,7 @@ class ObstacleGuard:
         for step in range(1, steps + 1):
             time = horizon * step / steps
             pose = arc(v * time, w * time)
-            c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-            dx, dy = near[:, 0] - pose.x, near[:, 1] - pose.y
-            moved = np.stack([c * dx + s * dy, c * dy - s * dx], axis=1)
+            moved = np.stack(pose.local(near[:, 0], near[:, 1]), axis=1)
             hit = self._near.holds(moved)
             # a point within the margin does not hold the robot back from leaving it
             if inside.any():

@@ -70,10 +70,8 @@ class Path:
     def seen_from(self, place: PlanarPose, frame: str) -> Path:
         """The same way in another frame, which stands at `place` in this one."""
         inverse = place.inverse()
-        c, s = math.cos(inverse.yaw), math.sin(inverse.yaw)
-        points = self.points @ np.array([[c, s], [-s, c]]) + (inverse.x, inverse.y)
         yaw = None if self.yaw is None else self.yaw + inverse.yaw
-        return Path(points, yaw, frame, self.margin)
+        return Path(inverse.apply(self.points), yaw, frame, self.margin)
 
     def to_message(self, stamp: msg.Time = START) -> nav.Path:
         """nav_msgs/Path."""

@@ -45,7 +45,7 @@ class TurningCentre:
     def _add(self, before: PlanarPose, now: PlanarPose) -> None:
         turned = now.yaw - before.yaw
         half_way = PlanarPose(before.x, before.y, before.yaw + turned / 2.0)
-        forward, left = Observation(0.0, half_way).in_base(now.x, now.y)
+        forward, left = half_way.local(now.x, now.y)
         self._forward += math.copysign(forward, forward * turned)
         self._left += math.copysign(left, left * turned)
         self._turned += abs(turned)

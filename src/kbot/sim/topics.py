@@ -162,7 +162,7 @@ class RobotTopics:
         motion = self._motion = self._motion or self._robot.odometry
         pose = motion.pose
         (x, y, z), turn = self._base_from_root
-        c, s = cos(pose.yaw), sin(pose.yaw)
+        c, s = cos(pose.yaw), sin(pose.yaw)  # PlanarPose.apply takes ten times as long
         half = pose.yaw / 2.0
         return msg.TFMessage(
             (

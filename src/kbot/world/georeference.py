@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+
+from kbot.kinematics.odometry import PlanarPose
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,5 +22,4 @@ class Georeference:
 
     def east_north(self, x: float, y: float) -> tuple[float, float]:
         """A place of the world in m to the east and the north of its origin."""
-        c, s = math.cos(self.heading), math.sin(self.heading)
-        return c * x + s * y, c * y - s * x
+        return PlanarPose(yaw=self.heading).local(x, y)

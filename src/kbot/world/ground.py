@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.world.footprints import footprint, top
 from kbot.world.occupancy import OccupancyGrid
@@ -166,11 +167,11 @@ def _face(point: Heights, normal: Heights, x: Heights, y: Heights) -> Heights:
 
 def _height_field(field: HeightField, pose: Transform, x: Heights, y: Heights) -> Heights:
     """Between four heights evenly; the field is taken to stand upright."""
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    dx, dy = x - pose.translation[0], y - pose.translation[1]
+    x0, y0, z0 = pose.translation.tolist()
+    u, v = PlanarPose(x0, y0, pose.yaw).local(x, y)
     rows, columns = field.heights.shape
-    u = ((c * dx + s * dy) / field.size[0] + 0.5) * (columns - 1)
-    v = ((c * dy - s * dx) / field.size[1] + 0.5) * (rows - 1)
+    u = (u / field.size[0] + 0.5) * (columns - 1)
+    v = (v / field.size[1] + 0.5) * (rows - 1)
     outside = (u < 0.0) | (u > columns - 1) | (v < 0.0) | (v > rows - 1)
     left = np.clip(np.floor(u), 0, max(columns - 2, 0)).astype(np.intp)
     low = np.clip(np.floor(v), 0, max(rows - 2, 0)).astype(np.intp)
@@ -178,4 +179,4 @@ def _height_field(field: HeightField, pose: Transform, x: Heights, y: Heights) -
     a, b, h = u - left, v - low, field.heights
     near = (1.0 - a) * h[low, left] + a * h[low, right]
     far = (1.0 - a) * h[high, left] + a * h[high, right]
-    return np.where(outside, np.nan, (1.0 - b) * near + b * far + pose.translation[2])
+    return np.where(outside, np.nan, (1.0 - b) * near + b * far + z0)

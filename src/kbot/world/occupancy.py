@@ -59,9 +59,8 @@ class OccupancyGrid:
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column that a point in m lies in; they may be outside the grid, and are (-1, -1) for one
         that is nowhere or too far off to tell."""
-        c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
-        dx, dy = x - self.origin.x, y - self.origin.y
-        row, column = (c * dy - s * dx) / self.resolution, (c * dx + s * dy) / self.resolution
+        along, across = self.origin.local(x, y)
+        row, column = across / self.resolution, along / self.resolution
         if not (abs(row) < _FARTHEST and abs(column) < _FARTHEST):
             return -1, -1
         return math.floor(row), math.floor(column)
@@ -74,9 +73,7 @@ class OccupancyGrid:
     def centers(self, cells: ArrayLike) -> NDArray[np.float64]:
         """The middles (n, 2) in m of cells (n, 2) given as row and column."""
         along = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
-        c, s = math.cos(self.origin.yaw), math.sin(self.origin.yaw)
-        turned: NDArray[np.float64] = along @ np.array([[c, s], [-s, c]]) + (self.origin.x, self.origin.y)
-        return turned
+        return self.origin.apply(along)
 
     def contains(self, row: int, column: int) -> bool:
         return 0 <= row < self.rows and 0 <= column < self.columns

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, Twist
 from kbot.messages.navigation import PoseStamped
 from kbot.messages.sensing import LaserScan
@@ -40,10 +41,8 @@ class NodePilot:
             KbotError: the node says one of these topics otherwise.
         """
         self._node, self._controller, self._silence = node, controller, silence
-        c, s = math.cos(base_from_lidar.yaw), math.sin(base_from_lidar.yaw)
-        self._base_from_lidar = np.eye(4)
-        self._base_from_lidar[:2, :2] = (c, -s), (s, c)
-        self._base_from_lidar[:2, 3] = base_from_lidar.x, base_from_lidar.y
+        x, y, yaw = base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw
+        self._base_from_lidar = Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw)).matrix
         self._odometry: Odometry | None = None
         self._points: NDArray[np.float64] | None = None
         self._heard_at = self._seen_at = -math.inf
