@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.planar import convex_hull
 from kbot.kinematics.transform import Transform
 from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
 
@@ -99,20 +100,5 @@ def _extreme(vertices: Points) -> Points:
 
 
 def convex_outline(points: Points) -> Points:
-    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted(set(map(tuple, points.tolist())))
-    if len(ordered) < 3:
-        return np.array(ordered)
-    halves = []
-    for run in (ordered, ordered[::-1]):
-        half: list[tuple[float, float]] = []
-        for p in run:
-            while len(half) > 1 and _turn(half[-2], half[-1], p) <= 0.0:
-                half.pop()
-            half.append(p)
-        halves += half[:-1]
-    return np.array(halves)
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise."""
+    return np.array(convex_hull((x, y) for x, y in points.tolist()))

@@ -9,12 +9,12 @@ from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.contact import caster_place
+from kbot.kinematics.planar import Point, convex_hull, twice_area
 from kbot.kinematics.spatial import Vector
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
 _GRAVITY = 9.81
-Point = tuple[float, float]
 
 
 @rule("D115", "tips-over", Severity.WARNING, "drive")
@@ -40,7 +40,7 @@ def tips_over(context: Context) -> Found:
         for c in context.base.casters
         if c.touches and abs(c.bottom - ground) < 0.01
     ]
-    hull = convex_hull(points)
+    hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
     weighed = _center_of_mass(context)
     if len(hull) < 3 or weighed is None:
         return
@@ -96,33 +96,12 @@ def _center_of_mass(context: Context) -> tuple[float, Vector] | None:
     return (total, (moment[0] / total, moment[1] / total, moment[2] / total)) if total > 0.0 else None
 
 
-def convex_hull(points: Sequence[Point]) -> list[Point]:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-    unique = sorted({(round(x, 9), round(y, 9)) for x, y in points})
-    if len(unique) < 3:
-        return unique
-
-    def half(ordered: Sequence[Point]) -> list[Point]:
-        chain: list[Point] = []
-        for p in ordered:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 1e-12:
-                chain.pop()
-            chain.append(p)
-        return chain[:-1]
-
-    return half(unique) + half(unique[::-1])
-
-
-def _turn(a: Point, b: Point, c: Point) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
 def _margin(hull: Sequence[Point], p: Point) -> tuple[float, Point]:
     """Distance of a point from the nearest edge, positive within, and that edge's outward normal."""
     best, normal = math.inf, (1.0, 0.0)
     for a, b in zip(hull, [*hull[1:], hull[0]], strict=True):
         length = math.hypot(b[0] - a[0], b[1] - a[1])
-        inside = _turn(a, b, p) / length
+        inside = twice_area(a, b, p) / length
         if inside < best:
             best, normal = inside, ((b[1] - a[1]) / length, -(b[0] - a[0]) / length)
     return best, normal

@@ -1,0 +1,34 @@
+"""Polygons in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+Point = tuple[float, float]
+"""x and y in m."""
+
+
+def convex_hull(points: Iterable[Point], tolerance: float = 0.0) -> list[Point]:
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain); one or two where the points
+    lie on a line.
+
+    A corner is left out where its triangle with the corners beside it has less than half of `tolerance`
+    (m^2): rounding makes such triangles of points on a line.
+    """
+    unique = sorted(set(points))
+    if len(unique) < 3:
+        return unique
+    hull: list[Point] = []
+    for run in (unique, unique[::-1]):
+        half: list[Point] = []
+        for point in run:
+            while len(half) > 1 and twice_area(half[-2], half[-1], point) <= tolerance:
+                half.pop()
+            half.append(point)
+        hull += half[:-1]
+    return hull
+
+
+def twice_area(a: Point, b: Point, c: Point) -> float:
+    """Twice the area of a triangle in m^2, above zero where its corners are counter-clockwise."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
