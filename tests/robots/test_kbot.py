@@ -68,7 +68,7 @@ def test_colours_are_the_chapters():
 
 def test_it_weighs_what_such_a_robot_weighs():
     robot = kbot.load("kbot")
-    assert 1.0 < total_mass(robot.frames) < 2.0
+    assert 1.0 < total_mass(robot) < 2.0
     assert robot.links["base_footprint"].inertial is None
 
 
@@ -111,7 +111,7 @@ def test_wheels_have_limits_and_the_caster_follows_a_turn():
         assert joint.type is JointType.CONTINUOUS
         assert joint.axis == (0, 1, 0)
         assert joint.limit.velocity * 0.035 == pytest.approx(1.0)
-        assert joint.limit.effort > 9.81 * total_mass(robot.frames) * 0.035 * math.sin(math.radians(30))
+        assert joint.limit.effort > 9.81 * total_mass(robot) * 0.035 * math.sin(math.radians(30))
         assert joint.dynamics is not None
     assert robot.joints["caster_wheel_joint"].type is JointType.FIXED
     friction = [e for e in robot.extensions if e.attributes.get("reference") == "caster_wheel"]

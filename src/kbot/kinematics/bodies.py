@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
+from kbot.model import Inertial, Robot
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
@@ -39,21 +40,29 @@ def robot_bounds(
     return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
 
 
-def total_mass(tree: FrameTree) -> float:
-    """The mass of all links, in kg."""
-    return sum(link.inertial.mass for link in tree.robot.links.values() if link.inertial)
+def total_mass(robot: Robot) -> float:
+    """Mass of all links in kg; a mass that is not positive and finite counts as 0."""
+    return sum(inertial.mass for _, inertial in _with_mass(robot))
 
 
 def center_of_mass(
     tree: FrameTree, in_frame: str | None = None, joints: Mapping[str, float] | None = None
 ) -> Array | None:
-    """The centre of mass (3,) in m, in a link's frame (the root's by default); None where nothing weighs."""
+    """Centre of mass (3,) in m, in the frame of a link (the root's by default).
+
+    The masses are those of `total_mass`; None if it is 0.
+    """
     moment, mass = np.zeros(3), 0.0
-    for name, root_from_link in tree.poses(joints).items():
-        inertial = tree.robot.links[name].inertial
-        if inertial is not None:
-            moment += inertial.mass * root_from_link.apply(inertial.pose.xyz)
-            mass += inertial.mass
-    if not mass > 0.0:
+    poses = tree.poses(joints)
+    for name, inertial in _with_mass(tree.robot):
+        moment += inertial.mass * poses[name].apply(inertial.pose.xyz)
+        mass += inertial.mass
+    if mass == 0.0:
         return None
     return tree.pose(in_frame or tree.root, joints=joints).inverse().apply(moment / mass)
+
+
+def _with_mass(robot: Robot) -> Iterator[tuple[str, Inertial]]:
+    for name, link in robot.links.items():
+        if link.inertial is not None and 0.0 < link.inertial.mass < np.inf:
+            yield name, link.inertial

@@ -28,7 +28,7 @@ def describe(robot: Robot) -> dict[str, Any]:
     return {
         "name": robot.name,
         "root": robot.root,
-        "mass": total_mass(tree),
+        "mass": total_mass(robot),
         "center_of_mass": None if center is None else center.tolist(),
         "bounds": None if bounds is None else {"lower": bounds[0].tolist(), "upper": bounds[1].tolist()},
         "drive": _drive(drive) if isinstance(drive, DifferentialDrive) else None,

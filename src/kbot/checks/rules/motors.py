@@ -7,6 +7,7 @@ import math
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import level_pairs
+from kbot.kinematics.bodies import total_mass
 from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
 
@@ -75,11 +76,7 @@ def wheel_effort_small(context: Context) -> Found:
     wheels = [w for pair in level_pairs(context) for w in (pair.left, pair.right)]
     efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
     radii = [w.radius for w in wheels if w.radius]
-    mass = sum(
-        link.inertial.mass
-        for link in context.robot.links.values()
-        if link.inertial and math.isfinite(link.inertial.mass)
-    )
+    mass = total_mass(context.robot)
     if not wheels or len(efforts) < len(wheels) or not radii:
         return
     needed = mass * _GRAVITY * math.sin(_SLOPE) * max(radii)

@@ -9,8 +9,9 @@ from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.contact import caster_place
+from kbot.kinematics.bodies import center_of_mass, total_mass
+from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar import Point, convex_hull, twice_area
-from kbot.kinematics.spatial import Vector
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
@@ -41,12 +42,14 @@ def tips_over(context: Context) -> Found:
         if c.touches and abs(c.bottom - ground) < 0.01
     ]
     hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
-    weighed = _center_of_mass(context)
-    if len(hull) < 3 or weighed is None:
+    if len(hull) < 3:
         return
-    mass, center = weighed
-    margin, (nx, ny) = _margin(hull, (center[0], center[1]))
-    height = center[2] - ground
+    center = center_of_mass(FrameTree(context.robot))
+    if center is None:
+        return
+    x, y, z = center.tolist()
+    margin, (nx, ny) = _margin(hull, (x, y))
+    height = z - ground
     if height <= 0.0:
         return
     direction = _direction(nx, ny)
@@ -54,9 +57,8 @@ def tips_over(context: Context) -> Found:
     if margin < -1e-3:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass ({mass:.3g} kg) lies {-margin * 1e3:.3g} mm outside the contacts, "
-            f"{direction}: the robot "
-            "falls over standing still",
+            f"the centre of mass ({total_mass(context.robot):.3g} kg) lies {-margin * 1e3:.3g} mm outside "
+            f"the contacts, {direction}: the robot falls over standing still",
             "move the mass over the wheels and casters",
             tuple(Related(f"'{c.link}' bears it", caster_place(c)) for c in context.base.casters[:2]),
         )
@@ -80,20 +82,6 @@ def _heaviest(context: Context) -> Origin | None:
     inertials = [link.inertial for link in context.robot.links.values() if link.inertial]
     heaviest = max(inertials, key=lambda i: i.mass, default=None)
     return heaviest.origin if heaviest else None
-
-
-def _center_of_mass(context: Context) -> tuple[float, Vector] | None:
-    """The robot's mass (kg) and centre of mass in the root's frame (m) with all joints at zero."""
-    total, moment = 0.0, [0.0, 0.0, 0.0]
-    for name, frame in context.frames.items():
-        inertial = context.robot.links[name].inertial
-        if inertial is None or not math.isfinite(inertial.mass) or inertial.mass <= 0.0:
-            continue
-        at = frame.point(inertial.pose.xyz)
-        total += inertial.mass
-        for i in range(3):
-            moment[i] += inertial.mass * at[i]
-    return (total, (moment[0] / total, moment[1] / total, moment[2] / total)) if total > 0.0 else None
 
 
 def _margin(hull: Sequence[Point], p: Point) -> tuple[float, Point]:

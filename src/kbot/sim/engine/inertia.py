@@ -120,11 +120,6 @@ def rigid_part(robot: Robot, head: str) -> list[str]:
     return part
 
 
-def total_mass(robot: Robot) -> float:
-    """Kilograms of all links."""
-    return sum(link.inertial.mass for link in robot.links.values() if link.inertial is not None)
-
-
 def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.float64] | None:
     """The link's tensor; the nearest that a body can have, with a warning, where it is one that none can
     (one principal moment above the sum of the other two)."""

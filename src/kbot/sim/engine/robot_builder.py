@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 
+from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
@@ -14,7 +15,7 @@ from kbot.model import Collision, Link, Robot
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
-from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_inertial, total_mass
+from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
 from kbot.sim.engine.surfaces import PLAIN, link_surfaces

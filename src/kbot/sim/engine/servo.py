@@ -10,9 +10,9 @@ from typing import Any
 
 import mujoco
 
+from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.differential_drive import DifferentialDrive
 from kbot.model import Robot
-from kbot.sim.engine.inertia import total_mass
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 GRAVITY = 9.81

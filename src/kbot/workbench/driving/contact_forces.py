@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from kbot.kinematics.bodies import total_mass
 from kbot.messages.control import Duration
 from kbot.messages.types import Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
@@ -27,9 +28,10 @@ class ContactForces:
         self._simulation = simulation
         self._publisher = simulation.bus.advertise(TOPIC, MarkerArray, rate=RATE)
         low, high = robot_bounds(simulation.robot)
-        mass = sum(link.inertial.mass for link in simulation.robot.links.values() if link.inertial)
         gravity = float(np.linalg.norm(simulation.world.gravity)) or 9.81
-        self._length = float(np.linalg.norm(high - low)) / 2 / max(mass * gravity, 1e-9)
+        self._length = (
+            float(np.linalg.norm(high - low)) / 2 / max(total_mass(simulation.robot) * gravity, 1e-9)
+        )
         simulation.clock.every(RATE, self._say)
 
     def _say(self) -> None:
