@@ -19,6 +19,8 @@ Quaternion = tuple[float, float, float, float]
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ZERO: Vector = (0.0, 0.0, 0.0)
+GRAVITY = 9.81
+"""m/s^2, where a world gives no other."""
 
 
 def add(a: Vector, b: Vector) -> Vector:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
 from kbot.model.primitives import Box as Box
 from kbot.model.primitives import Capsule as Capsule
@@ -113,7 +114,7 @@ class World:
 
     name: str
     bodies: tuple[Body, ...]
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)
     diagnostics: tuple[Diagnostic, ...] = ()
     loops: tuple[Loop, ...] = ()
     georeference: Georeference | None = None

@@ -8,10 +8,10 @@ from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import level_pairs
 from kbot.kinematics.bodies import total_mass
+from kbot.kinematics.spatial import GRAVITY
 from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
 
-_GRAVITY = 9.81
 _SLOPE = math.radians(5.0)
 
 
@@ -79,10 +79,10 @@ def wheel_effort_small(context: Context) -> Found:
     mass = total_mass(context.robot)
     if not wheels or len(efforts) < len(wheels) or not radii:
         return
-    needed = mass * _GRAVITY * math.sin(_SLOPE) * max(radii)
+    needed = mass * GRAVITY * math.sin(_SLOPE) * max(radii)
     if sum(efforts) < needed:
         limit = wheels[0].joint.limit
-        slope = math.degrees(math.asin(min(1.0, sum(efforts) / (mass * _GRAVITY * max(radii)))))
+        slope = math.degrees(math.asin(min(1.0, sum(efforts) / (mass * GRAVITY * max(radii)))))
         yield Finding(
             limit.origin if limit else wheels[0].joint.origin,
             f"{len(wheels)} wheels with {sum(efforts):.3g} N m together carry {mass:.4g} kg up "

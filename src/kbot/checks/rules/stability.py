@@ -12,10 +12,10 @@ from kbot.checks.rules.contact import caster_place
 from kbot.kinematics.bodies import center_of_mass, total_mass
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar import Point, convex_hull, twice_area
+from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
-_GRAVITY = 9.81
 
 
 @rule("D115", "tips-over", Severity.WARNING, "drive")
@@ -62,12 +62,12 @@ def tips_over(context: Context) -> Found:
             "move the mass over the wheels and casters",
             tuple(Related(f"'{c.link}' bears it", caster_place(c)) for c in context.base.casters[:2]),
         )
-    elif _GRAVITY * margin / height < 0.5:
+    elif GRAVITY * margin / height < 0.5:
         yield Finding(
             heavy or context.robot.origin,
             f"the centre of mass lies {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, "
             f"{direction}, at a height of "
-            f"{height * 1e3:.3g} mm: the robot tips over at {_GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
+            f"{height * 1e3:.3g} mm: the robot tips over at {GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
             "move the mass, or add a caster on that side",
         )
 

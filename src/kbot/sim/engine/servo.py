@@ -12,10 +12,10 @@ import mujoco
 
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Robot
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
-GRAVITY = 9.81
 LEAST_GRIP = 0.05
 """Coefficient of friction that a servo is sized for at least, so that a wheel on ice still turns."""
 

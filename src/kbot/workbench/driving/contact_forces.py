@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.bodies import total_mass
+from kbot.kinematics.spatial import GRAVITY
 from kbot.messages.control import Duration
 from kbot.messages.types import Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
@@ -28,7 +29,7 @@ class ContactForces:
         self._simulation = simulation
         self._publisher = simulation.bus.advertise(TOPIC, MarkerArray, rate=RATE)
         low, high = robot_bounds(simulation.robot)
-        gravity = float(np.linalg.norm(simulation.world.gravity)) or 9.81
+        gravity = float(np.linalg.norm(simulation.world.gravity)) or GRAVITY
         self._length = (
             float(np.linalg.norm(high - low)) / 2 / max(total_mass(simulation.robot) * gravity, 1e-9)
         )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError
 from kbot.world.builders import floor
@@ -77,7 +78,7 @@ class _Reader:
         for physics in element.elements("physics"):
             self.values.require_positive(physics.find("max_step_size"))
         built = self._models(element, context)
-        falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -9.81)
+        falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -GRAVITY)
         name = element.attributes.get("name", "world")
         place = georeference(element, self.values)
         return World(name, tuple(built.bodies), falling, loops=tuple(built.loops), georeference=place)
