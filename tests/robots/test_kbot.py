@@ -15,7 +15,6 @@ from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
 from kbot.kinematics.transform import Transform
 from kbot.model import JointType, read_robot
 from kbot.model.load import resolve_robot_path
-from kbot.model.shapes import tensor
 from kbot.text import parse_xml, read_source
 
 xacro = pytest.importorskip("xacro")
@@ -101,7 +100,7 @@ def test_any_sensible_size_stands_on_the_ground_and_can_drive(arguments):
         assert 500 < link.inertial.mass / solid.volume < 8000
         own = Transform.of(link.inertial.pose).rotation
         due = link.inertial.mass * np.array(solid.unit_tensor)
-        assert own @ tensor(link.inertial) @ own.T == pytest.approx(due)
+        assert own @ link.inertial.tensor @ own.T == pytest.approx(due)
 
 
 def test_wheels_have_limits_and_the_caster_follows_a_turn():
@@ -154,7 +153,7 @@ def test_the_controllers_figures_are_those_of_the_robot():
 def test_principal_moments_obey_the_triangle_inequality():
     for link in kbot.load("kbot").links.values():
         if link.inertial:
-            a, b, c = np.sort(np.linalg.eigvalsh(tensor(link.inertial)))
+            a, b, c = np.sort(np.linalg.eigvalsh(link.inertial.tensor))
             assert a > 0
             assert a + b >= c
 

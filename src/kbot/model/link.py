@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from kbot.model.geometry import Geometry
 from kbot.text import Origin
 
+Row = tuple[float, float, float]
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -32,6 +34,15 @@ class Inertial:
     origin: Origin
     mass_origin: Origin
     inertia_origin: Origin
+
+    @property
+    def tensor(self) -> tuple[Row, Row, Row]:
+        """The tensor's rows, symmetric."""
+        return (
+            (self.ixx, self.ixy, self.ixz),
+            (self.ixy, self.iyy, self.iyz),
+            (self.ixz, self.iyz, self.izz),
+        )
 
 
 @dataclass(frozen=True, slots=True)

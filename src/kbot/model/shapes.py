@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from kbot.model.link import Inertial
 from kbot.model.meshes import load_mesh
 
 Array = NDArray[np.float64]
@@ -63,9 +62,3 @@ def vertices(mesh: Mesh) -> Array:
     """
     scaled: Array = load_mesh(mesh.path or mesh.uri).vertices * np.asarray(mesh.scale)
     return scaled
-
-
-def tensor(inertial: Inertial) -> Array:
-    """The tensor (3, 3) of an inertial, in the axes of its pose."""
-    i = inertial
-    return np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])

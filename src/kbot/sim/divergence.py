@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from kbot.model import Link, Robot
-from kbot.model.shapes import tensor
 from kbot.sim.engine.engine import Engine
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Severity
@@ -66,7 +65,7 @@ def _cause(robot: Robot, link: Link, timestep: float) -> tuple[str, str]:
             "make masses more alike: within a factor of a thousand",
         )
     if link.inertial is not None:
-        moments = np.linalg.eigvalsh(tensor(link.inertial))
+        moments = np.linalg.eigvalsh(link.inertial.tensor)
         if link.inertial.mass > 0 and math.sqrt(max(moments[0], 0) / link.inertial.mass) < _SMALL_RADIUS:
             return (
                 f"its smallest moment of inertia is {moments[0]:.3g} kg m^2 for {link.inertial.mass:g} kg",

@@ -26,15 +26,9 @@ from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Li
 from kbot.text import Origin
 
 
-def tensor_of(inertial: Inertial) -> Matrix:
-    """The tensor as written, in the axes of the inertial frame, kg m^2."""
-    i = inertial
-    return ((i.ixx, i.ixy, i.ixz), (i.ixy, i.iyy, i.iyz), (i.ixz, i.iyz, i.izz))
-
-
 def link_tensor(inertial: Inertial) -> Matrix:
     """The tensor about the centre of mass in the link's axes, kg m^2."""
-    return tensor_in(rotation(inertial.pose.rpy), tensor_of(inertial))
+    return tensor_in(rotation(inertial.pose.rpy), inertial.tensor)
 
 
 @dataclass(frozen=True, slots=True)

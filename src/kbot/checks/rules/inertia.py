@@ -7,7 +7,6 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import tensor_of
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
 from kbot.checks.rules.masses import weights_below
@@ -30,7 +29,7 @@ def is_finite(inertial: Inertial) -> bool:
 
 def sound(inertial: Inertial) -> bool:
     """A finite positive mass and a positive definite tensor."""
-    return is_finite(inertial) and inertial.mass > 0.0 and eigenvalues(tensor_of(inertial))[0] > 0.0
+    return is_finite(inertial) and inertial.mass > 0.0 and eigenvalues(inertial.tensor)[0] > 0.0
 
 
 def breaks_triangle(moments: Vector) -> bool:
@@ -82,7 +81,7 @@ def zero_tensor(context: Context) -> Found:
         joint = context.robot.parent_joint.get(link.name)
         if joint is None or not joint.is_movable or not is_finite(inertial) or not inertial.mass > 0.0:
             continue
-        if all(v == 0.0 for row in tensor_of(inertial) for v in row):
+        if all(v == 0.0 for row in inertial.tensor for v in row):
             yield Finding(
                 inertial.inertia_origin,
                 f"{link.name}: {inertial.mass:g} kg with a tensor of zeros: nothing resists its turning",
@@ -107,7 +106,7 @@ def not_positive_definite(context: Context) -> Found:
     for link, inertial in weighed(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
             continue
-        tensor = tensor_of(inertial)
+        tensor = inertial.tensor
         low, _, high = eigenvalues(tensor)
         if all(v == 0.0 for row in tensor for v in row) or low > 1e-9 * abs(high):
             continue
@@ -144,7 +143,7 @@ def triangle_inequality(context: Context) -> Found:
     for link, inertial in weighed(context):
         if not is_finite(inertial):
             continue
-        low, middle, high = moments = eigenvalues(tensor_of(inertial))
+        low, middle, high = moments = eigenvalues(inertial.tensor)
         if breaks_triangle(moments):
             yield Finding(
                 inertial.inertia_origin,

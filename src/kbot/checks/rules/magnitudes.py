@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import Solid, tensor_of
+from kbot.checks.facts.bodies import Solid
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia import breaks_triangle, sound, weighed
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
@@ -31,7 +31,7 @@ def _gyration(context: Context, link: Link, inertial: Inertial, reach: float) ->
     Where that one moment alone is at odds with the others and with the shape, which I105 and I111 say, it
     is that of the second: what is found of it then is a fault of the whole tensor.
     """
-    moments = eigenvalues(tensor_of(inertial))
+    moments = eigenvalues(inertial.tensor)
     gyration = math.sqrt(moments[2] / inertial.mass)
     if gyration <= reach:
         return gyration
@@ -44,7 +44,7 @@ def _gyration(context: Context, link: Link, inertial: Inertial, reach: float) ->
 
 def _times_too_small(solid: Solid, inertial: Inertial) -> float:
     """How many times smaller a tensor is than that of a solid of its mass."""
-    own = sum(eigenvalues(tensor_of(inertial)))
+    own = sum(eigenvalues(inertial.tensor))
     return inertial.mass * _unit_trace(solid) / own
 
 

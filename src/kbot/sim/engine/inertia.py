@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.spatial import rotation
 from kbot.model import Inertial, Link, Robot
-from kbot.model.shapes import tensor
 from kbot.world.findings import Findings
 
 SMALLEST = 1e-14
@@ -48,7 +47,7 @@ def check_masses(robot: Robot, findings: Findings) -> None:
     for head in moving_parts(robot):
         inertials = _inertials(robot, head)
         if _weighs(inertials):
-            if all(not tensor(i).any() for i in inertials) and len(inertials) == 1:
+            if len(inertials) == 1 and not np.any(inertials[0].tensor):
                 findings.error(
                     "W103", f"link '{head}' moves and has no inertia", inertials[0].inertia_origin,
                     "give <inertia> the moments of its shape",
@@ -123,7 +122,7 @@ def rigid_part(robot: Robot, head: str) -> list[str]:
 def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.float64] | None:
     """The link's tensor; the nearest that a body can have, with a warning, where it is one that none can
     (one principal moment above the sum of the other two)."""
-    matrix = tensor(inertial)
+    matrix = np.array(inertial.tensor)
     if not np.isfinite(matrix).all():
         message = f"link '{link.name}' has an inertia that is no number"
         findings.error("W103", message, inertial.inertia_origin)

@@ -23,7 +23,6 @@ from kbot.model import (
     Sphere,
     Visual,
 )
-from kbot.model.shapes import tensor
 from kbot.render.bounds import robot_bounds
 from kbot.text import KbotError
 from kbot.workbench.meshes.store import MeshStore
@@ -141,7 +140,7 @@ def _inertia(inertial: Inertial) -> InertiaView | None:
     A box has I_x = m (y^2 + z^2) / 12 and so on, so x^2 = 6 (I_y + I_z - I_x) / m. The moments of a
     real body obey the triangle inequality, which keeps the squares positive.
     """
-    matrix = tensor(inertial)
+    matrix = np.array(inertial.tensor)
     if not inertial.mass > 0.0 or not np.isfinite(matrix).all():
         return None
     moments, axes = np.linalg.eigh(matrix)
