@@ -1,9 +1,18 @@
 """Mass, centre of mass and bounds, by hand."""
 
+import math
+
+import numpy as np
 import pytest
 
-from kbot.kinematics import FrameTree
-from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
+from kbot.kinematics import FrameTree, Transform
+from kbot.kinematics.bodies import (
+    MassProperties,
+    center_of_mass,
+    principal_axes,
+    robot_bounds,
+    total_mass,
+)
 from kbot.kinematics.description import describe, describe_as_text
 from kbot.model import Robot, read_robot
 from kbot.text import Source, parse_xml
@@ -49,6 +58,28 @@ def test_a_robot_of_nothing():
     assert robot_bounds(tree) is None
     assert center_of_mass(tree) is None
     assert total_mass(robot) == 0.0
+
+
+def test_two_points_are_a_dumbbell():
+    points = [
+        MassProperties(m, np.array((x, 0.0, 0.0)), np.zeros((3, 3))) for m, x in ((1.0, 0.0), (3.0, 2.0))
+    ]
+    dumbbell = MassProperties.combined(points)
+    assert dumbbell.mass == 4.0
+    assert dumbbell.center == pytest.approx([1.5, 0.0, 0.0])
+    assert dumbbell.tensor == pytest.approx(np.diag((0.0, 3.0, 3.0)))  # 1 * 1.5^2 + 3 * 0.5^2
+    upright = dumbbell.in_frame(Transform.from_xyz_rpy((0.0, 0.0, 1.0), (0.0, -math.pi / 2, 0.0)))
+    assert upright.center == pytest.approx([0.0, 0.0, 2.5])
+    assert upright.tensor == pytest.approx(np.diag((3.0, 3.0, 0.0)))
+
+
+def test_principal_axes_are_a_rotation():
+    turn = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.3, -1.0, 2.0)).rotation
+    tensor = turn @ np.diag((3.0, 1.0, 2.0)) @ turn.T
+    moments, rotation = principal_axes(tensor)
+    assert moments == pytest.approx([1.0, 2.0, 3.0])
+    assert np.linalg.det(rotation) == pytest.approx(1.0)
+    assert rotation @ np.diag(moments) @ rotation.T == pytest.approx(tensor)
 
 
 def test_description(robot):

@@ -1,11 +1,12 @@
-"""What a robot measures and weighs as a whole, as it stands."""
+"""Size, mass and inertia of a robot as a whole and of bodies that move as one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
@@ -14,6 +15,40 @@ from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class MassProperties:
+    """`mass` in kg, `center` of mass (3,) in m, and `tensor` (3, 3) about it in kg m^2, in one frame."""
+
+    mass: float
+    center: Array
+    tensor: Array
+
+    def in_frame(self, outer_from_inner: Transform) -> MassProperties:
+        """The same body in an outer frame."""
+        turn = outer_from_inner.rotation
+        return MassProperties(self.mass, outer_from_inner.apply(self.center), turn @ self.tensor @ turn.T)
+
+    @classmethod
+    def combined(cls, bodies: Sequence[MassProperties]) -> MassProperties:
+        """Bodies that move as one, all in the same frame (parallel axis theorem)."""
+        total = sum(body.mass for body in bodies)
+        center: Array = sum((body.mass * body.center for body in bodies), np.zeros(3)) / total
+        tensor = np.zeros((3, 3))
+        for body in bodies:
+            away = body.center - center
+            tensor += body.tensor + body.mass * (away @ away * np.eye(3) - np.outer(away, away))
+        return cls(total, center, tensor)
+
+
+def principal_axes(tensor: ArrayLike) -> tuple[Array, Array]:
+    """Principal moments (3,) of a symmetric tensor (3, 3), smallest first, and the rotation (3, 3) whose
+    columns are their axes."""
+    moments, axes = np.linalg.eigh(np.asarray(tensor, dtype=np.float64))
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    return moments, axes
 
 
 def robot_bounds(

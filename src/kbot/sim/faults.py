@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import mujoco
 import numpy as np
 
+from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.messages.bus import Bus
 from kbot.sim.engine.bounds import HEAVIEST
 from kbot.sim.engine.contacts import rank
@@ -120,22 +121,17 @@ class Payload:
         body = simulation.named(self.robot).body(self.link)
         names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
         before = [np.copy(getattr(model, name)[body]) for name in names]
-        mass, centre = float(model.body_mass[body]), np.copy(model.body_ipos[body])
         turn = np.zeros(9)
         mujoco.mju_quat2Mat(turn, model.body_iquat[body])
         axes = turn.reshape(3, 3)
         tensor = axes @ np.diag(model.body_inertia[body]) @ axes.T
-        total = mass + self.mass
-        middle = (mass * centre + self.mass * np.array(self.at)) / total
-        for m, place in ((mass, centre), (self.mass, np.array(self.at))):
-            away = place - middle
-            tensor += m * (away @ away * np.eye(3) - np.outer(away, away))
-        moments, directions = np.linalg.eigh(tensor)
-        if np.linalg.det(directions) < 0.0:
-            directions[:, 0] *= -1.0
+        own = MassProperties(float(model.body_mass[body]), before[1], tensor)
+        load = MassProperties(self.mass, np.array(self.at), np.zeros((3, 3)))
+        whole = MassProperties.combined([own, load])
+        moments, directions = principal_axes(whole.tensor)
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, directions.ravel())
-        for name, value in zip(names, (total, middle, quaternion, moments), strict=True):
+        for name, value in zip(names, (whole.mass, whole.center, quaternion, moments), strict=True):
             getattr(model, name)[body] = value
         _reckon_anew(model)
 

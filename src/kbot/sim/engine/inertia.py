@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
-from kbot.kinematics.spatial import rotation
+from kbot.kinematics.transform import Transform
 from kbot.model import Inertial, Link, Robot
 from kbot.world.findings import Findings
 
@@ -31,11 +32,11 @@ def set_inertial(body: Any, link: Link, findings: Findings) -> None:
     if matrix is None:
         return
     body.explicitinertial = True
-    body.mass = inertial.mass
+    own = MassProperties(inertial.mass, np.zeros(3), matrix).in_frame(Transform.of(inertial.pose))
+    body.mass = own.mass
     # the engine would otherwise take the body's own position for its centre of mass
-    body.ipos = inertial.pose.xyz
-    turn = np.array(rotation(inertial.pose.rpy))
-    m = turn @ matrix @ turn.T
+    body.ipos = own.center
+    m = own.tensor
     if not m.any():
         body.iquat, body.inertia = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         return
@@ -127,7 +128,7 @@ def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.
         message = f"link '{link.name}' has an inertia that is no number"
         findings.error("W103", message, inertial.inertia_origin)
         return None
-    moments, axes = np.linalg.eigh(matrix)
+    moments, axes = principal_axes(matrix)
     if moments[0] < -1e-12 * max(moments[-1], 0.0) or moments[-1] < 0.0:
         findings.error(
             "W103",

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from kbot.kinematics.bodies import principal_axes
 from kbot.kinematics.transform import Transform, quaternion_xyzw_from_rotation
 from kbot.model import (
     Box,
@@ -140,12 +141,9 @@ def _inertia(inertial: Inertial) -> InertiaView | None:
     A box has I_x = m (y^2 + z^2) / 12 and so on, so x^2 = 6 (I_y + I_z - I_x) / m. The moments of a
     real body obey the triangle inequality, which keeps the squares positive.
     """
-    matrix = np.array(inertial.tensor)
-    if not inertial.mass > 0.0 or not np.isfinite(matrix).all():
+    if not inertial.mass > 0.0 or not np.isfinite(inertial.tensor).all():
         return None
-    moments, axes = np.linalg.eigh(matrix)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] = -axes[:, 0]
+    moments, axes = principal_axes(inertial.tensor)
     squares = 6.0 * (moments.sum() - 2.0 * moments) / inertial.mass
     pose = Transform.of(inertial.pose)
     turned = Transform.from_quaternion_xyzw(quaternion_xyzw_from_rotation(axes))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kbot.kinematics.bodies import MassProperties
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.text.suggest import did_you_mean
@@ -16,7 +17,7 @@ from kbot.world.sdf.files import Files
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.joints import Joints
-from kbot.world.sdf.links import Links, together
+from kbot.world.sdf.links import Links
 from kbot.world.sdf.values import Values
 from kbot.world.world import Body, Part
 
@@ -211,14 +212,14 @@ class Articulation:
             for part in reader.parts(link.element, link.entry.frames, link.world_from_link):
                 parts.append(replace(part, pose=first_from_link @ part.pose))
             if not is_static:
-                mass = reader.mass(link.element).seen_from(first_from_link)
+                mass = reader.mass(link.element).in_frame(first_from_link)
                 masses.append(mass)
                 falling += mass.mass * self.values.truth(link.element, "gravity", default=True)
         origin = first.entry.placed_by.origin
         if is_static:
             return Body(name, tuple(parts), pose, origin=origin, model=self._model(first))
-        whole = together(masses)
-        t, centre = whole.tensor, _vector(whole.centre)
+        whole = MassProperties.combined(masses)
+        t, centre = whole.tensor, _vector(whole.center)
         inertia = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
         return Body(
             name,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.bodies import MassProperties
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.world.convex_decomposition import convex_pieces
@@ -19,30 +18,6 @@ from kbot.world.world import Box, HeightField, Mesh, Part, Plane, Shape
 Array = NDArray[np.float64]
 FLATNESS = 0.25
 MOST_FRICTION = 1e3
-
-
-@dataclass(frozen=True, slots=True)
-class Mass:
-    """`tensor` (3, 3) about `centre` (3,), along the axes they are given in; kg, m, kg m^2."""
-
-    mass: float
-    centre: Array
-    tensor: Array
-
-    def seen_from(self, outer_from_inner: Transform) -> Mass:
-        turn = outer_from_inner.rotation
-        return Mass(self.mass, outer_from_inner.apply(self.centre), turn @ self.tensor @ turn.T)
-
-
-def together(masses: list[Mass]) -> Mass:
-    """Of bodies that move as one (Steiner's theorem)."""
-    total = sum(m.mass for m in masses)
-    centre: Array = sum((m.mass * m.centre for m in masses), np.zeros(3)) / total
-    tensor = np.zeros((3, 3))
-    for m in masses:
-        away = m.centre - centre
-        tensor += m.tensor + m.mass * (away @ away * np.eye(3) - np.outer(away, away))
-    return Mass(total, centre, tensor)
 
 
 class Links:
@@ -70,11 +45,11 @@ class Links:
             parts.append(part)
         return parts + [part for rest in at.values() for part in rest]
 
-    def mass(self, link: Element) -> Mass:
-        """1 kg as a ball of 1 kg m^2 where nothing is said, as SDF has it."""
+    def mass(self, link: Element) -> MassProperties:
+        """Mass properties in the link's frame; without `<inertial>` those of SDF, 1 kg and 1 kg m^2."""
         inertial = link.find("inertial")
         if inertial is None:
-            return Mass(1.0, np.zeros(3), np.eye(3))
+            return MassProperties(1.0, np.zeros(3), np.eye(3))
         pose = self._values.pose(inertial.find("pose"))
         mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
         if mass <= 0.0:
@@ -90,7 +65,7 @@ class Links:
                 "of the other two", inertia.origin,
             )  # fmt: skip
             tensor = np.eye(3)
-        return Mass(mass, np.zeros(3), tensor).seen_from(pose)
+        return MassProperties(mass, np.zeros(3), tensor).in_frame(pose)
 
     def _visual(self, visual: Element, frames: Frames, link: str) -> list[Part]:
         rgba = colour(visual, self._values)
