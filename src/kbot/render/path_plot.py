@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from kbot.kinematics.odometry import PlanarPose
 from kbot.world import World
 from kbot.world.footprints import footprint
+from kbot.world.world import FURTHEST
 
 if TYPE_CHECKING:
     from PIL.ImageDraw import ImageDraw
@@ -124,6 +125,8 @@ def _outlines(world: World) -> Iterator[tuple[list[Point], Colour]]:
     """Of what stands still, seen from above."""
     for body in world.bodies:
         for part in body.parts if body.is_static else ():
-            outline = footprint(part.shape, body.pose @ part.pose, -1e6, 1e6) if part.solid else None
+            outline = (
+                footprint(part.shape, body.pose @ part.pose, -FURTHEST, FURTHEST) if part.solid else None
+            )
             if outline is not None and len(outline) > 1:
                 yield [(x, y) for x, y in outline.tolist()], RAMP if part.ground else WALL

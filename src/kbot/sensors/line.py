@@ -15,6 +15,7 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world import Plane, World
 from kbot.world.footprints import footprint, top
+from kbot.world.world import FURTHEST
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 """Of red, green and blue (ITU-R BT.709)."""
@@ -88,7 +89,7 @@ def _surfaces(world: World) -> tuple[list[_Surface], float]:
                 floor = brightness
                 continue
             pose = body.pose @ part.pose
-            corners = footprint(part.shape, pose, -1e6, 1e6)
+            corners = footprint(part.shape, pose, -FURTHEST, FURTHEST)
             if corners is not None and len(corners) > 2:
                 found.append(_Surface(corners, top(part.shape, pose), brightness))
     return sorted(found, key=lambda surface: surface.height), floor

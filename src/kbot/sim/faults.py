@@ -14,12 +14,12 @@ import numpy as np
 
 from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.messages.bus import Bus
-from kbot.sim.engine.bounds import HEAVIEST
 from kbot.sim.engine.contacts import rank
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
+from kbot.world.world import HEAVIEST
 
 End = Callable[[], None]
 STUCK = 1e6

@@ -8,12 +8,11 @@ from numbers import Real
 from typing import Any
 
 from kbot.text import KbotError
+from kbot.world.world import FURTHEST as FURTHEST
 
 Vector = tuple[float, float, float]
 """Along x, y, z."""
 
-FURTHEST = 1e6
-"""Metres (or radians) from the world's origin; beyond, the engine's numbers mean nothing."""
 FASTEST = 1e4
 """m/s or rad/s; nothing on wheels goes so fast, a run that blows up does at once."""
 STRONGEST = 1e6

@@ -12,7 +12,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.world.footprints import footprint, top
 from kbot.world.occupancy import OccupancyGrid
-from kbot.world.world import Body, Box, HeightField, Part, Plane, World
+from kbot.world.world import FURTHEST, Body, Box, HeightField, Part, Plane, World
 
 _LEVEL = 1e-9
 
@@ -123,7 +123,7 @@ def _extent(part: Part, pose: Transform, grid: OccupancyGrid) -> tuple[slice, sl
         corners = np.array([(sx * half[0], sy * half[1], 0.0) for sx in (-1, 1) for sy in (-1, 1)])
         outline = pose.apply(corners)[:, :2]
     else:
-        found = footprint(part.shape, pose, -1e6, 1e6)
+        found = footprint(part.shape, pose, -FURTHEST, FURTHEST)
         if found is None:
             return slice(0, grid.rows), slice(0, grid.columns)
         outline = found
@@ -142,7 +142,7 @@ def _surface(part: Part, pose: Transform, x: Heights, y: Heights) -> Heights:
         return _height_field(shape, pose, x, y)
     if isinstance(shape, Plane):
         return _face(pose.translation, pose.rotation[:, 2], x, y)
-    outline = footprint(shape, pose, -1e6, 1e6)
+    outline = footprint(shape, pose, -FURTHEST, FURTHEST)
     inside = np.zeros((y.size, x.size), dtype=bool)
     if outline is not None and len(outline) > 2:
         inside[:] = True

@@ -20,14 +20,13 @@ from kbot.text.suggest import did_you_mean
 from kbot.text.yaml_text import load_yaml, safe_loader
 from kbot.world.images import read_picture
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from kbot.world.world import FURTHEST
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 """As map_saver of ROS 1 writes them; with 0.25 its grey for unknown (205) would read as free."""
 
 SMALLEST, LARGEST = 1e-4, 1e3
 """Metres of a cell: smaller ones than those of any sensor, and larger ones than a world, are mistakes."""
-FARTHEST = 1e6
-"""Metres, as for the poses of SDF."""
 
 _BLACK, _GREY, _WHITE = 0, 205, 254
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -82,10 +81,10 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
     if (
         not isinstance(origin, list)
         or len(origin) != 3
-        or not all(_is_number(v) and abs(v) <= FARTHEST for v in origin)
+        or not all(_is_number(v) and abs(v) <= FURTHEST for v in origin)
     ):
         raise KbotError(
-            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FARTHEST:g},"
+            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FURTHEST:g},"
             f" not {reprlib.repr(origin)}"
         )
     mode = settings.get("mode", "trinary")

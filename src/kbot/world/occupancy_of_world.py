@@ -15,15 +15,13 @@ from kbot.text import KbotError
 from kbot.world.footprints import Points, footprint
 from kbot.world.ground import ground_heights, impassable, walls_of_planes
 from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, OccupancyGrid
-from kbot.world.world import HeightField, Plane, World
+from kbot.world.world import FURTHEST, HeightField, Plane, World
 
 RESOLUTION = 0.02
 HEIGHTS = (0.01, 0.25)
 """What is lower is driven over, what is higher is driven under; metres."""
 MARGIN = 0.5
 """Free ground around all that stands in a world."""
-_SKY = 1e6
-"""Metres; what is further off than that in any direction flew off, and is on no map."""
 _CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
@@ -51,7 +49,7 @@ def world_grid(
         raise KbotError(f"a grid's resolution is a length above 0 m, not {resolution}")
     if not low < high:
         raise KbotError(f"the heights to map go up, unlike {low} to {high} m")
-    near = [body for body in world.bodies if np.abs(body.pose.translation).max() <= _SKY]
+    near = [body for body in world.bodies if np.abs(body.pose.translation).max() <= FURTHEST]
     world = dataclasses.replace(world, bodies=tuple(near))
     things = [
         (part.shape, body.pose @ part.pose)
@@ -60,7 +58,7 @@ def world_grid(
         if part.solid and not part.ground
     ]
     extents = [
-        outline for thing in things if (outline := footprint(*thing, low, _SKY)) is not None
+        outline for thing in things if (outline := footprint(*thing, low, FURTHEST)) is not None
     ] + _extents_of_ground(world)
     corners = np.concatenate([*extents, np.array(list(around), dtype=np.float64).reshape(-1, 2)])
     grid = _free_grid(corners, resolution, margin, most_cells, world.name)
@@ -114,7 +112,7 @@ def _extents_of_ground(world: World) -> list[Points]:
                 found.append(
                     pose.apply(np.array([(sx * x / 2, sy * y / 2, 0.0) for sx, sy in _CORNERS]))[:, :2]
                 )
-            elif part.ground and (outline := footprint(part.shape, pose, -_SKY, _SKY)) is not None:
+            elif part.ground and (outline := footprint(part.shape, pose, -FURTHEST, FURTHEST)) is not None:
                 found.append(outline)
     return found
 

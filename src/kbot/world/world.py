@@ -19,6 +19,10 @@ from kbot.world.joints import Joint, Loop
 
 Rgba = tuple[float, float, float, float]
 
+FURTHEST = 1e6
+"""m from a world's origin, or rad; beyond, the engine's numbers mean nothing."""
+HEAVIEST = 1e12
+"""kg, or kg m^2, of one link."""
 GREY: Rgba = (0.72, 0.72, 0.74, 1.0)
 IDENTITY = Transform.identity()
 

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from kbot.model import Box, Geometry, Mesh, Robot
 from kbot.world.findings import Findings
+from kbot.world.world import FURTHEST, HEAVIEST
 
-LARGEST = 1e6
-"""Metres: no shape is larger, and nothing stands further from what it hangs on."""
-HEAVIEST = 1e12
-"""Kilograms, or kg m^2, of one link."""
 DEEPEST = 500
 """Movable joints one above another. A step takes time with the cube of it: 0.05 s for 500 of them."""
 
@@ -23,15 +20,15 @@ def check_bounds(robot: Robot, findings: Findings) -> None:
                 message = f"link '{link.name}' has a mass or an inertia above {HEAVIEST:g}"
                 findings.error("W113", message, inertial.origin, "masses are in kilograms")
         for collision in link.collisions:
-            if max((*_sizes(collision.geometry), *map(abs, collision.pose.xyz))) > LARGEST:
+            if max((*_sizes(collision.geometry), *map(abs, collision.pose.xyz))) > FURTHEST:
                 findings.error(
-                    "W113", f"link '{link.name}' has a shape beyond {LARGEST:g} m", collision.geometry.origin,
-                    "sizes are in metres",
+                    "W113", f"link '{link.name}' has a shape beyond {FURTHEST:g} m",
+                    collision.geometry.origin, "sizes are in metres",
                 )  # fmt: skip
     for joint in robot.joints.values():
-        if max(map(abs, joint.pose.xyz)) > LARGEST:
+        if max(map(abs, joint.pose.xyz)) > FURTHEST:
             findings.error(
-                "W113", f"joint '{joint.name}' stands beyond {LARGEST:g} m from its parent", joint.origin,
+                "W113", f"joint '{joint.name}' stands beyond {FURTHEST:g} m from its parent", joint.origin,
                 "lengths are in metres",
             )  # fmt: skip
     _check_depth(robot, findings)

@@ -12,8 +12,19 @@ from kbot.kinematics.transform import Transform
 from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
 from kbot.world.images import read_picture
-from kbot.world.sdf.values import LARGEST, Values
-from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, HeightField, Mesh, Plane, Shape, Sphere
+from kbot.world.sdf.values import Values
+from kbot.world.world import (
+    FURTHEST,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    HeightField,
+    Mesh,
+    Plane,
+    Shape,
+    Sphere,
+)
 
 Placed = tuple[Shape, Transform]
 FindFile = Callable[[Element], str | None]
@@ -104,7 +115,7 @@ class Shapes:
         size = self._values.sizes(written, shape, "size", 2, inf) if written is not None else None
         plane = Plane((size[0], size[1])) if size else Plane()
         normal = shape.find("normal")
-        values = self._values.numbers(normal, 3, LARGEST) if normal is not None else None
+        values = self._values.numbers(normal, 3, FURTHEST) if normal is not None else None
         return [(plane, _turned_to(np.array(values)) if values and any(values) else Transform.identity())]
 
     def _mesh(self, shape: Element) -> list[Placed]:

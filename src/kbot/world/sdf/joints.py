@@ -12,7 +12,8 @@ from kbot.text.suggest import did_you_mean
 from kbot.world.joints import Freedom, Motion
 from kbot.world.sdf.entries import Context
 from kbot.world.sdf.frames import Frames
-from kbot.world.sdf.values import LARGEST, Values
+from kbot.world.sdf.values import Values
+from kbot.world.world import FURTHEST
 
 Array = NDArray[np.float64]
 
@@ -128,7 +129,7 @@ class Joints:
     def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: Context) -> Array:
         """Unit vector (3,) along the model's axes."""
         written = axis.find("xyz") if axis is not None else None
-        values = self._values.numbers(written, 3, LARGEST) if written is not None else (0.0, 0.0, 1.0)
+        values = self._values.numbers(written, 3, FURTHEST) if written is not None else (0.0, 0.0, 1.0)
         vector = np.array(values or (0.0, 0.0, 1.0))
         length = float(np.linalg.norm(vector))
         if not length > 0.0:

@@ -12,8 +12,8 @@ from kbot.world.convex_decomposition import convex_pieces
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour
-from kbot.world.sdf.values import HEAVIEST, Values
-from kbot.world.world import Box, HeightField, Mesh, Part, Plane, Shape
+from kbot.world.sdf.values import Values
+from kbot.world.world import HEAVIEST, Box, HeightField, Mesh, Part, Plane, Shape
 
 Array = NDArray[np.float64]
 FLATNESS = 0.25

@@ -8,11 +8,8 @@ from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.text.numbers import to_float
 from kbot.world.findings import Findings
+from kbot.world.world import FURTHEST
 
-LARGEST = 1e6
-"""Metres, or radians: beyond, the engine's numbers mean nothing."""
-HEAVIEST = 1e12
-"""Kilograms, or kg m^2."""
 STRONGEST_PULL = 1e4
 """m/s^2: a thousand times the earth's."""
 
@@ -66,7 +63,7 @@ class Values:
         return default
 
     def sizes(
-        self, element: Element | None, shape: Element, tag: str, count: int, most: float = LARGEST
+        self, element: Element | None, shape: Element, tag: str, count: int, most: float = FURTHEST
     ) -> tuple[float, ...] | None:
         """`count` numbers above zero, in m, of a shape's child, None with a finding where they are not."""
         if element is None:
@@ -86,11 +83,11 @@ class Values:
         if element is None or not element.text.strip():
             return Transform.identity()
         if element.attributes.get("rotation_format") == "quat_xyzw":
-            values = self.numbers(element, 7, LARGEST)
+            values = self.numbers(element, 7, FURTHEST)
             if values is None or not any(values[3:]):
                 return Transform.identity()
             return Transform.from_quaternion_xyzw(values[3:], values[:3])
-        values = self.numbers(element, 6, LARGEST)
+        values = self.numbers(element, 6, FURTHEST)
         if values is None:
             return Transform.identity()
         turn = values[3:]
