@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -84,3 +85,11 @@ class Joint:
     def has_position(self) -> bool:
         """Whether one number says where it stands."""
         return self.type in (JointType.CONTINUOUS, JointType.REVOLUTE, JointType.PRISMATIC)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest position in rad or m: 0 for a bound that is not given (URDF), infinite for a
+        continuous joint and for one without a limit."""
+        if self.limit is None or self.type is JointType.CONTINUOUS:
+            return -math.inf, math.inf
+        return self.limit.lower or 0.0, self.limit.upper or 0.0

@@ -8,7 +8,6 @@ import numpy as np
 
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine.assembly import Assembly
-from kbot.sim.engine.joints import limits
 from kbot.sim.engine.welds import Weld
 from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot
@@ -38,7 +37,7 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before
     was told."""
     held = old.joint_positions
     for joint in new.robot.movable_joints:
-        lower, upper = limits(joint)
+        lower, upper = joint.range
         if joint.name in held and joint.name not in new.held and lower <= held[joint.name] <= upper:
             new._set_position(joint.name, held[joint.name])
     if new.root_qpos >= 0 and old.root_qpos >= 0:

@@ -55,8 +55,8 @@ def limit_reversed(context: Context) -> Found:
     """
     for joint in context.sure_joints:
         limit = joint.limit
-        if limit and joint.type in _LIMITED and (limit.lower or 0.0) > (limit.upper or 0.0):
-            low, high = limit.lower or 0.0, limit.upper or 0.0
+        low, high = joint.range
+        if limit and joint.type in _LIMITED and low > high:
             yield Finding(
                 limit.origin,
                 f"{joint.name}: the lower limit {low:.6g} {_unit(joint)} is above the upper one "
@@ -84,7 +84,7 @@ def limit_closed(context: Context) -> Found:
         limit = joint.limit
         if not limit or joint.type not in _LIMITED or joint.mimic:
             continue
-        low, high = limit.lower or 0.0, limit.upper or 0.0
+        low, high = joint.range
         if low == high:
             given = "lower and upper are not given, which means 0"
             if limit.lower is not None or limit.upper is not None:
@@ -148,7 +148,7 @@ def limit_in_degrees(context: Context) -> Found:
         limit = joint.limit
         if limit is None or joint.type is not JointType.REVOLUTE:
             continue
-        worst = max(abs(limit.lower or 0.0), abs(limit.upper or 0.0))
+        worst = max(map(abs, joint.range))
         if 2.0 * _FULL_TURN < worst < 1e4:
             yield Finding(
                 limit.origin,
@@ -203,7 +203,7 @@ def zero_out_of_limits(context: Context) -> Found:
         limit = joint.limit
         if limit is None or joint.type not in _LIMITED or joint.mimic:
             continue
-        low, high = limit.lower or 0.0, limit.upper or 0.0
+        low, high = joint.range
         if low <= high and not low - 1e-6 <= 0.0 <= high + 1e-6:
             yield Finding(
                 limit.origin,

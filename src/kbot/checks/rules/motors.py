@@ -41,7 +41,7 @@ def wheel_cannot_turn(context: Context) -> Found:
                 message = f"{joint.name}: a drive wheel on a prismatic joint slides and does not turn"
                 yield Finding(joint.origin, message, _MEND)
             elif joint.type is JointType.REVOLUTE and joint.limit:
-                low, high = joint.limit.lower or 0.0, joint.limit.upper or 0.0
+                low, high = joint.range
                 if high - low < 1e4:
                     way = (high - low) * (wheel.radius or 0.0)
                     yield Finding(

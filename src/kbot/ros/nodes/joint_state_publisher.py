@@ -171,7 +171,7 @@ def with_dependent_joints(
 def _range(joint: Joint, smallest: bool) -> tuple[float, float]:
     if joint.type is JointType.CONTINUOUS or joint.limit is None:
         return (-pi, pi) if joint.type is JointType.CONTINUOUS else (0.0, 0.0)
-    low, high = joint.limit.lower or 0.0, joint.limit.upper or 0.0
+    low, high = joint.range
     if smallest and joint.safety is not None:
         low = max(low, joint.safety.soft_lower_limit)
         high = min(high, joint.safety.soft_upper_limit)

@@ -54,7 +54,7 @@ def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
 def _limit(added: Any, joint: Joint, findings: Findings) -> None:
     if joint.type is JointType.CONTINUOUS or joint.limit is None:
         return
-    lower, upper = limits(joint)
+    lower, upper = joint.range
     if lower > upper:
         findings.error(
             "W109", f"joint '{joint.name}' has its lower limit {lower:g} above its upper {upper:g}",
@@ -66,16 +66,9 @@ def _limit(added: Any, joint: Joint, findings: Findings) -> None:
     added.range = (lower, upper) if lower < upper else (lower - 1e-6, upper + 1e-6)
 
 
-def limits(joint: Joint) -> tuple[float, float]:
-    """Lower and upper position in rad or m; what is not given is 0, as URDF has it."""
-    if joint.limit is None or joint.type is JointType.CONTINUOUS:
-        return -float("inf"), float("inf")
-    return joint.limit.lower or 0.0, joint.limit.upper or 0.0
-
-
 def rest(joint: Joint) -> float:
     """Where a joint starts, in rad or m: at 0, or at the nearest end of a range that leaves it out."""
-    lower, upper = limits(joint)
+    lower, upper = joint.range
     return min(max(0.0, lower), upper) if lower <= upper else 0.0
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from math import inf
 
 from kbot.model import Joint, JointType, SafetyController
-from kbot.sim.engine.joints import limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +25,7 @@ class JointBounds:
 
     @classmethod
     def of(cls, joint: Joint) -> JointBounds:
-        lower, upper = limits(joint)
+        lower, upper = joint.range
         limit, safety = joint.limit, joint.safety
         if joint.type is JointType.CONTINUOUS:
             # without an end, a safety controller bounds no position

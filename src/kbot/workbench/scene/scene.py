@@ -172,8 +172,5 @@ def _joint(joint: Joint, control: Control) -> JointView:
 def slider_range(joint: Joint) -> tuple[float, float]:
     """Where a joint may be put by hand: its limits, else a full turn or a metre each way."""
     reach = 1.0 if joint.type is JointType.PRISMATIC else math.pi
-    if joint.type is JointType.CONTINUOUS or joint.limit is None:
-        return -reach, reach
-    lower = joint.limit.lower if joint.limit.lower is not None else 0.0
-    upper = joint.limit.upper if joint.limit.upper is not None else 0.0
-    return (lower, upper) if lower < upper else (-reach, reach)
+    lower, upper = joint.range
+    return (lower, upper) if lower < upper < math.inf else (-reach, reach)
