@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Part, bounds
-from kbot.checks.facts.mobile_base import held
 from kbot.checks.registry import Finding, Found, rule
 from kbot.kinematics.spatial import Vector, dot, norm, subtract
+from kbot.kinematics.wheels import rigid_links
 from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from kbot.text import Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -35,7 +35,7 @@ def no_collision(context: Context) -> Found:
         link = robot.links[joint.child]
         if not joint.is_movable or not link.visuals or link.name in context.unsure:
             continue
-        if any(robot.links[name].collisions for name in held(robot, link.name)):
+        if any(robot.links[name].collisions for name in rigid_links(robot, link.name)):
             continue
         yield Finding(
             link.origin,

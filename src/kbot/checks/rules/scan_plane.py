@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Part
-from kbot.checks.facts.mobile_base import held
 from kbot.checks.facts.rays import distance_along
 from kbot.kinematics.spatial import Frame, Vector, add, dot, norm, scale, subtract
+from kbot.kinematics.wheels import rigid_links
 from kbot.text import Element, Origin
 
 _BEAMS = 360
@@ -29,7 +29,7 @@ def own_body(
         if any(rpy):
             return None
         frame = Frame(frame.rotation, frame.point((x, y, z)))
-    cut = _in_plane(context, frame, set(held(context.robot, link)))
+    cut = _in_plane(context, frame, set(rigid_links(context.robot, link)))
     # each beam's nearest hit: distance, link, place
     nearest_hits: dict[int, tuple[float, str, Origin]] = {}
     for name, part, shape in cut:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import held
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.scan_plane import own_body
 from kbot.kinematics.spatial import dot
+from kbot.kinematics.wheels import rigid_links
 from kbot.model import JointType
 from kbot.text import Element, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -60,7 +60,7 @@ def camera_no_optical_frame(context: Context) -> Found:
         names = [e.text.strip() for e in _frames_of(sensor)]
         if any("optical" in n for n in (*names, link)):
             continue
-        if any(_is_optical(context, link, name) for name in (*held(context.robot, link), *names)):
+        if any(_is_optical(context, link, name) for name in (*rigid_links(context.robot, link), *names)):
             continue
         yield Finding(
             sensor.origin,

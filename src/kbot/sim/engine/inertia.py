@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.transform import Transform
+from kbot.kinematics.wheels import rigid_links
 from kbot.model import Inertial, Link, Robot
 from kbot.world.findings import Findings
 
@@ -101,23 +102,13 @@ def drive_with_masses(robot: Robot, drive: DifferentialDrive | NoDrive) -> Diffe
 
 
 def _inertials(robot: Robot, head: str) -> list[Inertial]:
-    links = [robot.links[name] for name in rigid_part(robot, head)]
+    links = [robot.links[name] for name in rigid_links(robot, head)]
     return [link.inertial for link in links if link.inertial is not None]
 
 
 def _weighs(inertials: list[Inertial]) -> bool:
     # a mass below zero is a fault of its own
     return any(abs(i.mass) > SMALLEST or not np.isfinite(i.mass) for i in inertials)
-
-
-def rigid_part(robot: Robot, head: str) -> list[str]:
-    """`head` and the links that fixed joints hold to it."""
-    part, waiting = [], [head]
-    while waiting:
-        name = waiting.pop()
-        part.append(name)
-        waiting += [joint.child for joint in robot.child_joints[name] if not joint.is_movable]
-    return part
 
 
 def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.float64] | None:
