@@ -17,7 +17,6 @@ from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
 
-
 @rule("D115", "tips-over", Severity.WARNING, "drive")
 def tips_over(context: Context) -> Found:
     """A centre of mass outside the polygon of the contacts, or so near its edge that driving tips the robot.
