@@ -12,12 +12,16 @@ from kbot.ros.launch.ros2.markup import read_yaml as read_launch
 from kbot.ros.parameter_values import load_yaml as load_parameters
 from kbot.text import DescriptionError, KbotError, Source
 from kbot.text.placed_yaml import BadYaml, load_placed_yaml
+from kbot.text.yaml import TEXT, read_yaml
+from kbot.text.yaml import load_yaml as yaml_of_text
 from kbot.text.yaml_text import MOST_LEVELS, check_nesting, load_yaml
 from kbot.workbench.displays.marked_yaml import read_yaml as read_rviz
 from kbot.world.occupancy_files import read_map
 from kbot.xacro import Packages, expand_text
 
 READERS = {
+    "text.yaml": yaml_of_text,
+    "text.yaml as texts": lambda text: read_yaml(Source("t.yaml", text), TEXT),
     "load_yaml": load_yaml,
     "a controller's parameters": load_parameters,
     "a node's parameters": lambda text: load_placed_yaml(Source("p.yaml", text)),
