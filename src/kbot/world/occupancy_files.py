@@ -17,7 +17,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes, write_text
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import load_yaml, safe_loader
+from kbot.text.yaml import YamlError, read_yaml
 from kbot.world.images import read_picture
 from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from kbot.world.world import FURTHEST
@@ -133,16 +133,11 @@ def _interpret(
 
 def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
     """What a map says, and the `file:line:column` of each value."""
-    import yaml  # only for a map: start-up time
-
-    text = read_source(name).text
     try:
-        settings = load_yaml(text)
-        tree = yaml.compose(text, safe_loader())
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
-        raise KbotError(f"{name}{where}: not YAML: {getattr(error, 'problem', error)}") from None
+        document = read_yaml(read_source(name))
+    except YamlError as error:
+        raise KbotError(f"{error.span}: not YAML: {error.problem}") from None
+    settings = document.data
     if not isinstance(settings, dict):
         raise KbotError(f"{name} is no map: it has no keys such as image and resolution")
     others = [key for key in settings if isinstance(key, str) and key not in _KEYS]
@@ -153,10 +148,8 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
     for key in ("occupied_thresh", "free_thresh"):
         if key not in settings and (near := did_you_mean(key, others)):
             raise KbotError(f"{name}: the key '{key}' is missing: {near}")
-    pairs = tree.value if isinstance(tree, yaml.MappingNode) else []
-    marks = {key.value: value.start_mark for key, value in pairs if isinstance(key, yaml.ScalarNode)}
-    places = {key: f"{name}:{mark.line + 1}:{mark.column + 1}" for key, mark in marks.items()}
-    return settings, defaultdict(lambda: name, places)  # a key may come from a merged mapping
+    places = {key: str(place.value) for key in settings if (place := document.place(str(key)))}
+    return settings, defaultdict(lambda: name, places)
 
 
 def _number(places: dict[str, str], settings: dict[str, Any], key: str, default: float = math.nan) -> float:
