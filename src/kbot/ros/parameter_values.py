@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
-from kbot.text.placed_yaml import yaml_loader
-from kbot.text.yaml_text import NOT_MADE
+from kbot.text.yaml import Dialect, load_yaml
 
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
+_ANGLE = re.compile(r"(rad|deg)?\(?([^()]*)\)?")
+_FACTOR = re.compile(r"[+-]?(?:\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+|pi)")
 
 
 def convert(text: str, type_: str) -> Any:
@@ -32,26 +35,8 @@ def convert(text: str, type_: str) -> Any:
                 raise ValueError(f"'{text}' is neither true nor false")
             return word in ("true", "1")
         case "yaml":
-            return load_yaml(text)
+            return load_yaml(text, ROSPARAM)
     raise ValueError(f"'{type_}' is no type of parameter; it is one of {', '.join(TYPES)}")
-
-
-def load_yaml(text: str) -> Any:
-    """YAML, with `deg(…)` and `rad(…)` turned into radians.
-
-    Raises:
-        ValueError: the text is no valid YAML; its words say where.
-    """
-    import yaml  # costs 20 ms, and most launch files need none
-
-    try:
-        return yaml.load(text, yaml_loader())
-    except yaml.YAMLError as error:
-        raise ValueError(" ".join(str(error).split())) from None
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None
-    except NOT_MADE as error:
-        raise ValueError(f"a value is not of its tag's kind: {error}") from None
 
 
 def dump_yaml(parameters: Mapping[str, Any], namespace: str) -> str:
@@ -84,3 +69,36 @@ def _guessed(text: str) -> bool | int | float | str:
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
     return text
+
+
+def _angle(text: str, unit: float) -> float:
+    """A product and quotient of numbers and `pi`, in radians."""
+    match = _ANGLE.fullmatch(text.strip())
+    if not match:
+        raise ValueError(f"'{text}' is no angle")
+    sign, value, operator = 1.0, 1.0, "*"
+    body = match[2].strip()
+    if body.startswith("-"):
+        sign, body = -1.0, body[1:]
+    for piece in re.split(r"([*/])", body):
+        if piece in "*/" and piece:
+            operator = piece
+            continue
+        factor = _FACTOR.fullmatch(piece.strip())
+        if not factor:
+            raise ValueError(f"'{text}' is no angle")
+        number = math.pi if factor[0] == "pi" else float(factor[0])
+        if operator == "/" and number == 0:
+            raise ValueError(f"'{text}' divides by zero")
+        value = value * number if operator == "*" else value / number
+    return sign * value * unit
+
+
+ROSPARAM = Dialect(
+    {
+        "!radians": lambda text: _angle(text, 1.0),
+        "!degrees": lambda text: _angle(text, math.pi / 180),
+    },
+    {"!degrees": re.compile(r"^deg\([^)]*\)$"), "!radians": re.compile(r"^rad\([^)]*\)$")},
+)
+"""YAML as rosparam reads it: `deg(…)` and `rad(…)` are angles in radians."""

@@ -8,8 +8,9 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from kbot.messages.bus import absolute
-from kbot.ros.parameter_values import convert, load_yaml
+from kbot.ros.parameter_values import ROSPARAM, convert
 from kbot.text import DescriptionError, KbotError, read_source
+from kbot.text.yaml import load_yaml, read_yaml
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class _Reader:
             if not mark:
                 raise KbotError(f"{word} is followed by NAME:=VALUE, not '{value}'")
             if word in ("-p", "--param"):
-                self._parameters[key] = load_yaml(text)
+                self._parameters[key] = load_yaml(text, ROSPARAM)
             elif key in ("__node", "__name", "__ns"):
                 self._place(key, text)
             else:
@@ -130,7 +131,7 @@ class _Reader:
 def _parameters_of(file: str, node: str) -> dict[str, Any]:
     """What a parameter file of ROS 2 says of a node."""
     try:
-        data = load_yaml(read_source(file).text)
+        data = read_yaml(read_source(file), ROSPARAM).data
     except DescriptionError as error:
         raise KbotError(f"--params-file: {error.diagnostics[0].message}") from None
     except ValueError as error:

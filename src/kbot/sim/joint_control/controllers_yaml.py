@@ -91,6 +91,6 @@ def _of_description(robot: Robot, findings: Findings) -> Iterator[Parameters]:
         findings.diagnostics += (replace(fault, severity=Severity.WARNING) for fault in file.faults)
         for controller, (kind, origin) in file.types().items():
             found = file.parameters(controller)
-            values = {name: value for name, (value, _) in found.items()}
-            places = {"type": origin} | {name: place for name, (_, place) in found.items()}
+            values = {name: setting.value for name, setting in found.items()}
+            places = {"type": origin} | {name: setting.origin for name, setting in found.items()}
             yield Parameters(kind, controller, values, file.named, places=places)

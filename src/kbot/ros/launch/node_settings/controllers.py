@@ -10,10 +10,11 @@ from kbot.model.spawned import Setting, SpawnedController
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, read_options
 from kbot.ros.launch.plan import Node, Plan
-from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
-from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.ros.parameter_values import ROSPARAM
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml import Document, Keys, YamlError, read_yaml
 
 _SPAWNER_1 = {"--stopped": 0, "--no-timeout": 0} | dict.fromkeys(
     ("--wait-for", "--namespace", "--timeout", "--shutdown-timeout"), 1
@@ -45,8 +46,7 @@ class _Wish:
 class _File:
     """A parameter file of ROS 2, and who loads it."""
 
-    data: Mapping[Any, Any]
-    places: Mapping[Keys, Span]
+    document: Document
     call: Call
 
 
@@ -152,18 +152,18 @@ def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> lis
     found = []
     for path in paths:
         try:
-            data, places = load_placed_yaml(read_source(path))
+            document = read_yaml(read_source(path), ROSPARAM)
         except DescriptionError as error:
             first = error.diagnostics[0]
             notes.append(Diagnostic("L059", Severity.WARNING, first.message, origin, first.hint))
             continue
-        except BadYaml as error:
+        except YamlError as error:
             message = f"the controllers' file is no YAML: {error.problem}"
             place = Origin(error.span, Call("include", path, origin.span, origin.call))
             notes.append(Diagnostic("L059", Severity.WARNING, message, place))
             continue
-        if isinstance(data, dict):
-            found.append(_File(data, places, Call("include", path, origin.span, origin.call)))
+        if isinstance(document.data, dict):
+            found.append(_File(document, Call("include", path, origin.span, origin.call)))
     return found
 
 
@@ -202,8 +202,8 @@ def _section(file: _File, node: str) -> dict[str, Setting]:
             below = (*keys, str(key))
             if isinstance(value, dict):
                 flatten(value, f"{prefix}{key}.", below)
-            elif below in file.places:
-                found[f"{prefix}{key}"] = Setting(value, Origin(file.places[below], file.call))
+            else:
+                found[f"{prefix}{key}"] = Setting(value, Origin(file.document.span(*below), file.call))
 
-    look(file.data, "", ())
+    look(file.document.data, "", ())
     return found

@@ -12,10 +12,11 @@ from kbot.ros import names
 from kbot.ros.launch.node_arguments import place_of, split
 from kbot.ros.launch.plan import Node, Plan
 from kbot.ros.nodes.gz_bridge import Bridged, Direction
-from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Span, read_source
-from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.ros.parameter_values import ROSPARAM
+from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml import Document, Keys, YamlError, read_yaml
 
 _MARKS = {"@": Direction.BOTH, "[": Direction.TO_ROS, "]": Direction.TO_GZ}
 _ARGUMENT = re.compile(r"(?P<topic>[^@\s]+)@(?P<ros>[\w/]+)(?P<mark>[@\[\]])(?P<gz>[\w.]+)")
@@ -134,22 +135,23 @@ class _Reader:
         call = Call("include", path, origin.span, origin.call)
         try:
             source = read_source(path)
-            data, places = load_placed_yaml(source)
+            document = read_yaml(source, ROSPARAM)
         except DescriptionError as error:
             (found,) = error.diagnostics
             is_within = found.code == "F005" and found.origin is not None
             where = Origin(found.origin.span, call) if is_within and found.origin else origin
             self._note(found.message, where, found.hint)
             return
-        except BadYaml as error:
+        except YamlError as error:
             self._note(f"the YAML cannot be read: {error}", Origin(error.span, call))
             return
+        data = document.data
         if not isinstance(data, list):
             self._note(
                 f"{path} is to hold a list of topics", Origin(source.whole()), "- ros_topic_name: /cmd_vel …"
             )
             return
-        all_places = _Places(places, call, Origin(source.whole(), call))
+        all_places = _Places(document, call)
         for number, entry in enumerate(data):
             keys = (str(number),)
             if isinstance(entry, dict):
@@ -235,13 +237,11 @@ class _Reader:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    spans: Mapping[Keys, Span]
+    document: Document
     call: Call
-    otherwise: Origin
 
     def of(self, *keys: str) -> Origin:
-        span = self.spans.get(keys)
-        return self.otherwise if span is None else Origin(span, self.call)
+        return Origin(self.document.span(*keys), self.call)
 
 
 def _full(topic: str, namespace: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any
 
 from kbot.ros import names
@@ -12,12 +12,12 @@ from kbot.ros.launch.includes import charge_text, charge_yaml
 from kbot.ros.launch.plan import Description, Param
 from kbot.ros.launch.ros1.attributes import Attributes, TagReporter
 from kbot.ros.launch.ros1.context import Context
-from kbot.ros.parameter_values import TYPES, convert, load_yaml
-from kbot.text import DescriptionError, Element, Origin, Span, read_source
+from kbot.ros.parameter_values import ROSPARAM, TYPES, convert
+from kbot.text import DescriptionError, Element, Origin, Source, read_source
 from kbot.text.files import read_bytes
-from kbot.text.placed_yaml import Keys, load_placed_yaml
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
+from kbot.text.yaml import Keys, read_yaml
 
 _SOURCES = ("value", "textfile", "binfile", "command")
 _YAML_COMMANDS = ("load", "dump", "delete")
@@ -132,7 +132,6 @@ class Parameters:
     ) -> None:
         reporter = self.reporter
         origin = context.attribute_origin(element, "file") if file else context.origin(element)
-        places: Mapping[Keys, Span] = {}
         try:
             source = read_source(file) if file else None
         except DescriptionError as error:
@@ -145,10 +144,8 @@ class Parameters:
                 return
         try:
             charge_yaml(reporter.budget, file or context.file, text or "")
-            if source is not None and source.text == text:
-                data, places = load_placed_yaml(source)
-            else:
-                data = load_yaml(text or "")
+            is_whole_file = source is not None and source.text == text
+            document = read_yaml(source if source and is_whole_file else Source("", text or ""), ROSPARAM)
         except Fault as fault:
             reporter.fault(fault, origin)
             return
@@ -156,35 +153,35 @@ class Parameters:
             where = f" in {file}" if file else ""
             reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)
             return
-        data = {} if data is None else data
+        data = {} if document.data is None else document.data
         if not isinstance(data, dict) and not named:
             message = "YAML that is no mapping needs a name: the attribute 'param'"
             reporter.problem("L034", message, context.origin(element))
             return
         call = Call("include", file or "", context.origin(element).span, context.call)
-        written = {keys: Origin(span, call) for keys, span in places.items()}
-        self._spread(full, data, context.origin(element), written)
+
+        def place(keys: Keys) -> Origin:
+            return Origin(document.span(*keys), call) if is_whole_file and keys else context.origin(element)
+
+        self._spread(full, data, place)
 
     def _spread(
         self,
         name: str,
         value: Any,
-        origin: Origin,
-        written: Mapping[Keys, Origin],
+        place: Callable[[Keys], Origin],
         keys: Keys = (),
     ) -> None:
-        """Set what a mapping holds, each at the line that it is `written` on, else at `origin`."""
+        """Set what a mapping holds, each at its `place`."""
         if isinstance(value, dict):
             for key, item in value.items():
                 if isinstance(key, str):
-                    below = (*keys, key)
-                    here = written.get(below, origin)
-                    self._spread(names.join(name, key), item, here, written, below)
+                    self._spread(names.join(name, key), item, place, (*keys, key))
                 else:  # as `on:` and `1:`, which YAML does not read as texts
                     message = f"the key {key!r} of the YAML is no name"
-                    self.reporter.problem("L033", message, origin, "put it in quotes")
+                    self.reporter.problem("L033", message, place(keys), "put it in quotes")
         else:
-            self.add(Param(names.canonical(name), value, origin))
+            self.add(Param(names.canonical(name), value, place(keys)))
 
 
 def _bytes(path: str) -> bytes:

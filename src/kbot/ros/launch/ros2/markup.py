@@ -12,10 +12,11 @@ from kbot.ros.launch.ros2 import neighbours
 from kbot.ros.launch.ros2.conditions import Condition, IfCondition, UnlessCondition
 from kbot.ros.launch.ros2.grammar import parse
 from kbot.ros.launch.ros2.substitutions import CommandLine
-from kbot.ros.parameter_values import load_yaml
-from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Text, parse_xml
+from kbot.ros.parameter_values import ROSPARAM
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Span, Text, parse_xml
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml_text import safe_loader
+from kbot.text.yaml import TEXT, Document, Keys, YamlError, load_yaml
+from kbot.text.yaml import read_yaml as read_document
 
 _LISTS = {"arg", "let", "param", "remap", "env", "keep"}
 
@@ -38,24 +39,15 @@ def read_yaml(source: Source, reporter: Reporter) -> list[object]:
     Raises:
         DescriptionError: L033 no YAML, or L001: it is no launch file.
     """
-    import yaml
-
     try:
-        node = yaml.compose(source.text, safe_loader())
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)  # a character that is not allowed has none
-        offset = source.offset(mark.line + 1, mark.column + 1) if mark else 0
-        origin = Origin(source.whole())
-        if mark:
-            origin = Origin(type(origin.span)(source, offset, offset + 1))
-        message = f"the YAML cannot be read: {getattr(error, 'problem', None) or error}"
-        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, origin)]) from None
-    pairs = node.value if isinstance(node, yaml.MappingNode) else []
-    for key, value in pairs:
-        if key.value == "launch":
-            root = Element("launch", {}, source, 0, len(source.data))
-            root.children.extend(_elements(value, source))
-            return _Markup(reporter).actions(root)
+        document = read_document(source, TEXT)
+    except YamlError as error:
+        message = f"the YAML cannot be read: {error.problem}"
+        raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
+    if isinstance(document.data, dict) and "launch" in document.data:
+        root = Element("launch", {}, source, 0, len(source.data))
+        root.children.extend(_elements(document, document.data["launch"], ("launch",)))
+        return _Markup(reporter).actions(root)
     raise DescriptionError([_no_launch(Origin(source.whole()))])
 
 
@@ -63,37 +55,37 @@ def _no_launch(origin: Origin) -> Diagnostic:
     return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
 
 
-def _elements(node: Any, source: Source) -> list[Element | Text]:
-    """Elements of a YAML sequence of one-key mappings, as the XML of the same launch file has them."""
-    import yaml
-
-    found: list[Element | Text] = []
-    for item in node.value if isinstance(node, yaml.SequenceNode) else []:
-        for key, value in item.value if isinstance(item, yaml.MappingNode) else []:
-            found.append(_element(key.value, value, source, key))
-    return found
+def _elements(document: Document, items: object, keys: Keys) -> list[Element | Text]:
+    """Elements of a list of one-key mappings at `keys`, as the XML of the same launch file has them."""
+    return [
+        _element(document, tag, value, document.span(*keys, str(number), tag), (*keys, str(number), tag))
+        for number, item in enumerate(items if isinstance(items, list) else [])
+        for tag, value in (item.items() if isinstance(item, dict) else ())
+    ]
 
 
-def _element(tag: str, node: Any, source: Source, key: Any) -> Element:
-    import yaml
-
-    start = source.offset(key.start_mark.line + 1, key.start_mark.column + 1)
-    end = source.offset(node.end_mark.line + 1, node.end_mark.column + 1)
-    element = Element(tag, {}, source, start, end)
-    if isinstance(node, yaml.ScalarNode):
+def _element(document: Document, tag: str, value: object, key: Span, keys: Keys) -> Element:
+    """The element of the value at `keys`, which begins at its `key`."""
+    place = document.place(*keys)
+    element = Element(tag, {}, document.source, key.start, place.value.end if place else key.end)
+    if isinstance(value, str):
         # push_ros_namespace: NAME and the like
-        element.attributes["namespace" if "namespace" in tag else "value"] = node.value
-        return element
-    if isinstance(node, yaml.SequenceNode):  # as `group: [...]`
-        element.children.extend(_elements(node, source))
-        return element
-    for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
-        if isinstance(value, yaml.ScalarNode):
-            element.attributes[name.value] = value.value
-        elif name.value == "children":
-            element.children.extend(_elements(value, source))
-        elif name.value in _LISTS and isinstance(value, yaml.SequenceNode):
-            element.children.extend(_element(name.value, child, source, child) for child in value.value)
+        element.attributes["namespace" if "namespace" in tag else "value"] = value
+    elif isinstance(value, list):  # as `group: [...]`
+        element.children.extend(_elements(document, value, keys))
+    elif isinstance(value, dict):
+        for name, part in value.items():
+            below = (*keys, name)
+            if isinstance(part, str):
+                element.attributes[name] = part
+            elif name == "children":
+                element.children.extend(_elements(document, part, below))
+            elif name in _LISTS and isinstance(part, list):
+                span = document.span(*below)
+                element.children.extend(
+                    _element(document, name, child, span, (*below, str(number)))
+                    for number, child in enumerate(part)
+                )
     return element
 
 
@@ -256,7 +248,9 @@ class _Markup:
         text = element.attributes.get("value", "")
         is_plain = "$(" not in text and type_ is None
         value = (
-            load_yaml(text) if is_plain else act.ParameterValue(self._of(element, "value"), value_type=type_)
+            load_yaml(text, ROSPARAM)
+            if is_plain
+            else act.ParameterValue(self._of(element, "value"), value_type=type_)
         )
         yield act.PlacedParameter({name: value}, element.origin)
 

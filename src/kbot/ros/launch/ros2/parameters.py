@@ -13,9 +13,9 @@ from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedPa
 from kbot.ros.launch.ros2.context import Context
 from kbot.ros.launch.ros2.places import parameter_place
 from kbot.ros.launch.ros2.substitutions import performed
-from kbot.ros.parameter_values import load_yaml
+from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
-from kbot.text.placed_yaml import BadYaml, Keys, load_placed_yaml
+from kbot.text.yaml import Document, Keys, YamlError, load_yaml, read_yaml
 
 Place = Callable[[Keys], Origin | None]
 
@@ -66,14 +66,9 @@ def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Plac
     """
     source = read_source(path)
     charge_yaml(context.budget, path, source.text)
-    data, places = _read(source)
-
-    def place(keys: Keys) -> Origin | None:
-        span = places.get(keys)
-        return None if span is None else Origin(span)
-
+    document = _read(source)
     found: dict[str, Placed] = {}
-    _collect(data, "", (), node, found, context, place)
+    _collect(document.data, "", (), node, found, context, lambda keys: Origin(document.span(*keys)))
     return found
 
 
@@ -83,20 +78,21 @@ def read_parameter_file(path: str) -> dict[str, Any]:
     Raises:
         DescriptionError: L033, it is no parameter file; or it cannot be read.
     """
-    return _read(read_source(path))[0]
+    data: dict[str, Any] = _read(read_source(path)).data
+    return data
 
 
-def _read(source: Source) -> tuple[dict[str, Any], Mapping[Keys, Span]]:
+def _read(source: Source) -> Document:
     try:
-        data, places = load_placed_yaml(source)
-    except BadYaml as error:
+        document = read_yaml(source, ROSPARAM)
+    except YamlError as error:
         message = f"the YAML cannot be read: {error}"
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
-    if not isinstance(data, dict):
+    if not isinstance(document.data, dict):
         message = f"{source.path} is no parameter file: NODE: ros__parameters: … is expected"
         where = Origin(Span(source, 0, 0))
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
-    return data, places
+    return document
 
 
 def _collect(
@@ -166,14 +162,14 @@ def _typed(text: Any, type_: Any) -> Any:
         return text
     if type_ in (int, float, bool):
         wanted = getattr(type_, "__name__", "")
-        value = load_yaml(text)
+        value = load_yaml(text, ROSPARAM)
         if type_ is float and isinstance(value, int):
             value = float(value)
         if not isinstance(value, _TYPES[wanted]):
             raise Fault("L031", f"'{text}' is no {wanted}", "", text)
         return value
     try:
-        value = load_yaml(text)
+        value = load_yaml(text, ROSPARAM)
         return text if isinstance(value, str) else value  # YAML would fold the lines of a description
     except ValueError:
         hint = "say that it is a text: ParameterValue(…, value_type=str)"
