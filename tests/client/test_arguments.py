@@ -47,6 +47,16 @@ def test_the_words_of_ros_2(tmp_path: Path) -> None:
     assert found.resolve("scan") == "/s"
 
 
+def test_a_parameter_file_may_nest_namespaces(tmp_path: Path) -> None:
+    file = tmp_path / "p.yaml"
+    file.write_text(
+        "left:\n  n:\n    ros__parameters: {a: 1}\n  '*':\n    ros__parameters: {b: 2}\n"
+        "/left/*x:\n  ros__parameters: {c: 3}\n/left/n/**:\n  ros__parameters: [4]\n"
+    )
+    found = read("--ros-args", "-r", "__ns:=/left", "--params-file", str(file))
+    assert found.parameters == {"a": 1, "b": 2}
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.ros import names
+from kbot.model.controller_files import matches
 
 
 @pytest.mark.parametrize(
@@ -25,9 +25,9 @@ from kbot.ros import names
     ],
 )
 def test_patterns(pattern: str, node: str, is_meant: bool) -> None:
-    assert names.matches(pattern, node) is is_meant
+    assert matches(pattern, node) is is_meant
 
 
 def test_many_wildcards_are_matched_at_once() -> None:
     """Trying each way to divide 60 names among 30 wildcards would not end."""
-    assert not names.matches("/**/a" * 30 + "/b", "/a" * 60)
+    assert not matches("/**/a" * 30 + "/b", "/a" * 60)

@@ -176,7 +176,9 @@ def _read(element: Element) -> ControllerFile:
 
 def _misspelt(data: object, keys: Keys) -> Iterator[Keys]:
     """The keys that lead to a word in the place of `ros__parameters` that can mean nothing else."""
-    for key, value in data.items() if isinstance(data, dict) else ():
+    if not isinstance(data, dict):
+        return
+    for key, value in data.items():
         word = str(key)
         if not isinstance(value, dict) or word == PARAMETERS:
             continue

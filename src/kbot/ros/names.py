@@ -31,17 +31,3 @@ def as_namespace(name: str) -> str:
 def is_legal(name: str) -> bool:
     """Whether a name may be given to a node, topic or parameter."""
     return not name or (bool(_LEGAL.match(name)) and "//" not in name)
-
-
-def matches(pattern: str, node: str) -> bool:
-    """Whether a node's full name is one that a parameter file means: `*` stands for one part of it, `**` for
-    any number of them."""
-    names = [part for part in node.split("/") if part]
-    reached = {0}
-    """How many of the names the parts of the pattern so far may stand for."""
-    for part in filter(None, pattern.split("/")):
-        if part == "**":
-            reached = set(range(min(reached, default=len(names) + 1), len(names) + 1))
-        else:
-            reached = {at + 1 for at in reached if at < len(names) and part in ("*", names[at])}
-    return len(names) in reached

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from typing import Any
 
 from kbot.messages.bus import absolute
+from kbot.model.controller_files import node_parameters
 from kbot.ros.parameter_values import ROSPARAM, convert
 from kbot.text import DescriptionError, KbotError, read_source
-from kbot.text.yaml import load_yaml, read_yaml
+from kbot.text.yaml import YamlError, load_yaml, read_yaml
 
 
 @dataclass(frozen=True)
@@ -129,25 +129,11 @@ class _Reader:
 
 
 def _parameters_of(file: str, node: str) -> dict[str, Any]:
-    """What a parameter file of ROS 2 says of a node."""
+    """A node's parameters in a parameter file of ROS 2."""
     try:
-        data = read_yaml(read_source(file), ROSPARAM).data
+        document = read_yaml(read_source(file), ROSPARAM)
     except DescriptionError as error:
         raise KbotError(f"--params-file: {error.diagnostics[0].message}") from None
-    except ValueError as error:
-        raise KbotError(f"--params-file {file}: {error}") from None
-    found: dict[str, Any] = {}
-    for pattern, entry in data.items() if isinstance(data, dict) else ():
-        name = "/" + str(pattern).strip("/").replace("**", "*")
-        own = entry.get("ros__parameters") if isinstance(entry, dict) else None
-        if isinstance(own, dict) and fnmatchcase(node, name):
-            _flatten(own, "", found)
-    return found
-
-
-def _flatten(values: Mapping[Any, Any], prefix: str, found: dict[str, Any]) -> None:
-    for key, value in values.items():
-        if isinstance(value, dict):
-            _flatten(value, f"{prefix}{key}.", found)
-        else:
-            found[f"{prefix}{key}"] = value
+    except YamlError as error:
+        raise KbotError(f"--params-file {error.span}: {error.problem}") from None
+    return {name: setting.value for name, setting in node_parameters(document, node).items()}

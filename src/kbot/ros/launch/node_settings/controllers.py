@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
+from kbot.model.controller_files import node_parameters
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, read_options
@@ -14,7 +14,7 @@ from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml import Document, Keys, YamlError, read_yaml
+from kbot.text.yaml import Document, YamlError, read_yaml
 
 _SPAWNER_1 = {"--stopped": 0, "--no-timeout": 0} | dict.fromkeys(
     ("--wait-for", "--namespace", "--timeout", "--shutdown-timeout"), 1
@@ -162,8 +162,7 @@ def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> lis
             place = Origin(error.span, Call("include", path, origin.span, origin.call))
             notes.append(Diagnostic("L059", Severity.WARNING, message, place))
             continue
-        if isinstance(document.data, dict):
-            found.append(_File(document, Call("include", path, origin.span, origin.call)))
+        found.append(_File(document, Call("include", path, origin.span, origin.call)))
     return found
 
 
@@ -172,38 +171,12 @@ def _settings_2(plan: Plan, full: str, wish: _Wish, files: Iterable[_File]) -> d
     manager = names.join(wish.manager, "controller_manager")
     found: dict[str, Setting] = {}
     for file in files:
-        kind = _section(file, manager).get(f"{wish.name}.type")
+        kind = node_parameters(file.document, manager, file.call).get(f"{wish.name}.type")
         found |= {"type": kind} if kind else {}
-        found |= _section(file, full)
+        found |= node_parameters(file.document, full, file.call)
     for node in plan.nodes:
         if runs_hardware(node) and (param := plan.params.get(f"{node.full_name}/{wish.name}.type")):
             found.setdefault("type", Setting(param.value, param.origin))
     if wish.kind:
         found["type"] = Setting(wish.kind, wish.origin)
-    return found
-
-
-def _section(file: _File, node: str) -> dict[str, Setting]:
-    """What a file says of a node, by dotted name."""
-    found: dict[str, Setting] = {}
-
-    def look(data: Mapping[Any, Any], prefix: str, keys: Keys) -> None:
-        for key, value in data.items():
-            if not isinstance(value, dict):
-                continue
-            name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
-            if "ros__parameters" not in value:
-                look(value, name, below)
-            elif names.matches(name, node):
-                flatten(value["ros__parameters"], "", (*below, "ros__parameters"))
-
-    def flatten(values: Any, prefix: str, keys: Keys) -> None:
-        for key, value in values.items() if isinstance(values, dict) else ():
-            below = (*keys, str(key))
-            if isinstance(value, dict):
-                flatten(value, f"{prefix}{key}.", below)
-            else:
-                found[f"{prefix}{key}"] = Setting(value, Origin(file.document.span(*below), file.call))
-
-    look(file.document.data, "", ())
     return found

@@ -135,7 +135,7 @@ class Carrier:
                 value = Placed(plain(action.value, context), origin)
                 context.parameters[performed(action.name, context)] = value
             case act.SetParametersFromFile():
-                found = parameters_of_file(performed(action.filename, context), "/**", context)
+                found = parameters_of_file(performed(action.filename, context), None, context)
                 context.parameters.update(found)
             case act.Node():
                 self._node(action, origin)

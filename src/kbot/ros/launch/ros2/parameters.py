@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.ros import names
+from kbot.model.controller_files import node_parameters
 from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_yaml
 from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
@@ -57,8 +57,8 @@ def _path(item: Any, context: Context) -> str:
     return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
-def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Placed]:
-    """What a parameter file says of a node.
+def parameters_of_file(path: str, node: str | None, context: Context) -> dict[str, Placed]:
+    """The parameters of a node in a parameter file, of every node for None.
 
     Raises:
         DescriptionError: L033, it is no parameter file; or it cannot be read.
@@ -66,10 +66,8 @@ def parameters_of_file(path: str, node: str, context: Context) -> dict[str, Plac
     """
     source = read_source(path)
     charge_yaml(context.budget, path, source.text)
-    document = _read(source)
-    found: dict[str, Placed] = {}
-    _collect(document.data, "", (), node, found, context, lambda keys: Origin(document.span(*keys)))
-    return found
+    found = node_parameters(_read(source), node)
+    return {name: _placed(setting.value, context, setting.origin) for name, setting in found.items()}
 
 
 def read_parameter_file(path: str) -> dict[str, Any]:
@@ -93,27 +91,6 @@ def _read(source: Source) -> Document:
         where = Origin(Span(source, 0, 0))
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
     return document
-
-
-def _collect(
-    data: Mapping[str, Any],
-    prefix: str,
-    keys: Keys,
-    node: str,
-    found: dict[str, Placed],
-    context: Context,
-    place: Place,
-) -> None:
-    for key, value in data.items():
-        if not isinstance(value, dict):
-            continue
-        name, below = f"{prefix}/{str(key).strip('/')}", (*keys, str(key))
-        if "ros__parameters" in value:
-            if names.matches(name, node) or node == "/**":
-                own = value["ros__parameters"] or {}
-                found.update(_flat(own, context, place, (*below, "ros__parameters")))
-        else:
-            _collect(value, name, below, node, found, context, place)
 
 
 def _flat(
