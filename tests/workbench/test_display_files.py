@@ -36,7 +36,7 @@ def test_own_files_say_all_that_is_set() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("displays: [", "a.kbot.yaml:1: no YAML"),
+        ("displays: [", "a.kbot.yaml:1: not YAML"),
         ("displays:\n- kind: Gird\n", "a.kbot.yaml:2: no display of kind \"Gird\": did you mean 'Grid'?"),
         ("displays:\n- name: Grid\n", "a.kbot.yaml:2: a display has a 'kind'"),
         (
@@ -55,9 +55,9 @@ def test_own_files_say_all_that_is_set() -> None:
         ("view: {eye: [1, 2], target: [0, 0, 0]}\n", "three numbers each"),
         ("- 1\n", "fields by name are expected here, not a list"),
         ("a: &a [*a]\n", "a.kbot.yaml:1: "),
-        ("displays:\n- kind: Grid\n  enabled: !!int ''\n", 'a.kbot.yaml:3: "" is no int'),
-        ("displays:\n- kind: !!bool perhaps\n", 'a.kbot.yaml:2: "perhaps" is no bool'),
-        (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: a number is too large"),
+        ("displays:\n- kind: Grid\n  enabled: !!int ''\n", 'a.kbot.yaml:3: not YAML: "" is not a valid int'),
+        ("displays:\n- kind: !!bool perhaps\n", 'a.kbot.yaml:2: not YAML: "perhaps" is not a valid bool'),
+        (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: not YAML: a number is too large"),
     ],
 )
 def test_malformed_files_say_what_is_wrong_and_where(text: str, said: str) -> None:

@@ -66,11 +66,11 @@ def test_there_is_an_end_to_them(monkeypatch: pytest.MonkeyPatch) -> None:
     ("at", "words"),
     [
         (f"1{'0' * 400}", "a number is too large"),
-        ("!!int ''", '"" is no int'),
-        ("!!bool perhaps", '"perhaps" is no bool'),
-        ("!!timestamp soon", '"soon" is no timestamp'),
-        ("!other 1", '"1" is no '),
-        ("2020-13-45", "is no timestamp"),
+        ("!!int ''", '"" is not a valid int'),
+        ("!!bool perhaps", '"perhaps" is not a valid bool'),
+        ("!!timestamp soon", '"soon" is not a valid timestamp'),
+        ("!other 1", "could not determine a constructor for the tag '!other'"),
+        ("2020-13-45", "is not a valid timestamp: month must be in 1..12"),
     ],
 )
 def test_a_value_that_yaml_cannot_make_is_told_of_at_its_line(at: str, words: str, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import yaml
 import kbot
 from kbot.templates import Sizes, make_package
 from kbot.text import KbotError
+from kbot.workbench.displays.marked_yaml import read_yaml
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
 from kbot.workbench.displays.settings import Display, Settings
 
@@ -167,13 +168,29 @@ def test_a_new_file_for_rviz_is_one_of_rviz_2() -> None:
         ("Panels: []\n", "a.rviz:1: no configuration of rviz"),
         ("Visualization Manager:\n  Displays: 3\n", "a.rviz:2: a list is expected here"),
         ("Visualization Manager:\n  Displays:\n    - Name: x\n", "a.rviz:3: a display of rviz has a 'Class'"),
-        ("Visualization Manager: {\n", "a.rviz:2: no YAML"),
+        ("Visualization Manager: {\n", "a.rviz:2: not YAML"),
     ],
 )
 def test_malformed_rviz_files_say_what_is_wrong_and_where(text: str, said: str) -> None:
     with pytest.raises(KbotError) as caught:
         read_rviz(text, "a.rviz")
     assert said in str(caught.value)
+
+
+def test_merged_fields_are_read() -> None:
+    text = "a: &a {b: 1, c: [2]}\nd: {<<: *a, c: 3}\n"
+    fields = read_yaml(text, "a.rviz").fields["d"]
+    assert fields.plain == {"b": 1, "c": 3}
+    assert (fields.fields["b"].line, fields.fields["c"].line) == (1, 2)
+
+
+def test_more_values_than_settings_have_are_refused() -> None:
+    text = "[" + "1, " * 49_998 + "1]"
+    assert len(read_yaml(text, "a.rviz").items) == 49_999
+    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it holds more than 50,000 values"):
+        read_yaml(text.replace("1]", "1, 1]"), "a.rviz")
+    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: its aliases stand for too many values"):
+        read_yaml("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")
 
 
 def test_values_of_no_use_are_named_and_kept() -> None:

@@ -287,9 +287,12 @@ def _loader(dialect: Dialect) -> Any:  # noqa: ANN401 - a class of PyYAML in C o
         def construct_object(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - what YAML holds
             try:
                 return super().construct_object(node, deep)
-            except NOT_MADE:
-                said = json.dumps(node.value, ensure_ascii=False)[:60] if node.id == "scalar" else "it"
-                message = f"{said} is not a valid {node.tag.rpartition(':')[2]}"
+            except NOT_MADE as error:
+                text = json.dumps(node.value, ensure_ascii=False)[:60] if node.id == "scalar" else "it"
+                reason = (
+                    f": {error}" if isinstance(error, ValueError) else ""
+                )  # the others are PyYAML's slips
+                message = f"{text} is not a valid {node.tag.rpartition(':')[2]}{reason}"[:200]
                 raise ConstructorError(None, None, message, node.start_mark) from None
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - what YAML holds

@@ -6,10 +6,12 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.text import KbotError
-from kbot.text.yaml_text import NOT_MADE, TOO_LARGE, safe_loader
+from kbot.text import KbotError, Source
+from kbot.text.yaml import PLAIN, Document, Keys, YamlError
+from kbot.text.yaml import read_yaml as read_document
 
 MOST_VALUES = 50_000
+"""Of settings, with each alias counted as what it stands for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,55 +67,20 @@ def read_yaml(text: str, file: str) -> Marked:
     """The document of a text.
 
     Raises:
-        KbotError: it is no YAML, or more of it than settings have; with the line.
+        KbotError: it is not YAML, or it has more values than settings have; with the line.
     """
-    import yaml
-
     try:
-        node = yaml.compose(text, Loader=safe_loader())
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = f"{file}:{mark.line + 1}" if mark else file
-        raise KbotError(f"{where}: no YAML: {error.problem or error.context}") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise KbotError(f"{file}: no YAML: {str(error).splitlines()[0]}") from None
-    if node is None:
-        return Marked(None, file, 1)
-    return _Maker(file).make(node)
+        document = read_document(Source(file, text), PLAIN, MOST_VALUES)
+    except YamlError as error:
+        raise KbotError(f"{file}:{error.span.line}: not YAML: {error.problem}") from None
+    return _marked(document, document.data, ())
 
 
-class _Maker:
-    def __init__(self, file: str) -> None:
-        import yaml
-
-        self._file, self._count, self._yaml = file, 0, yaml
-        self._constructor = safe_loader()("")
-        self._open: list[Any] = []
-
-    def make(self, node: Any) -> Marked:  # noqa: ANN401 - nodes of PyYAML have no common type
-        line = node.start_mark.line + 1
-        self._count += 1
-        if self._count > MOST_VALUES or len(self._open) > 100 or node in self._open:
-            raise self._error(node, "more or deeper than any settings are")
-        self._open.append(node)
-        try:
-            return Marked(self._value(node), self._file, line)
-        finally:
-            self._open.pop()
-
-    def _value(self, node: Any) -> Any:  # noqa: ANN401 - what YAML holds
-        if isinstance(node, self._yaml.MappingNode):
-            return {str(self.make(key).plain): self.make(value) for key, value in node.value}
-        if isinstance(node, self._yaml.SequenceNode):
-            return [self.make(item) for item in node.value]
-        try:
-            value = self._constructor.construct_object(node)
-        except (self._yaml.YAMLError, *NOT_MADE) as error:
-            if getattr(error, "problem", None) == TOO_LARGE:
-                raise self._error(node, TOO_LARGE) from None
-            said, kind = json.dumps(node.value, ensure_ascii=False)[:60], node.tag.rpartition(":")[2]
-            raise self._error(node, f"{said} is no {kind}") from None
-        return value
-
-    def _error(self, node: Any, text: str) -> KbotError:  # noqa: ANN401 - PyYAML has no types
-        return KbotError(f"{self._file}:{node.start_mark.line + 1}: {text}")
+def _marked(document: Document, value: Any, keys: Keys) -> Marked:  # noqa: ANN401 - what YAML holds
+    place = document.place(*keys)
+    line = place.value.line if place else 1
+    if isinstance(value, dict):
+        value = {str(key): _marked(document, part, (*keys, str(key))) for key, part in value.items()}
+    elif isinstance(value, list):
+        value = [_marked(document, part, (*keys, str(number))) for number, part in enumerate(value)]
+    return Marked(value, document.source.path, line)
