@@ -46,7 +46,11 @@ def test_a_place_has_the_spans_of_a_key_and_its_value() -> None:
 @pytest.mark.parametrize(
     ("text", "problem", "place"),
     [
-        ("a: 1\nb: [", "while parsing a flow node, did not find expected node content", (2, 5)),
+        (
+            "a: 1\nb: [",
+            "while parsing a flow node, expected the node content, but found '<stream end>'",
+            (2, 5),
+        ),
         ("a: 1\nb: !!int ''", '"" is not a valid int', (2, 4)),
         ("a: 1\nb: 2020-13-45", '"2020-13-45" is not a valid timestamp', (2, 4)),
         ("a: 1\n? [b]\n: 1", "while constructing a mapping, found unhashable key", (2, 3)),
@@ -68,3 +72,15 @@ def test_a_dialect_says_what_scalars_are() -> None:
         "a": ["1", "yes", "2020-01-01"]
     }
     assert load_yaml("!degrees 180", Dialect({"!degrees": lambda text: math.radians(float(text))})) == math.pi
+
+
+def test_what_only_the_loader_in_python_reads_is_read() -> None:
+    document = read_yaml(Source("a.yaml", "b: |\n  \tc\na: {b:{c: 1}}\n"))
+    assert document.data == {"b": "\tc\n", "a": {"b": {"c": 1}}}
+    assert document.span("a", "b", "c").column == 8
+
+
+def test_bounds_hold_for_it_too() -> None:
+    for text in ("[" * 101 + "a:{b: 1}", "{a:{b: &b [*b]}}"):
+        with pytest.raises(YamlError, match=r"it is nested more than 100 levels deep|too many values"):
+            load_yaml(text)

@@ -1,6 +1,7 @@
 """The one reader of YAML: plain data of bounded size, and where each value was written.
 
-It uses PyYAML's loader in C where PyYAML has it. YAML is that of PyYAML: version 1.1, one document a text.
+YAML is what PyYAML reads: version 1.1, one document a text. A text is read in C where PyYAML can; one that
+LibYAML refuses is read again in Python, which accepts more (`{a:{b: 1}}`) and has better error messages.
 PyYAML takes 20 ms to import, so it is imported when the first text is read. No dataclasses here: what they
 import would make `kbot expand` of a description with parameter files slower.
 """
@@ -78,9 +79,13 @@ class Dialect:
         self.as_text = as_text
 
     @cached_property
-    def loader(self) -> Any:  # noqa: ANN401 - a class of PyYAML in C or Python
-        """PyYAML's class for this dialect, with bounds."""
-        return _loader(self)
+    def loaders(self) -> tuple[Any, Any]:
+        """PyYAML's classes for this dialect in C and in Python, with bounds."""
+        import yaml
+
+        kind = "BaseLoader" if self.as_text else "SafeLoader"
+        in_python = getattr(yaml, kind)
+        return _loader(self, getattr(yaml, f"C{kind}", in_python)), _loader(self, in_python)
 
 
 PLAIN = Dialect()
@@ -175,18 +180,19 @@ def load_yaml(text: str, dialect: Dialect = PLAIN, charge: Callable[[int], objec
     return _read(Source("", text), dialect, MOST_VALUES, charge).data
 
 
-def check_nesting(text: str, most_values: int = MOST_VALUES) -> None:
-    """Make sure that a loader in C can read a text.
+def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = True) -> None:
+    """Make sure that a loader can read a text.
 
     Raises:
         yaml.YAMLError: it is not YAML, or has more than MOST_LEVELS levels or about `most_values` values.
     """
     import yaml
 
+    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader) if in_c else yaml.BaseLoader
     level = 0
     event: Any
     try:
-        for count, event in enumerate(yaml.parse(text, getattr(yaml, "CBaseLoader", yaml.BaseLoader))):
+        for count, event in enumerate(yaml.parse(text, loader)):
             if count > 2 * most_values:  # a list has two events, and a document as well
                 raise yaml.composer.ComposerError(None, None, _too_many(most_values), event.start_mark)
             level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
@@ -208,16 +214,14 @@ def _read(
 ) -> Document:
     import yaml
 
-    loader = None
+    in_c, in_python = dialect.loaders
     try:
-        check_nesting(source.text, most_values)
-        loader = dialect.loader(source.text)
-        loader.charge = charge
-        root = loader.get_single_node()
-        if root is not None and charge is None:
-            _check_size(root, most_values)
-        made = loader.constructed_objects  # the loader takes a new one when it is done
-        data = None if root is None else loader.construct_document(root)
+        try:
+            return _document(source, in_c, most_values, charge)
+        except (yaml.scanner.ScannerError, yaml.parser.ParserError):
+            if charge is not None:  # it has not counted the time that this takes
+                raise
+            return _document(source, in_python, most_values, charge)
     except yaml.MarkedYAMLError as error:
         problem = ", ".join(part for part in (error.context, error.problem) if part)
         raise YamlError(problem, _at(source, error.problem_mark or error.context_mark)) from None
@@ -227,9 +231,28 @@ def _read(
         raise YamlError(f"a character cannot be written as UTF-8: {error.reason}", source.whole()) from None
     except RecursionError:
         raise YamlError("it is nested too deeply", source.whole()) from None
+
+
+def _document(
+    source: Source,
+    loader_class: Any,  # noqa: ANN401 - of `Dialect.loaders`
+    most_values: int,
+    charge: Callable[[int], object] | None,
+) -> Document:
+    """Raises yaml.YAMLError, UnicodeEncodeError, RecursionError."""
+    import yaml
+
+    check_nesting(source.text, most_values, in_c=not issubclass(loader_class, yaml.reader.Reader))
+    loader = loader_class(source.text)
+    loader.charge = charge
+    try:
+        root = loader.get_single_node()
+        if root is not None and charge is None:
+            _check_size(root, most_values)
+        made = loader.constructed_objects  # the loader takes a new one when it is done
+        data = None if root is None else loader.construct_document(root)
     finally:
-        if loader is not None:
-            loader.dispose()
+        loader.dispose()
     return Document(source, data, root, made)
 
 
@@ -272,12 +295,8 @@ def _check_size(root: yaml.Node, most_values: int) -> None:
         raise yaml.composer.ComposerError(None, None, message, root.start_mark)
 
 
-def _loader(dialect: Dialect) -> Any:  # noqa: ANN401 - a class of PyYAML in C or Python
-    import yaml
+def _loader(dialect: Dialect, base: Any) -> Any:  # noqa: ANN401 - classes of PyYAML in C or Python
     from yaml.constructor import ConstructorError
-
-    kind = "BaseLoader" if dialect.as_text else "SafeLoader"
-    base: Any = getattr(yaml, f"C{kind}", None) or getattr(yaml, kind)
 
     class Loader(base):  # type: ignore[misc]  # of C or Python
         """Data of bounded keys and numbers; what cannot be made is an error with a place."""
