@@ -346,7 +346,7 @@ def test_a_row_for_which_there_is_no_memory_is_one_error(tmp_path: Path) -> None
             "m0: &m0 {a: 1}\n"
             + "".join(f"m{n + 1}: &m{n + 1}\n  <<: [*m{n}, *m{n}]\n" for n in range(40))
             + "rosbag2_bagfile_information: *m40\n",
-            "of version ''",
+            "its aliases stand for too many values",
         ),
     ],
 )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.kinematics.controllers import LEFT_TAGS, RIGHT_TAGS
 from kbot.model import Robot
 from kbot.text import Element, KbotError, Origin, Source, Span, read_source
-from kbot.text.yaml_text import check_nesting
+from kbot.text.yaml import check_nesting
 
 if TYPE_CHECKING:
     from kbot.xacro import Packages

@@ -12,7 +12,7 @@ from typing import Any
 from kbot.record.entry import Entry
 from kbot.record.limits import Allowance, TooLarge, inflate
 from kbot.text.files import read_bytes
-from kbot.text.yaml_text import check_nesting
+from kbot.text.yaml import TEXT, YamlError, load_yaml
 
 NEWEST_VERSION = 9
 """Of the metadata. Later ones may mean something else by the same names."""
@@ -85,16 +85,11 @@ class Folder:
 
 def _metadata(file: Path) -> dict[str, Any]:
     """All scalars as text: a number may have any length. Raises ValueError, OSError: it cannot be read."""
-    import yaml  # lazy in this module: start-up time
-
-    loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
     text = read_bytes(file, _LARGEST_METADATA).decode("utf-8")
     try:
-        check_nesting(text)
-        found = yaml.load(text, loader)
-        facts = found["rosbag2_bagfile_information"]
+        facts = load_yaml(text, TEXT)["rosbag2_bagfile_information"]
         facts.get("version")
-    except (yaml.YAMLError, LookupError, TypeError, AttributeError) as error:
+    except (YamlError, LookupError, TypeError, AttributeError) as error:
         words = " ".join(str(error).split())
         raise ValueError(f"its metadata is not that of rosbag2: {words[:200]}") from None
     return dict(facts)
