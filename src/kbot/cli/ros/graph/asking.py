@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -12,14 +11,13 @@ import click
 
 from kbot.cli.arguments import json_option
 from kbot.cli.output import fail, print_json
-from kbot.text.yaml_text import NOT_MADE
+from kbot.text.yaml import YamlError, load_yaml
 
 if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-MOST_VALUES = 1_000_000
 _EXPONENT = re.compile(
     r"(?P<minus>[+-]?)(?P<mantissa>\d+(?:\.\d*)?|\.\d+)[eE](?P<sign>[+-]?)(?P<digits>\d+)", re.ASCII
 )
@@ -132,29 +130,19 @@ def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
 
 def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
     """What a text holds. Raises KbotError: it is no YAML, or nothing that a message or a parameter holds."""
-    import yaml
-
     try:
-        value = yaml.safe_load(text)
-        _check(value, what, [], itertools.count())
-    except yaml.YAMLError as error:
-        mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
-        place = f" (at character {mark.index + 1})" if mark is not None else ""
-        fail(f"{what} is to be YAML, as in {example}: {problem}{place}")
-    except NOT_MADE as error:
-        fail(f"{what} is to be YAML, as in {example}: {error}")
-    except RecursionError:
-        fail(f"{what} is nested too deeply")
+        value = load_yaml(text)
+    except YamlError as error:
+        span = error.span
+        place = f" (at character {len(span.source.data[: span.start].decode()) + 1})" if span.start else ""
+        fail(f"{what} is to be YAML, as in {example}: {error.problem}{place}")
+    _check(value, what)
     return value
 
 
-def _check(value: object, what: str, above: list[object], number: Iterator[int]) -> None:
-    """Raises KbotError: a value holds itself, more than any message does, or what is in no message."""
-    if next(number) > MOST_VALUES:
-        fail(f"{what} holds more than {MOST_VALUES} values")
+def _check(value: object, what: str) -> None:
+    """Raises KbotError: a value is, or holds, what is in no message."""
     if isinstance(value, dict | list):
-        if any(value is other for other in above):
-            fail(f"{what} refers to itself")
         parts = value.items() if isinstance(value, dict) else ((0, item) for item in value)
         for key, part in parts:
             if not isinstance(key, str | int | float | None):
@@ -162,7 +150,7 @@ def _check(value: object, what: str, above: list[object], number: Iterator[int])
             if isinstance(key, str) and ":" in key and part is None:
                 name, _, rest = key.partition(":")
                 fail(f"{what}: YAML wants a space after the colon: write {name}: {rest}")
-            _check(part, what, [*above, value], number)
+            _check(part, what)
     elif not isinstance(value, str | int | float | None):
         kind = type(value).__name__
         article = "an" if kind[0] in "aeiou" else "a"
