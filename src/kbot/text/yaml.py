@@ -8,16 +8,15 @@ import would make `kbot expand` of a description with parameter files slower.
 
 from __future__ import annotations
 
-import json
-import reprlib
-from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kbot.text.span import Source, Span
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     import re
+    from collections.abc import Callable, Mapping
+    from typing import Any
 
     import yaml
 
@@ -93,11 +92,14 @@ TEXT = Dialect(as_text=True)
 """For files whose reader decides what a scalar is. Merge keys (`<<`) are texts, too."""
 
 
-class Place(NamedTuple):
-    """Where a value was written, and its key; None for items of lists and for the root."""
+class Place:
+    """Where a value was written, and its key; None for items of lists and for the root. Not to be changed."""
 
-    key: Span | None
-    value: Span
+    __slots__ = ("key", "value")
+
+    def __init__(self, key: Span | None, value: Span) -> None:
+        self.key = key
+        self.value = value
 
 
 class Document:
@@ -159,17 +161,13 @@ class Document:
         return Span(self.source, start, end)
 
 
-def read_yaml(source: Source, dialect: Dialect = PLAIN, most_values: int = MOST_VALUES) -> Document:
+def read_yaml(
+    source: Source,
+    dialect: Dialect = PLAIN,
+    most_values: int = MOST_VALUES,
+    charge: Callable[[int], object] | None = None,
+) -> Document:
     """What a text holds, with places.
-
-    Raises:
-        YamlError: it is not YAML, a value cannot be made of it, or it exceeds a bound.
-    """
-    return _read(source, dialect, most_values, None)
-
-
-def load_yaml(text: str, dialect: Dialect = PLAIN, charge: Callable[[int], object] | None = None) -> Any:  # noqa: ANN401 - what YAML holds
-    """What a text holds, without places.
 
     With `charge`, the caller bounds what aliases stand for: it is called with the number of keys of each
     mapping once its merge keys are replaced, and may raise.
@@ -177,7 +175,30 @@ def load_yaml(text: str, dialect: Dialect = PLAIN, charge: Callable[[int], objec
     Raises:
         YamlError: it is not YAML, a value cannot be made of it, or it exceeds a bound.
     """
-    return _read(Source("", text), dialect, MOST_VALUES, charge).data
+    import yaml
+
+    in_c, in_python = dialect.loaders
+    try:
+        try:
+            return _document(source, in_c, most_values, charge)
+        except (yaml.scanner.ScannerError, yaml.parser.ParserError):
+            if charge is not None:  # it has not counted the time that this takes
+                raise
+            return _document(source, in_python, most_values, charge)
+    except yaml.MarkedYAMLError as error:
+        problem = ", ".join(part for part in (error.context, error.problem) if part)
+        raise YamlError(problem, _at(source, error.problem_mark or error.context_mark)) from None
+    except yaml.YAMLError as error:  # a character that is not allowed
+        raise YamlError(" ".join(str(error).split()), source.whole()) from None
+    except UnicodeEncodeError as error:  # half of a pair of surrogates, which the loader in C refuses
+        raise YamlError(f"a character cannot be written as UTF-8: {error.reason}", source.whole()) from None
+    except RecursionError:
+        raise YamlError("it is nested too deeply", source.whole()) from None
+
+
+def load_yaml(text: str, dialect: Dialect = PLAIN) -> Any:  # noqa: ANN401 - what YAML holds
+    """What a text holds, without places. Raises YamlError as `read_yaml` does."""
+    return read_yaml(Source("", text), dialect).data
 
 
 def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = True) -> None:
@@ -206,31 +227,9 @@ def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = Tru
 
 def quote(value: object) -> str:
     """A value of YAML in an error message: shortened, for it may hold itself a billion times."""
+    import reprlib
+
     return reprlib.repr(value)
-
-
-def _read(
-    source: Source, dialect: Dialect, most_values: int, charge: Callable[[int], object] | None
-) -> Document:
-    import yaml
-
-    in_c, in_python = dialect.loaders
-    try:
-        try:
-            return _document(source, in_c, most_values, charge)
-        except (yaml.scanner.ScannerError, yaml.parser.ParserError):
-            if charge is not None:  # it has not counted the time that this takes
-                raise
-            return _document(source, in_python, most_values, charge)
-    except yaml.MarkedYAMLError as error:
-        problem = ", ".join(part for part in (error.context, error.problem) if part)
-        raise YamlError(problem, _at(source, error.problem_mark or error.context_mark)) from None
-    except yaml.YAMLError as error:  # a character that is not allowed
-        raise YamlError(" ".join(str(error).split()), source.whole()) from None
-    except UnicodeEncodeError as error:  # half of a pair of surrogates, which the loader in C refuses
-        raise YamlError(f"a character cannot be written as UTF-8: {error.reason}", source.whole()) from None
-    except RecursionError:
-        raise YamlError("it is nested too deeply", source.whole()) from None
 
 
 def _document(
@@ -307,6 +306,8 @@ def _loader(dialect: Dialect, base: Any) -> Any:  # noqa: ANN401 - classes of Py
             try:
                 return super().construct_object(node, deep)
             except NOT_MADE as error:
+                import json
+
                 text = json.dumps(node.value, ensure_ascii=False)[:60] if node.id == "scalar" else "it"
                 reason = (
                     f": {error}" if isinstance(error, ValueError) else ""

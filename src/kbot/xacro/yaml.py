@@ -45,9 +45,7 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     Raises:
         Fault: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
-    import yaml  # lazy in this module: clear_cache imports this module
-
-    from kbot.text.yaml_text import NOT_MADE
+    from kbot.text.yaml import YamlError  # lazy in this module: clear_cache imports this module
 
     budget.charge(len(source.text))  # also for data that is known: it is copied
     known = _cache.get(source.path)
@@ -58,12 +56,9 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
         try:
             data = _plain_data(source.text, evaluate, budget)
         except _NotPlain:
-            data = _any_data(source.text, evaluate, budget)
-    except (yaml.YAMLError, *NOT_MADE, RecursionError) as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
-        reason = getattr(error, "problem", None) or str(error)
-        raise Fault("X116", f"{source.path}{where} is not valid YAML: {reason}") from None
+            data = _any_data(source, evaluate, budget)
+    except YamlError as error:
+        raise Fault("X116", f"{error.span} is not valid YAML: {error.problem}") from None
     size = _size(data)
     if size is None:
         raise Fault("X190", f"{source.path} holds too much data, or data within itself")
@@ -83,14 +78,16 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
     """
     import yaml
 
+    from kbot.text.yaml import NOT_MADE
+
     parser_class = getattr(yaml.cyaml, "CParser", None) if yaml.__with_libyaml__ else None
     if parser_class is None:
         raise _NotPlain
     parser = parser_class(text)
     try:
         return _build(parser.get_event, yaml, evaluate, budget)
-    except yaml.YAMLError:
-        raise _NotPlain from None
+    except (yaml.YAMLError, *NOT_MADE):
+        raise _NotPlain from None  # `_any_data` knows where it is
     finally:
         parser.dispose()
 
@@ -98,7 +95,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
 def _build(
     next_event: Callable[[], Any], yaml: Value, evaluate: Callable[[str], Value], budget: Budget
 ) -> Value:
-    from kbot.text.yaml_text import MOST_LEVELS, OWN_HASH
+    from kbot.text.yaml import MOST_LEVELS, OWN_HASH
 
     documents: list[Any] = []
     current: Any = documents
@@ -184,50 +181,23 @@ def _resolved(text: str) -> Value:
     """A plain scalar's value by all the rules of YAML 1.1."""
     import yaml
 
-    from kbot.text.yaml_text import LONGEST
+    from kbot.text.yaml import LONGEST
 
     if text in ("<<", "=") or len(text) > LONGEST or "\n" in text or "#" in text or ": " in text:
         raise _NotPlain
     return yaml.safe_load(f"- {text}")[0]
 
 
-def _any_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Value:
-    """The data of any YAML text, by the library's own loader."""
-    import yaml
+def _any_data(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Value:
+    """The data of any YAML text, by the library's own loader. Raises YamlError."""
+    from kbot.text.yaml import Dialect, read_yaml
 
-    from kbot.text.yaml_text import LONGEST, TOO_LARGE, check_keys, check_nesting
+    def unit(factor: float) -> Callable[[str], float]:
+        return lambda text: float(evaluate(text)) * factor
 
-    budget.charge(len(text) // 2 * _NODE_STEPS)
-    check_nesting(text)
-    base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-    def flatten(loader: Value, node: Value) -> None:
-        base.flatten_mapping(loader, node)
-        budget.charge(len(node.value))  # merged keys can double with each mapping
-
-    def construct_mapping(loader: Value, node: Value, deep: bool = False) -> Value:
-        check_keys(loader, node, deep)
-        return base.construct_mapping(loader, node, deep)
-
-    def construct_int(loader: Value, node: Value) -> int:
-        if len(node.value) > LONGEST:
-            raise yaml.constructor.ConstructorError(None, None, TOO_LARGE, node.start_mark)
-        return int(base.construct_yaml_int(loader, node))
-
-    methods = {"flatten_mapping": flatten, "construct_mapping": construct_mapping}
-    loader_class: Any = type("UnitLoader", (base,), methods)
-    loader_class.add_constructor("tag:yaml.org,2002:int", construct_int)
-
-    def constructor(factor: float) -> Callable[[Any, Any], float]:
-        return lambda loader, node: float(evaluate(loader.construct_scalar(node))) * factor
-
-    for tag, factor in UNITS.items():
-        loader_class.add_constructor(tag, constructor(factor))
-    loader = loader_class(text)
-    try:
-        return loader.get_single_data()
-    finally:
-        loader.dispose()
+    budget.charge(len(source.text) // 2 * _NODE_STEPS)
+    dialect = Dialect({tag: unit(factor) for tag, factor in UNITS.items()})
+    return read_yaml(source, dialect, charge=budget.charge).data
 
 
 def _size(data: Value) -> int | None:
