@@ -50,3 +50,8 @@ def test_what_is_repeated_and_what_is_written_well_is_taken() -> None:
         "e": 0.0015,
     }
     assert read_word("e1", "VALUE", "0.5") == "e1"
+
+
+def test_what_only_one_of_two_parsers_reads_is_taken() -> None:
+    assert read_word("[a?, '1e3']", "VALUE", "0.5") == ["a?", "1e3"]
+    assert read_word("{a:{b: 1}}", "VALUE", "0.5") == {"a": {"b": 1}}

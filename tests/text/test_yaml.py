@@ -1,11 +1,141 @@
-"""The reader of YAML knows where each value was written, and where a text is wrong."""
+"""The reader of YAML has bounds, which every caller has; it knows where values were written, and where a text
+is wrong."""
 
 import math
+from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
-from kbot.text import Source
-from kbot.text.yaml import TEXT, Dialect, YamlError, load_yaml, read_yaml
+from kbot.checks.facts.drivers import compose
+from kbot.cli.ros.graph.asking import read_yaml as read_word
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros2.markup import read_yaml as read_launch
+from kbot.ros.parameter_values import ROSPARAM
+from kbot.text import DescriptionError, KbotError, Source
+from kbot.text.yaml import MOST_LEVELS, PLAIN, TEXT, Dialect, YamlError, check_nesting, load_yaml, read_yaml
+from kbot.workbench.displays.marked_yaml import read_yaml as read_rviz
+from kbot.world.occupancy_files import read_map
+from kbot.xacro import Packages, expand_text
+
+READERS = {
+    "load_yaml": load_yaml,
+    "all values as texts": lambda text: read_yaml(Source("t.yaml", text), TEXT),
+    "a node's parameters": lambda text: read_yaml(Source("p.yaml", text), ROSPARAM),
+    "a launch file": lambda text: read_launch(Source("l.yaml", text), Reporter(Packages())),
+    "a view of RViz": lambda text: read_rviz(text, "v.rviz"),
+    "a word of a command line": lambda text: read_word(text, "--value", "1"),
+}
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 100_000, "a: &x " + "[" * 100_000])
+class TestDeepNesting:
+    @pytest.mark.parametrize("reader", READERS)
+    def test_it_is_refused(self, reader: str, text: str) -> None:
+        with pytest.raises((YamlError, KbotError), match=r"nested|recursion"):
+            READERS[reader](text)
+
+    def test_a_map_is_refused(self, text: str, tmp_path: Path) -> None:
+        (tmp_path / "map.yaml").write_text(text)
+        with pytest.raises(KbotError, match="nested more than 100 levels deep"):
+            read_map(tmp_path / "map.yaml")
+
+    def test_xacro_refuses_it(self, text: str, tmp_path: Path) -> None:
+        (tmp_path / "deep.yaml").write_text(text)
+        robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"
+            name="${xacro.load_yaml('deep.yaml')}"/>"""
+        with pytest.raises(DescriptionError, match="nested more than 100 levels deep"):
+            expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()
+
+    def test_check_takes_it_for_a_file_without_controllers(self, text: str) -> None:
+        assert compose(Source("c.yaml", text)) is None
+
+
+def test_a_launch_file_with_a_null_character_is_refused() -> None:
+    with pytest.raises(DescriptionError, match="the YAML cannot be read"):
+        READERS["a launch file"]("launch: \0")
+
+
+def test_as_many_levels_as_allowed_are_read() -> None:
+    check_nesting("[" * MOST_LEVELS + "]" * MOST_LEVELS)
+    with pytest.raises(yaml.YAMLError, match="line 1, column 101"):
+        check_nesting("[" * (MOST_LEVELS + 1) + "]" * (MOST_LEVELS + 1))
+
+
+ALIASES = "a0: &a0\n- let: {name: a, value: b}\n" + "".join(
+    f"a{i}: &a{i}\n" + f"- group: *a{i - 1}\n" * 9 for i in range(1, 20)
+)
+"""Twenty lists that stand for 9**19 values."""
+LARGE = 2**61 - 1
+"""Its multiples have one hash."""
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("text", [f"{ALIASES}launch: *a19\n", "launch: &a [group: *a]", "launch: &a {a: *a}"])
+def test_aliases_that_stand_for_very_many_values_are_refused(reader: str, text: str) -> None:
+    with pytest.raises((YamlError, KbotError), match="too many values"):
+        READERS[reader](text)
+
+
+def test_aliases_that_nest_too_deeply_are_refused() -> None:
+    text = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200))
+    with pytest.raises(YamlError, match="its aliases"):
+        load_yaml(text)
+
+
+def test_a_document_of_too_many_values_is_refused() -> None:
+    def read(text: str) -> Any:
+        return read_yaml(Source("a.yaml", text), PLAIN, 20).data
+
+    assert read(f"[{'1, ' * 18}1]") == [1] * 19
+    for text in ("[" + "1, " * 30 + "]", "[" + "1, " * 60 + "]"):
+        with pytest.raises(YamlError, match="more than 20 values"):
+            read(text)
+    with pytest.raises(yaml.YAMLError, match="more than 20 values"):
+        check_nesting("[" + "1, " * 60 + "]", 20)
+
+
+def test_keys_that_can_have_one_hash_are_refused() -> None:
+    assert len(load_yaml("".join(f"{k * LARGE}: 1\n" for k in range(100)))) == 100
+    merged = "a: &a {" + ", ".join(f"{k * LARGE}: 1" for k in range(200)) + "}\n"
+    for text in (merged, f"{merged}b: {{<<: *a}}\n"):
+        with pytest.raises(YamlError, match="over 18 digits as keys"):
+            load_yaml(text)
+
+
+XACRO_REFUSES = {
+    "aliases of one long list": (
+        "a: &a [" + "1," * 60_000 + "1]\nb: [" + "*a," * 60_000 + "*a]\n",
+        "holds too much data",
+    ),
+    "keys that can have one hash": (
+        "".join(f"{k * LARGE}: 1\n" for k in range(1, 200)),
+        "over 18 digits as keys",
+    ),
+    "such keys in escapes of characters": (
+        "%TAG ! tag:yaml.org,2002:in\n---\n{"
+        + ",".join(f'!t "\\x3{str(k * LARGE)[0]}{str(k * LARGE)[1:]}": 1' for k in range(1, 200))
+        + "}\n",
+        "over 18 digits as keys",
+    ),
+    "a long number to the base of 60": ("a: " + "1:" * 200_000 + "1", "a number is too large"),
+    "a large number to the base of 60": (
+        "a: " + "1:" * 200_000 + "1.5",
+        r"h\.yaml:1:4 is not valid YAML: .* is not a valid",
+    ),
+    "a number without digits": ("a: !!int ''", r"h\.yaml:1:4 is not valid YAML: .* is not a valid"),
+}
+
+
+@pytest.mark.parametrize("what", XACRO_REFUSES)
+def test_xacro_refuses_yaml_that_takes_too_much(what: str, tmp_path: Path) -> None:
+    text, error = XACRO_REFUSES[what]
+    (tmp_path / "h.yaml").write_text(text)
+    robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="${xacro.load_yaml('h.yaml')}"/>"""
+    with pytest.raises(DescriptionError, match=error):
+        expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()
+
 
 TEXT_WITH_PLACES = """\
 base: &b {k: 1, l: [é, 7]}

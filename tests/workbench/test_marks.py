@@ -132,3 +132,11 @@ def test_an_edit_by_hand_is_not_written_over(tmp_path: Path) -> None:
     file.unlink()
     known.obey(Mark(2.0, 2.0))
     assert len(Marks(recording).view.all) == 2
+
+
+def test_a_file_with_a_tab_before_a_value_is_written(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap.bookmarks.yaml"
+    file.write_text("- at:\t1.0\n  time: 1.0\n  note: fine\n")
+    known = Marks(str(tmp_path / "run.mcap"))
+    known.obey(Mark(2.0, 2.0))
+    assert [one.at for one in known.view.all] == [1.0, 2.0]

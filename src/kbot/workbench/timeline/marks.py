@@ -112,7 +112,10 @@ def _has_comments(text: str) -> bool:
     import yaml
 
     text = text.removeprefix(HEADER)
-    pairs = pairwise(yaml.scan(text, yaml.SafeLoader))
+    try:
+        pairs = list(pairwise(yaml.scan(text, yaml.SafeLoader)))
+    except yaml.YAMLError:  # as for a tab before a value, which only LibYAML reads
+        return "#" in text
     return any("#" in text[one.end_mark.index : next_one.start_mark.index] for one, next_one in pairs)
 
 

@@ -116,8 +116,11 @@ def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
     import yaml
 
     value = read_yaml(text, what, example)
-    event: Any
-    for event in yaml.parse(text, yaml.SafeLoader):
+    try:
+        events: list[Any] = list(yaml.parse(text, yaml.SafeLoader))
+    except yaml.YAMLError:  # as for `x?` in a list, which only LibYAML reads
+        events = list(yaml.parse(text, yaml.CSafeLoader))
+    for event in events:
         number = _EXPONENT.fullmatch(event.value) if isinstance(event, yaml.ScalarEvent) else None
         if number is not None and event.implicit[0] and isinstance(yaml.safe_load(event.value), str):
             whole, _, part = number["mantissa"].partition(".")
