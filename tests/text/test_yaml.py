@@ -2,6 +2,7 @@
 is wrong."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from kbot.workbench.displays.marked_yaml import read_yaml as read_rviz
 from kbot.world.occupancy_files import read_map
 from kbot.xacro import Packages, expand_text
 
-READERS = {
+READERS: dict[str, Callable[[str], object]] = {
     "load_yaml": load_yaml,
     "all values as texts": lambda text: read_yaml(Source("t.yaml", text), TEXT),
     "a node's parameters": lambda text: read_yaml(Source("p.yaml", text), ROSPARAM),
