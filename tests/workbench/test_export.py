@@ -97,12 +97,12 @@ def test_a_picture_elsewhere_fails_the_same_measure(xacro: Path) -> None:
 
 def test_an_opaque_picture_has_the_robot_on_the_floor(xacro: Path) -> None:
     robot = load_robot(str(xacro)).require()
-    look = Look(400, 300, 270.0, 89.0)
+    looks = [Look(400, 300, 270.0, 89.0, theme=theme) for theme in ("dark", "light")]
     things = robot_alone(robot)
-    dark, light = (opened(draw_picture(things, look, theme)).astype(int) for theme in ("dark", "light"))
+    dark, light = (opened(draw_picture(things, look)).astype(int) for look in looks)
     assert dark.shape == (300, 400, 3)
     index = list(robot.links).index("base_link")
-    plate = link_image(robot, perspective(things, look), 400, 300) == index
+    plate = link_image(robot, perspective(things, looks[0]), 400, 300) == index
     for image in (dark, light):
         r, g, b = np.median(image[plate], axis=0)
         assert b > 120  # KBot's plate is blue

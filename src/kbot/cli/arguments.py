@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -52,6 +54,22 @@ def one_file(words: Iterable[str]) -> tuple[str, dict[str, str]]:
     if len(files) > 1:
         raise KbotError(f"one FILE is expected, not {len(files)}: {' '.join(files)}")
     return files[0], arguments
+
+
+def as_one(name: str, kind: type[object]) -> Callable[[_Function], _Function]:
+    """Pass the options whose names are fields of the dataclass `kind` to the verb as one argument `name`."""
+
+    def decorate(function: _Function) -> _Function:
+        @functools.wraps(function)
+        def with_one(*args: object, **values: object) -> object:
+            own = {field.name: values.pop(field.name) for field in fields(kind)}  # type: ignore[arg-type]
+            return function(*args, **{name: kind(**own)}, **values)
+
+        wrapped: Any = with_one
+        result: _Function = wrapped
+        return result
+
+    return decorate
 
 
 def package_path_option(function: _Function) -> _Function:

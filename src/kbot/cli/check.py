@@ -19,7 +19,7 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.settings import with_choice
-from kbot.cli.arguments import examples, package_path_option, split_arguments
+from kbot.cli.arguments import as_one, examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
@@ -47,6 +47,44 @@ class _Job:
 
     def check_text(self, text: str) -> tuple[Diagnostic, ...]:
         return check_text(text, self.path, self.arguments, self.packages, self.config, self.properties)
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """The rules to report and those not to, as typed: codes and prefixes, separated by commas."""
+
+    select: tuple[str, ...]
+    ignore: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _FixOptions:
+    fix: bool
+    unsafe_fixes: bool
+    diff: bool
+
+    @property
+    def is_asked(self) -> bool:
+        return self.fix or self.unsafe_fixes or self.diff
+
+
+@dataclass(frozen=True)
+class _Baselines:
+    """Files of known findings: the one to leave out, and the one to write."""
+
+    baseline: str | None
+    write_baseline: str | None
+
+
+@dataclass(frozen=True)
+class _Output:
+    as_json: bool
+    output_format: str | None
+    statistics: bool
+
+    @property
+    def form(self) -> str:
+        return "json" if self.as_json else self.output_format or "text"
 
 
 @click.command(
@@ -86,18 +124,16 @@ class _Job:
 @click.option("--write-baseline", metavar="FILE", help="Write the current findings to FILE and exit.")
 @click.option("--statistics", is_flag=True, help="Print the number of findings per rule.")
 @package_path_option
+@as_one("choice", _Choice)
+@as_one("fixing", _FixOptions)
+@as_one("baselines", _Baselines)
+@as_one("output", _Output)
 def command(
     words: tuple[str, ...],
-    as_json: bool,
-    output_format: str | None,
-    select: tuple[str, ...],
-    ignore: tuple[str, ...],
-    fix: bool,
-    unsafe_fixes: bool,
-    diff: bool,
-    baseline: str | None,
-    write_baseline: str | None,
-    statistics: bool,
+    choice: _Choice,
+    fixing: _FixOptions,
+    baselines: _Baselines,
+    output: _Output,
     package_path: tuple[str, ...],
 ) -> int:
     """Check xacro, URDF and launch files, packages and folders.
@@ -111,7 +147,6 @@ def command(
     files, values = split_arguments(words)
     if not files:
         fail("no FILE was given; 'kbot' means the robot that ships with KBot")
-    choice = (_codes(select), _codes(ignore))
     jobs: list[_Job] = []
     found: list[Diagnostic] = []
     for file in files:
@@ -121,24 +156,24 @@ def command(
             found += error.diagnostics
     if values:
         jobs = _with_typed_names(jobs, values)
-    changed, findings = _apply_fixes(jobs, unsafe_fixes, diff) if fix or unsafe_fixes or diff else ({}, {})
-    with unsaved(changed if diff else {}):
+    changed, findings = _apply_fixes(jobs, fixing) if fixing.is_asked else ({}, {})
+    with unsaved(changed if fixing.diff else {}):
         for job in jobs:
             known_findings = findings.get(id(job))
             found += job.check() if known_findings is None else known_findings
     found = _same_place_once(found)
-    if fix or unsafe_fixes:
-        found = [_without_tried(d, unsafe_fixes) for d in found]
-    known = baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
-    if write_baseline and not diff:
-        _write_baseline(write_baseline, found)
+    if fixing.fix or fixing.unsafe_fixes:
+        found = [_without_tried(d, fixing.unsafe_fixes) for d in found]
+    known = baselines.baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
+    if baselines.write_baseline and not fixing.diff:
+        _write_baseline(baselines.write_baseline, found)
         return 0
     if known:
         found = without_known(found, known)
-    if diff:
-        _report_left(found, unsafe_fixes)
+    if fixing.diff:
+        _report_left(found, fixing.unsafe_fixes)
     else:
-        _print(found, "json" if as_json else output_format or "text", [j.path for j in jobs], statistics)
+        _print(found, output, [j.path for j in jobs])
     if any(is_unusable(d) for d in found):
         return 2
     return 1 if found else 0
@@ -151,7 +186,7 @@ def _codes(words: Sequence[str]) -> tuple[str, ...]:
 def _jobs(
     file: str,
     arguments: Mapping[str, str],
-    choice: tuple[tuple[str, ...], tuple[str, ...]],
+    choice: _Choice,
     packages: Packages,
 ) -> list[_Job]:
     """A file once; all of a folder's files, or a file with typed values, with each set of arguments that its
@@ -161,7 +196,7 @@ def _jobs(
     jobs = []
     for one in entry_points(path) if whole else [path]:
         folder = os.path.dirname(os.path.abspath(one))  # noqa: PTH100, PTH120 - keeps symbolic links
-        config = with_choice(load_config(folder), *choice)
+        config = with_choice(load_config(folder), _codes(choice.select), _codes(choice.ignore))
         sets = (config.arguments if whole or arguments else ()) or ({},)
         distinct = list[Mapping[str, str]]()
         for arguments_of_set in ({**given, **arguments} for given in sets):
@@ -221,7 +256,7 @@ def _place(word: str, packages: Packages) -> str:
 
 
 def _apply_fixes(
-    jobs: Sequence[_Job], unsafe: bool, diff: bool
+    jobs: Sequence[_Job], fixing: _FixOptions
 ) -> tuple[Mapping[str, str], Mapping[int, Sequence[Diagnostic]]]:
     """Apply fixes to the jobs' own files and to those they include, or show what they would change.
 
@@ -240,10 +275,10 @@ def _apply_fixes(
                 source = read_source(job.path)
             except DescriptionError:
                 continue
-            text, own, found = fixed(source.text, job.path, job.check_text, unsafe)
+            text, own, found = fixed(source.text, job.path, job.check_text, fixing.unsafe_fixes)
             findings[id(job)] = found
             with unsaved({job.path: text}):
-                includes = fixed_includes(job.path, found, job.check, unsafe)
+                includes = fixed_includes(job.path, found, job.check, fixing.unsafe_fixes)
         for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
             if old != new:
                 real = os.path.realpath(path)
@@ -251,12 +286,12 @@ def _apply_fixes(
                 changed[real], after[real] = (name, old, new), new
         fixes += [*own, *includes.fixes]
         outside.update(dict.fromkeys(includes.outside))
-    if diff:
+    if fixing.diff:
         for name, old, new in changed.values():
             click.echo(unified_diff(old, new, relative(name)), nl=False)
     else:
         rewrite({name: (old, new) for name, old, new in changed.values()})
-    for fix in () if diff else fixes:
+    for fix in () if fixing.diff else fixes:
         click.echo(f"{relative(fix.edits[0].span.file)}: {fix.title}", err=True)
     for path in outside:
         click.echo(f"{path}: outside the working directory, its fixes are not applied", err=True)
@@ -296,7 +331,8 @@ def _same_place_once(found: Sequence[Diagnostic]) -> list[Diagnostic]:
     return list(seen.values())
 
 
-def _print(found: Sequence[Diagnostic], form: str, files: Sequence[str], statistics: bool) -> None:
+def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -> None:
+    form, statistics = output.form, output.statistics
     if form == "json":
         summary = {"statistics": dict(Counter(d.code for d in found))} if statistics else {}
         print_json({"findings": [to_json(d) for d in found], **summary})

@@ -46,7 +46,13 @@ if TYPE_CHECKING:
 )
 @click.option("--plain", is_flag=True, help="Omit the banner comment.")
 @click.option("--source-map", metavar="JSON", help="File to write the source location of every element to.")
-@click.option("--inorder", "-i", is_flag=True, help="Accepted for compatibility with xacro; has no effect.")
+@click.option(
+    "--inorder",
+    "-i",
+    is_flag=True,
+    expose_value=False,
+    help="Accepted for compatibility with xacro; has no effect.",
+)
 @click.option(
     "--root-dir",
     metavar="DIR",
@@ -73,7 +79,6 @@ def command(
     overrides: tuple[str, ...],
     plain: bool,
     source_map: str | None,
-    inorder: bool,
     root_dir: str,
     quiet: bool,
     verbose: int,

@@ -11,7 +11,7 @@ import click
 
 from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
 from kbot.cli.output import fail, report
-from kbot.cli.picture_options import look_options, parse_look
+from kbot.cli.picture_options import look_options
 from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
@@ -20,7 +20,6 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.model import Robot
     from kbot.render.look import Look
-    from kbot.render.palette import Theme
 
 FORMATS = ("png", "html", "glb", "tree")
 _ENDINGS = {".png": "png", ".html": "html", ".htm": "html", ".glb": "glb"}
@@ -64,10 +63,7 @@ def command(
     kind: str | None,
     output: str | None,
     joints: tuple[str, ...],
-    size: str,
-    side: str,
-    transparent: bool,
-    theme: Theme,
+    look: Look,
     package_path: tuple[str, ...],
 ) -> int:
     """Write a robot as a picture, web page, 3D model or tree.
@@ -80,7 +76,6 @@ def command(
     """
     file, values = one_file(words)
     wanted = kind or _by_ending(output)
-    look = parse_look(size, side, transparent)
     from kbot.checks.first_look import MESHES, first_look  # lazy in this module: -h is fast
     from kbot.model.hardware import initial_positions
     from kbot.model.load import load_robot
@@ -97,12 +92,12 @@ def command(
 
         data = Robot.of(loaded).show(positions).page.encode()
     else:
-        data = _drawn(robot, wanted, positions, look, theme)
+        data = _drawn(robot, wanted, positions, look)
     _write(output, f"{plain_file_name(robot.name)}.{'svg' if wanted == 'tree' else wanted}", data)
     return 0
 
 
-def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme: Theme) -> bytes:
+def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look) -> bytes:
     if kind == "glb":
         from kbot.render.glb import glb
 
@@ -114,7 +109,7 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look, theme:
     from kbot.render.picture import draw_picture
     from kbot.render.things import robot_alone
 
-    return draw_picture(robot_alone(robot, joints), look, theme)
+    return draw_picture(robot_alone(robot, joints), look)
 
 
 def _by_ending(output: str | None) -> str:

@@ -1,7 +1,8 @@
-"""The options that say from where a picture is taken and how large it is."""
+"""The options of pictures: size, camera direction, background and theme."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,6 +13,7 @@ from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
     from kbot.render.look import Look
+    from kbot.render.palette import Theme
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -23,8 +25,33 @@ def size_option(default: str) -> Callable[[_Function], _Function]:
     )
 
 
+def parse_size(size: str) -> tuple[int, int]:
+    """Width and height in pixels, up to the largest that is drawn.
+
+    Raises:
+        KbotError: it is none; the text says how to write it.
+    """
+    from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
+
+    try:
+        width, height = (int(word) for word in size.lower().split("x"))
+    except ValueError:
+        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+    if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
+        fail(f"--size {size}: a picture has 1 to {MOST_PIXELS} pixels a side")
+    return width, height
+
+
 def look_options(function: _Function) -> _Function:
-    """`--size`, `--from`, `--transparent` and `--theme`, as `size`, `side`, `transparent` and `theme`."""
+    """`--size`, `--from`, `--transparent` and `--theme`, as one `look: Look`."""
+
+    @functools.wraps(function)
+    def with_look(
+        *args: object, size: str, side: str, transparent: bool, theme: Theme, **others: object
+    ) -> object:
+        return function(*args, look=_parse_look(size, side, transparent, theme), **others)
+
+    wrapped: Any = with_look
     for option in (
         click.option(
             "--theme",
@@ -45,33 +72,12 @@ def look_options(function: _Function) -> _Function:
         ),
         size_option("1280x720"),
     ):
-        function = option(function)
-    return function
+        wrapped = option(wrapped)
+    result: _Function = wrapped
+    return result
 
 
-def parse_size(size: str) -> tuple[int, int]:
-    """Width and height in pixels, up to the largest that is drawn.
-
-    Raises:
-        KbotError: it is none; the text says how to write it.
-    """
-    from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
-
-    try:
-        width, height = (int(word) for word in size.lower().split("x"))
-    except ValueError:
-        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
-    if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
-        fail(f"--size {size}: a picture has 1 to {MOST_PIXELS} pixels a side")
-    return width, height
-
-
-def parse_look(size: str, side: str, transparent: bool) -> Look:
-    """What the options of `look_options` say.
-
-    Raises:
-        KbotError: a size or a side that is none; the text says how to write it.
-    """
+def _parse_look(size: str, side: str, transparent: bool, theme: Theme) -> Look:
     from kbot.render.look import Look
 
     width, height = parse_size(size)
@@ -79,4 +85,4 @@ def parse_look(size: str, side: str, transparent: bool) -> Look:
         azimuth, elevation = (to_float(word) for word in side.split(","))
     except ValueError:
         fail(f"--from is an azimuth and an elevation in degrees, as in 215,28; not '{side}'")
-    return Look(width, height, azimuth, elevation, transparent)
+    return Look(width, height, azimuth, elevation, transparent, theme)

@@ -15,13 +15,13 @@ from kbot.cli.arguments import (
     picture_file,
 )
 from kbot.cli.output import fail, report
-from kbot.cli.picture_options import look_options, parse_look
+from kbot.cli.picture_options import look_options
 from kbot.cli.progress import loading
 from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
-    from kbot.render.palette import Theme
+    from kbot.render.look import Look
     from kbot.workbench.displays.files import DisplayFile
 
 
@@ -50,10 +50,7 @@ def command(
     displays: DisplayFile | None,
     package_path: tuple[str, ...],
     shot: str | None,
-    size: str,
-    side: str,
-    transparent: bool,
-    theme: Theme,
+    look: Look,
 ) -> None:
     """Show a robot or a recording in the browser.
 
@@ -92,7 +89,6 @@ def command(
             with bound(host, port, open_browser=browser) as address:
                 serve_session(session, address)
         return
-    look = parse_look(size, side, transparent)
     with loading(path):
         from kbot.checks.first_look import MESHES, first_look
         from kbot.model.load import load_robot
@@ -108,7 +104,7 @@ def command(
         from kbot.render.things import robot_alone
 
         robot = loaded.require()
-        write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look, theme))
+        write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look))
         return
     loaded.require()
     with (

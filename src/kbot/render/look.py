@@ -1,4 +1,4 @@
-"""Where a picture is taken from, and how large it becomes."""
+"""Where a picture is taken from, its size and its colours."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.render.palette import Theme
 from kbot.text import KbotError
 
 MOST_PIXELS = 8192
@@ -19,14 +20,15 @@ _MARGIN = 1.35 * 1.05
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """`azimuth` and `elevation` in degrees say from where: 0, 0 is from ahead (+x), 90 azimuth from the left
-    (+y), 90 elevation from above; `width` and `height` are in pixels."""
+    """The camera looks from `azimuth` and `elevation` in degrees: 0, 0 is ahead of the robot (+x), azimuth 90
+    its left side (+y), elevation 90 above it. `width` and `height` are in pixels."""
 
     width: int = 1280
     height: int = 720
     azimuth: float = 215.0
     elevation: float = 28.0
     transparent: bool = False
+    theme: Theme = "dark"
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MOST_PIXELS and 1 <= self.height <= MOST_PIXELS):

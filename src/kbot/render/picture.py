@@ -18,7 +18,7 @@ from kbot.render.floor import draw_floor
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import face_normals
 from kbot.render.offscreen import Canvas, add_triangles, at_least_four
-from kbot.render.palette import PALETTES, Theme
+from kbot.render.palette import PALETTES
 from kbot.render.surfaces import Surface
 from kbot.render.things import Things
 from kbot.text import KbotError
@@ -34,7 +34,7 @@ _SMALLEST = (
 _AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
 
 
-def draw_picture(things: Things, look: Look, theme: Theme = "dark") -> bytes:
+def draw_picture(things: Things, look: Look) -> bytes:
     """A PNG of exactly the size of `look`: with the floor, or the things alone where it is transparent.
 
     Raises:
@@ -45,16 +45,14 @@ def draw_picture(things: Things, look: Look, theme: Theme = "dark") -> bytes:
     if look.transparent:
         pixels = np.concatenate([colours, opacity[..., None]], axis=2)
     else:
-        pixels = _on_floor(things, look, theme, colours, opacity, depth)
+        pixels = _on_floor(things, look, colours, opacity, depth)
     packed = io.BytesIO()
     Image.fromarray(np.rint(pixels * 255.0).astype(np.uint8)).save(packed, "PNG", optimize=True)
     return packed.getvalue()
 
 
-def _on_floor(
-    things: Things, look: Look, theme: Theme, colours: Array, opacity: Array, depth: Array
-) -> Array:
-    palette = PALETTES[theme]
+def _on_floor(things: Things, look: Look, colours: Array, opacity: Array, depth: Array) -> Array:
+    palette = PALETTES[look.theme]
     floor, floor_opacity, floor_depth = draw_floor(things, look, palette)
     ground = palette.background * (1.0 - floor_opacity[..., None]) + floor * floor_opacity[..., None]
     over = np.where(depth < floor_depth, opacity, opacity * (1.0 - floor_opacity))[..., None]
